@@ -1,0 +1,13 @@
+# stb has no CMake package of its own. Defines stb::headers and stb_VERSION (of stb_image).
+find_path(stb_INCLUDE_DIR stb_image.h PATH_SUFFIXES stb)
+if(stb_INCLUDE_DIR)
+  file(STRINGS "${stb_INCLUDE_DIR}/stb_image.h" stb_first_line REGEX "stb_image - v[0-9]+\\.[0-9]+" LIMIT_COUNT 1)
+  string(REGEX MATCH "[0-9]+\\.[0-9]+" stb_VERSION "${stb_first_line}")
+endif()
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(stb REQUIRED_VARS stb_INCLUDE_DIR VERSION_VAR stb_VERSION)
+if(stb_FOUND AND NOT TARGET stb::headers)
+  add_library(stb::headers INTERFACE IMPORTED)
+  target_include_directories(stb::headers INTERFACE "${stb_INCLUDE_DIR}")
+endif()
+mark_as_advanced(stb_INCLUDE_DIR)

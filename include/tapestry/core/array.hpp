@@ -1,0 +1,42 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <tapestry/core/array_concepts.hpp>
+#if __has_include(<xtensor/containers/xtensor.hpp>)  // 0.26 moved its headers into folders
+#include <xtensor/containers/xtensor.hpp>
+#else
+#include <xtensor/xtensor.hpp>
+#endif
+
+namespace tapestry {
+
+/// The array type of Tapestry's interfaces: row-major, owning, number of axes fixed.
+template <class T, std::size_t Rank>
+using Array = xt::xtensor<T, Rank, xt::layout_type::row_major>;
+
+template <std::size_t Rank>
+using Extents = std::array<std::size_t, Rank>;
+
+/// Array of the given extents filled with one value.
+template <class T, std::size_t Rank>
+[[nodiscard]] Array<T, Rank> filled(const Extents<Rank>& extents, T value) {
+  Array<T, Rank> array(extents);
+  for (T& element : array.storage()) element = value;
+  return array;
+}
+
+/// Array of the given extents filled with zeros.
+template <class T, std::size_t Rank>
+[[nodiscard]] Array<T, Rank> zeros(const Extents<Rank>& extents) {
+  return filled<T, Rank>(extents, T(0));
+}
+
+/// The same numbers in another precision.
+template <class To, class From, std::size_t Rank>
+[[nodiscard]] Array<To, Rank> cast(const Array<From, Rank>& from) {
+  Array<To, Rank> to(from.shape());
+  for (std::size_t i = 0; i < from.size(); ++i) to.data()[i] = static_cast<To>(from.data()[i]);
+  return to;
+}
+
+}  // namespace tapestry
