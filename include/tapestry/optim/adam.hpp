@@ -1,0 +1,111 @@
+#pragma once
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::optim {
+
+/// The numbers of Adam; the defaults are those of the FCA paper.
+struct AdamSettings {
+  double learning_rate = 0.01;
+  double beta1 = 0.9;     ///< memory of the gradient's mean, in [0, 1)
+  double beta2 = 0.999;   ///< memory of the gradient's square, in [0, 1)
+  double epsilon = 1e-8;  ///< added to √v̂, in units of the gradient, at least 0
+};
+
+/// Everything that Adam remembers from step to step; a checkpoint holds exactly this.
+template <std::floating_point T>
+struct AdamState {
+  std::vector<T> first_moment;   ///< m, one a parameter
+  std::vector<T> second_moment;  ///< v, one a parameter
+  std::uint64_t step = 0;        ///< steps taken so far
+};
+
+/// Adam: gradient descent with each parameter's step scaled by its gradient's recent size.
+///
+///   m ← β₁m + (1 − β₁)g        m̂ = m / (1 − β₁ᵗ)
+///   v ← β₂v + (1 − β₂)g²       v̂ = v / (1 − β₂ᵗ)
+///   x ← x − η · m̂ / (√v̂ + ε)
+///
+/// Source: Kingma and Ba, ICLR 2015, algorithm 1. Moments are kept in T, the arithmetic of a step is in
+/// double. The same bits for any number of threads, and after state() and restore(). A gradient that is
+/// NaN makes its parameter NaN; who wants to stop there checks before the step.
+template <std::floating_point T>
+class Adam {
+ public:
+  /// \param count  number of parameters
+  /// \throws DomainError if a setting is outside its range
+  explicit Adam(std::size_t count, const AdamSettings& settings = {}) : settings_(settings) {
+    const auto memory_fits = [](double beta) { return beta >= 0 && beta < 1; };
+    if (!memory_fits(settings.beta1) || !memory_fits(settings.beta2))
+      throw DomainError("Adam: beta1 and beta2 must lie in [0, 1)");
+    if (!(settings.epsilon >= 0)) throw DomainError("Adam: epsilon must be at least 0");
+    if (!std::isfinite(settings.learning_rate)) throw DomainError("Adam: learning_rate must be finite");
+    state_.first_moment.assign(count, T(0));
+    state_.second_moment.assign(count, T(0));
+  }
+
+  /// One step of all parameters.
+  ///
+  /// \param parameters  x, changed in place
+  /// \param gradient    g = ∂loss/∂x, in the same order
+  /// \throws ShapeError if either has another length than the optimiser was made for
+  void step(std::span<T> parameters, std::span<const T> gradient) {
+    require_length("parameters", parameters.size());
+    require_length("gradient", gradient.size());
+    ++state_.step;
+    const auto t = static_cast<double>(state_.step);
+    const double mean_scale = settings_.learning_rate / (1 - std::pow(settings_.beta1, t));
+    const double square_scale = 1 / (1 - std::pow(settings_.beta2, t));
+    constexpr std::size_t block = 16384;
+    parallel_for(block_count(parameters.size(), block), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, parameters.size(), block);
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto g = static_cast<double>(gradient[i]);
+        const double m = blend(settings_.beta1, static_cast<double>(state_.first_moment[i]), g);
+        const double v = blend(settings_.beta2, static_cast<double>(state_.second_moment[i]), g * g);
+        state_.first_moment[i] = static_cast<T>(m);
+        state_.second_moment[i] = static_cast<T>(v);
+        const double denominator = std::sqrt(v * square_scale) + settings_.epsilon;
+        const double change = m == 0 ? 0 : mean_scale * m / denominator;  // 0 / 0 when ε = 0
+        parameters[i] = static_cast<T>(static_cast<double>(parameters[i]) - change);
+      }
+    });
+  }
+
+  [[nodiscard]] const AdamSettings& settings() const { return settings_; }
+
+  /// For schedules; the moments stay.
+  void set_learning_rate(double learning_rate) { settings_.learning_rate = learning_rate; }
+
+  [[nodiscard]] const AdamState<T>& state() const { return state_; }
+
+  /// Continues from a saved state.
+  /// \throws ShapeError if it belongs to another number of parameters
+  void restore(AdamState<T> state) {
+    require_length("first_moment", state.first_moment.size());
+    require_length("second_moment", state.second_moment.size());
+    state_ = std::move(state);
+  }
+
+ private:
+  static double blend(double memory, double old, double now) { return memory * old + (1 - memory) * now; }
+
+  void require_length(const char* argument, std::size_t length) const {
+    if (length == state_.first_moment.size()) return;
+    throw ShapeError("Adam: " + std::string(argument) + " has " + std::to_string(length) +
+                     " values, expected " + std::to_string(state_.first_moment.size()));
+  }
+
+  AdamSettings settings_;
+  AdamState<T> state_;
+};
+
+}  // namespace tapestry::optim
