@@ -21,11 +21,11 @@ struct Mesh {
   std::vector<std::array<double, 2>> uvs;        ///< u to the right, v up
   std::vector<std::array<double, 3>> normals;    ///< unit length
   std::vector<Corners> faces;                    ///< indices into positions
-  std::vector<Corners> face_uvs;                 ///< indices into uvs, −1 where a corner has none; one entry a face
-  std::vector<Corners> face_normals;             ///< indices into normals, −1 where none; one entry a face
-  std::vector<std::int32_t> face_materials;      ///< index into materials, −1 for none; one entry a face
+  std::vector<Corners> face_uvs;      ///< indices into uvs, −1 where a corner has none; one entry a face
+  std::vector<Corners> face_normals;  ///< indices into normals, −1 where none; one entry a face
+  std::vector<std::int32_t> face_materials;  ///< index into materials, −1 for none; one entry a face
   std::vector<Material> materials;
-  std::vector<std::int32_t> face_groups;         ///< index into groups, −1 for none; one entry a face
+  std::vector<std::int32_t> face_groups;  ///< index into groups, −1 for none; one entry a face
   std::vector<std::string> groups;
 };
 

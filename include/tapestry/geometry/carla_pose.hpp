@@ -1,0 +1,87 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
+
+namespace tapestry::geometry {
+
+/// How metres of the simulator become units of a normalised car. The defaults reproduce the published
+/// masks; 0.41 is about 2 / 4.86 m, the length of the normalised car over that of the real one.
+struct CarlaOptions {
+  double scale = 0.41;                    ///< units of the mesh per metre
+  double z_shift_m = 0.2;                 ///< how far the vehicle's origin is raised
+  double fov_rad = std::numbers::pi / 2;  ///< full field of view, horizontal and vertical
+  double near = 0.1;                      ///< units of the mesh
+  double far = 100;                       ///< units of the mesh
+};
+
+/// The camera that shows a normalised mesh (see normalise_mesh()) as a CARLA frame shows the vehicle.
+///
+/// CARLA's axes are x forward, y right, z up (left-handed); angles are pitch, yaw, roll in degrees. With
+/// the camera's pitch p and yaw y, the vehicle's yaw ψ, scale s and shift h,
+///   eye     = Q·s·(camera offset − (0, 0, h)),
+///   forward = Q·(cos p · cos y, cos p · sin y, sin p),
+///   up      = Q·(−sin p · cos y, −sin p · sin y, cos p),
+/// Q turning about z by −ψ. All three then have their y negated, which takes them to the right-handed
+/// axes of the mesh (x forward, y left, z up); this is the one flip between simulator and mesh.
+/// Roll, and the vehicle's position, pitch and roll, have no effect, as in the published program.
+/// Source: Wang et al., Dual Attention Suppression Attack (CVPR 2021), the camera of its data loader.
+///
+/// \param vehicle_translation   metres; unused, since the camera is given relative to the vehicle
+/// \param vehicle_rotation_deg  pitch, yaw, roll
+/// \param camera_translation    metres from the vehicle, along the axes of the world
+/// \param camera_rotation_deg   pitch, yaw, roll
+/// \throws DomainError if a number is not finite
+[[nodiscard]] inline Camera carla_camera([[maybe_unused]] const Vector3& vehicle_translation,
+                                         const Vector3& vehicle_rotation_deg,
+                                         const Vector3& camera_translation,
+                                         const Vector3& camera_rotation_deg,
+                                         const CarlaOptions& options = {}) {
+  constexpr double rad_per_deg = std::numbers::pi / 180;
+  const double pitch = camera_rotation_deg[0] * rad_per_deg, yaw = camera_rotation_deg[1] * rad_per_deg;
+  const double vehicle_yaw = vehicle_rotation_deg[1] * rad_per_deg;
+  const auto mesh_from_carla = [c = std::cos(vehicle_yaw), s = std::sin(vehicle_yaw)](const Vector3& a) {
+    return Vector3{a[0] * c + a[1] * s, -(a[1] * c - a[0] * s), a[2]};
+  };
+  const Vector3 offset_m = subtract(camera_translation, {0, 0, options.z_shift_m});
+  const Vector3 forward{std::cos(pitch) * std::cos(yaw), std::cos(pitch) * std::sin(yaw), std::sin(pitch)};
+  const Vector3 up{-std::sin(pitch) * std::cos(yaw), -std::sin(pitch) * std::sin(yaw), std::cos(pitch)};
+  Camera camera = look_along(mesh_from_carla(scale(offset_m, options.scale)), mesh_from_carla(forward),
+                             mesh_from_carla(up));
+  camera.tan_half_fov_x = camera.tan_half_fov_y = detail::tan_half("carla_camera", options.fov_rad);
+  camera.near = options.near;
+  camera.far = options.far;
+  return camera;
+}
+
+/// The mesh moved and scaled uniformly so that its box is centred at the origin and its longest axis
+/// spans [−1, 1]. Vertices that are not finite do not count towards the box. Source: Neural Mesh
+/// Renderer, load_obj: subtract the minimum, divide by the largest coordinate, times 2, minus half of
+/// the maximum of each axis.
+[[nodiscard]] inline Mesh normalise_mesh(Mesh mesh) {
+  Vector3 low{}, high{};
+  bool any = false;
+  for (const Vector3& position : mesh.positions) {
+    if (!is_finite(position)) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = any ? std::min(low[axis], position[axis]) : position[axis];
+      high[axis] = any ? std::max(high[axis], position[axis]) : position[axis];
+    }
+    any = true;
+  }
+  const Vector3 extent = subtract(high, low);
+  const double longest = std::max({extent[0], extent[1], extent[2]});
+  if (!(longest > 0)) return mesh;
+  for (Vector3& position : mesh.positions) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      position[axis] = (position[axis] - low[axis]) / longest * 2 - extent[axis] / longest;
+    }
+  }
+  return mesh;
+}
+
+}  // namespace tapestry::geometry
