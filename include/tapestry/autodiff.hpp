@@ -1,0 +1,6 @@
+#pragma once
+/// Scalar reverse-mode differentiation, without need of an array library: a tape, variables, and the
+/// functions of <cmath>. Array operations on the same tape are in autodiff/array_functions.hpp, a user's own
+/// operations in autodiff/record.hpp.
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/variable.hpp>

@@ -1,0 +1,143 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <utility>
+
+namespace tapestry {
+namespace detail {
+
+/// The adjoint of one array on a tape, allocated when first needed. Shared by the tape's record and the
+/// variables that name it; the record detaches it when the tape forgets it.
+template <class T, std::size_t Rank>
+class ArrayAdjoint {
+ public:
+  explicit ArrayAdjoint(const Extents<Rank>& extents) : extents_(extents) {}
+
+  /// To add to.
+  [[nodiscard]] Array<T, Rank>& touch() {
+    make_zero_if_forgotten();
+    holds_ = Holds::sum;
+    return adjoint_;
+  }
+  /// To read; zeros when nothing was added.
+  [[nodiscard]] const Array<T, Rank>& read() {
+    if (holds_ == Holds::nothing_any_more)
+      throw DomainError("adjoint: the array's tape was cleared, rewound or destroyed");
+    make_zero_if_forgotten();
+    return adjoint_;
+  }
+  [[nodiscard]] bool is_touched() const noexcept { return holds_ == Holds::sum; }
+  void forget() noexcept { holds_ = Holds::forgotten; }
+  void detach() noexcept {
+    holds_ = Holds::nothing_any_more;
+    adjoint_ = Array<T, Rank>();
+  }
+
+ private:
+  enum class Holds { forgotten, zeros, sum, nothing_any_more };
+
+  void make_zero_if_forgotten() {
+    if (holds_ != Holds::forgotten) return;
+    adjoint_.resize(extents_);
+    for (T& element : adjoint_.storage()) element = T(0);
+    holds_ = Holds::zeros;
+  }
+
+  Extents<Rank> extents_;
+  Array<T, Rank> adjoint_;
+  Holds holds_ = Holds::forgotten;
+};
+
+template <class T, std::size_t Rank>
+class InputRecord final : public TapeRecord<T> {
+ public:
+  explicit InputRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint) : adjoint_(std::move(adjoint)) {}
+  ~InputRecord() override { adjoint_->detach(); }
+  void pull_back(T*, std::size_t) override {}
+  void forget_adjoint() noexcept override { adjoint_->forget(); }
+
+ private:
+  std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint_;
+};
+}  // namespace detail
+
+/// An array that a tape can differentiate by. An Array<T, Rank> converts to a passive one, which costs no
+/// tape. The value never changes; copies share it and their record, and cost little.
+template <class T, std::size_t Rank>
+class ArrayVariable {
+ public:
+  using value_type = T;
+  static constexpr std::size_t rank = Rank;
+
+  ArrayVariable() : ArrayVariable(Array<T, Rank>()) {}
+  ArrayVariable(Array<T, Rank> value) : value_(std::make_shared<const Array<T, Rank>>(std::move(value))) {}
+  ArrayVariable(const ArrayVariable&) = default;  // also for moves: a moved-from variable keeps its value
+  ArrayVariable& operator=(const ArrayVariable&) = default;
+  ~ArrayVariable() = default;
+
+  /// For those who record operations themselves; see record.hpp for the convenient way.
+  ArrayVariable(std::shared_ptr<const Array<T, Rank>> value,
+                std::shared_ptr<detail::ArrayAdjoint<T, Rank>> adjoint, detail::Link link)
+      : value_(std::move(value)), adjoint_(std::move(adjoint)), link_(link) {}
+
+  [[nodiscard]] const Array<T, Rank>& value() const { return *value_; }
+  /// The value as a pullback may keep it, without a copy.
+  [[nodiscard]] const std::shared_ptr<const Array<T, Rank>>& shared_value() const { return value_; }
+  [[nodiscard]] const Extents<Rank>& shape() const { return value_->shape(); }
+  [[nodiscard]] std::size_t size() const { return value_->size(); }
+
+  /// Whether a tape knows the variable.
+  [[nodiscard]] bool is_active() const { return link_.is_active(); }
+
+  /// d root / d variable of the last reverse(), of the extents of value(); zeros before it, for passive
+  /// variables, and where the root does not depend on the variable. Needs no active tape. The reference
+  /// holds until the tape is next reversed, cleared, rewound over the variable, or destroyed.
+  /// \throws DomainError if that has happened, but for reversing
+  [[nodiscard]] const Array<T, Rank>& adjoint() const {
+    if (adjoint_ == nullptr) adjoint_ = std::make_shared<detail::ArrayAdjoint<T, Rank>>(value_->shape());
+    return adjoint_->read();
+  }
+
+  [[nodiscard]] const detail::Link& link() const { return link_; }
+  [[nodiscard]] const std::shared_ptr<detail::ArrayAdjoint<T, Rank>>& shared_adjoint() const {
+    return adjoint_;
+  }
+
+ private:
+  std::shared_ptr<const Array<T, Rank>> value_;
+  mutable std::shared_ptr<detail::ArrayAdjoint<T, Rank>>
+      adjoint_;  // a passive variable's is made when asked for
+  detail::Link link_;
+};
+
+/// A passive variable of the same value, which stops the gradient.
+template <class T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> passive(const ArrayVariable<T, Rank>& array) {
+  return {array.shared_value(), nullptr, detail::Link{}};
+}
+
+namespace detail {
+/// Tape::input() of an array.
+template <class T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, Array<T, Rank> value) {
+  auto shared = std::make_shared<const Array<T, Rank>>(std::move(value));
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(shared->shape());
+  const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
+  return {std::move(shared), std::move(adjoint), link};
+}
+
+/// Tape::reverse() from an array.
+template <class T, std::size_t Rank>
+void reverse_from_array(TapeState<T>& state, const ArrayVariable<T, Rank>& root, const Array<T, Rank>& seed) {
+  require_shape("reverse", "seed", seed, root.shape());
+  state.require_own_if_active(root.link());
+  state.reverse([&](T*) {
+    if (root.is_active()) root.shared_adjoint()->touch() = seed;
+  });
+}
+}  // namespace detail
+
+}  // namespace tapestry

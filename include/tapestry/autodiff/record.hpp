@@ -1,0 +1,155 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/core/array.hpp>
+#include <tuple>
+#include <utility>
+
+namespace tapestry {
+namespace detail {
+
+/// A scalar input of a record, and where the pullback finds its adjoint.
+template <class T>
+struct ScalarSlot {
+  Link link;
+  [[nodiscard]] T* adjoint(T* adjoints) const { return !link.is_active() ? nullptr : adjoints + link.index; }
+};
+
+/// An array input of a record.
+template <class T, std::size_t Rank>
+struct ArraySlot {
+  Link link;
+  std::shared_ptr<ArrayAdjoint<T, Rank>> shared_adjoint;
+  [[nodiscard]] Array<T, Rank>* adjoint(T*) const {
+    return !link.is_active() ? nullptr : &shared_adjoint->touch();
+  }
+};
+
+template <class T, ScalarExpression E>
+requires std::same_as<typename E::ExpressionScalar, T>
+[[nodiscard]] ScalarSlot<T> slot_of(const E& input) { return {Variable<T>(input).link()}; }
+
+template <class T>
+[[nodiscard]] ScalarSlot<T> slot_of(Number auto) {
+  return {};
+}
+
+template <class T, std::size_t Rank>
+[[nodiscard]] ArraySlot<T, Rank> slot_of(const ArrayVariable<T, Rank>& input) {
+  if (!input.is_active()) return {};
+  return {input.link(), input.shared_adjoint()};
+}
+
+template <class T, std::size_t Rank>
+[[nodiscard]] ArraySlot<T, Rank> slot_of(const Array<T, Rank>&) {
+  return {};
+}
+
+/// \throws DomainError if an active slot is not on the tape
+template <class T, class... Slots>
+void require_own_slots(const TapeState<T>& state, const Slots&... slots) {
+  (state.require_own_if_active(slots.link), ...);
+}
+
+/// An operation whose result is an array.
+template <class T, std::size_t Rank, class Pullback, class... Slots>
+class ArrayRecord final : public TapeRecord<T> {
+ public:
+  ArrayRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, Slots... slots)
+      : adjoint_(std::move(adjoint)), pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
+  ~ArrayRecord() override { adjoint_->detach(); }
+  void pull_back(T* adjoints, std::size_t) override {
+    if (!adjoint_->is_touched()) return;
+    std::apply([&](const auto&... slots) { pullback_(adjoint_->read(), slots.adjoint(adjoints)...); },
+               slots_);
+  }
+  void forget_adjoint() noexcept override { adjoint_->forget(); }
+
+ private:
+  std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint_;
+  Pullback pullback_;
+  std::tuple<Slots...> slots_;
+};
+
+/// An operation whose result is a scalar.
+template <class T, class Pullback, class... Slots>
+class ScalarRecord final : public TapeRecord<T> {
+ public:
+  explicit ScalarRecord(Pullback pullback, Slots... slots)
+      : pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
+  void pull_back(T* adjoints, std::size_t statement) override {
+    const T adjoint = adjoints[statement];
+    if (adjoint == T(0)) return;
+    std::apply([&](const auto&... slots) { pullback_(adjoint, slots.adjoint(adjoints)...); }, slots_);
+  }
+
+ private:
+  Pullback pullback_;
+  std::tuple<Slots...> slots_;
+};
+
+template <class T, std::size_t Rank, class Pullback, class... Slots>
+[[nodiscard]] ArrayVariable<T, Rank> record_array_slots(std::shared_ptr<const Array<T, Rank>> value,
+                                                        Pullback pullback, Slots... slots) {
+  if (!(slots.link.is_active() || ...)) return {std::move(value), nullptr, Link{}};
+  TapeState<T>& state = TapeState<T>::require_active();
+  require_own_slots(state, slots...);
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape());
+  using Record = ArrayRecord<T, Rank, Pullback, Slots...>;
+  const Link link =
+      state.append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slots)...));
+  return {std::move(value), std::move(adjoint), link};
+}
+
+template <class T, class Pullback, class... Slots>
+[[nodiscard]] Variable<T> record_scalar_slots(T value, Pullback pullback, Slots... slots) {
+  if (!(slots.link.is_active() || ...)) return value;
+  TapeState<T>& state = TapeState<T>::require_active();
+  require_own_slots(state, slots...);
+  using Record = ScalarRecord<T, Pullback, Slots...>;
+  return {value, state.append_record(std::make_unique<Record>(std::move(pullback), std::move(slots)...))};
+}
+}  // namespace detail
+
+/// Puts an operation with an array result and its pullback on the active tape.
+///
+/// The inputs name what the result depends on: ArrayVariable<T, R>, Variable<T> or a formula of these;
+/// plain arrays and numbers are allowed, and passive. In the reverse sweep the tape calls
+///
+///   pullback(const Array<T, Rank>& value_adjoint, input_adjoint*...)
+///
+/// with one pointer an input, in order: Array<T, R>* of the input's extents, or T* for a scalar; null for
+/// a passive input. The pullback ADDS value_adjoint · d value / d input to each that is not null. Two of
+/// them may point to the same adjoint. It is not called when nothing depends on the result. It may be
+/// called again by another reverse(), so it keeps what it captured; values of inputs are captured cheaply
+/// as input.shared_value().
+///
+/// \returns the result; passive, with nothing recorded, when all inputs are passive
+/// \throws DomainError if an input is active but no tape is, or is not on the active tape
+template <class T, std::size_t Rank, class Pullback, class... Inputs>
+[[nodiscard]] ArrayVariable<T, Rank> record_array(Array<T, Rank> value, Pullback pullback,
+                                                  const Inputs&... inputs) {
+  return detail::record_array_slots<T, Rank>(std::make_shared<const Array<T, Rank>>(std::move(value)),
+                                             std::move(pullback), detail::slot_of<T>(inputs)...);
+}
+
+/// The same for a result that the pullback reads too, and therefore shares.
+template <class T, std::size_t Rank, class Pullback, class... Inputs>
+[[nodiscard]] ArrayVariable<T, Rank> record_array(std::shared_ptr<const Array<T, Rank>> value,
+                                                  Pullback pullback, const Inputs&... inputs) {
+  return detail::record_array_slots<T, Rank>(std::move(value), std::move(pullback),
+                                             detail::slot_of<T>(inputs)...);
+}
+
+/// Puts an operation with a scalar result and its pullback on the active tape. As record_array(), but the
+/// tape calls pullback(T value_adjoint, input_adjoint*...), and not when value_adjoint is zero.
+template <class T, class Pullback, class... Inputs>
+[[nodiscard]] Variable<T> record_scalar(T value, Pullback pullback, const Inputs&... inputs) {
+  return detail::record_scalar_slots<T>(value, std::move(pullback), detail::slot_of<T>(inputs)...);
+}
+
+}  // namespace tapestry

@@ -1,0 +1,119 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <tapestry/autodiff/tape_state.hpp>
+#include <type_traits>
+#include <utility>
+
+namespace tapestry {
+
+template <class T>
+class Variable;
+
+/// A place on a tape, to rewind to. Made by Tape::mark().
+using Position = detail::TapePosition;
+
+/// While it lives, its thread records on the tape that made it; then on the tape before it again.
+/// Scopes end in the reverse order of their beginning, on the thread that began them.
+template <class T>
+class ActiveScope {
+ public:
+  explicit ActiveScope(std::shared_ptr<detail::TapeState<T>> state)
+      : state_(std::move(state)), previous_(std::exchange(detail::TapeState<T>::active, state_.get())) {}
+  ActiveScope(const ActiveScope&) = delete;
+  ActiveScope& operator=(const ActiveScope&) = delete;
+  ~ActiveScope() { detail::TapeState<T>::active = previous_; }
+
+ private:
+  std::shared_ptr<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
+  detail::TapeState<T>* previous_;
+};
+
+/// Reverse-mode tape: remembers the operations on active variables, and runs their adjoints backwards.
+///
+///   Tape<double> tape;
+///   auto scope = tape.activate();
+///   Variable<double> x = tape.input(2.0);
+///   Variable<double> y = x * x + x;
+///   tape.reverse(y);                    // x.adjoint() == 5
+///
+/// Scalar statements (variable.hpp) and array operations (array_variable.hpp, record.hpp) share the tape,
+/// in the order in which they ran. An operation whose inputs are all passive is not recorded.
+/// Every thread has its own active tape for each T; one tape serves one thread at a time.
+/// A variable of another tape, or of a tape since cleared or rewound, is a DomainError wherever it is used.
+/// An exception in the middle of a recording leaves the tape as it was before that operation.
+/// A tape can be moved, also while active; the source is then an empty tape.
+template <class T>
+class Tape {
+ public:
+  Tape() = default;
+  Tape(Tape&& other) noexcept = default;
+  Tape& operator=(Tape&& other) noexcept = default;
+
+  /// Makes this the tape that the calling thread records on, until the result is destroyed.
+  [[nodiscard]] ActiveScope<T> activate() { return ActiveScope<T>(shared_state()); }
+
+  /// A variable to differentiate by. The tape need not be active.
+  [[nodiscard]] Variable<T> input(T value) {
+    state().require_idle("input");
+    return Variable<T>(value, state().append_input());
+  }
+
+  /// The same for an Array<T, R>; returns an ArrayVariable<T, R>. Include array_variable.hpp for it.
+  template <class Values>
+  requires(!std::is_arithmetic_v<Values>) [[nodiscard]] auto input(Values values) {
+    state().require_idle("input");
+    return array_input(state(), std::move(values));
+  }
+
+  /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so
+  /// that a second call repeats the first and does not add to it.
+  /// A passive root depends on nothing, which is no error: every adjoint is then zero.
+  /// A zero adjoint passes nothing on, even where a partial derivative is infinite or NaN.
+  /// If a pullback throws, so does this; the tape stays usable, its adjoints are those computed so far.
+  /// \throws DomainError if root is not on this tape, or if called from within a pullback
+  void reverse(const Variable<T>& root, T seed = T(1)) {
+    const detail::Link link = root.link();
+    state().require_own_if_active(link);
+    state().reverse([&](T* adjoints) {
+      if (link.is_active()) adjoints[link.index] = seed;
+    });
+  }
+
+  /// The same for an ArrayVariable root and a seed of its extents: the transposed Jacobian times the seed.
+  template <class ArrayRoot, class Seed>
+  requires(!std::is_arithmetic_v<Seed>) void reverse(const ArrayRoot& root, const Seed& seed) {
+    reverse_from_array(state(), root, seed);
+  }
+
+  /// What variable.adjoint() gives, without the need for an active tape.
+  [[nodiscard]] T adjoint(const Variable<T>& variable) const { return state().adjoint(variable.link()); }
+
+  /// The present end of the tape.
+  [[nodiscard]] Position mark() const { return state().mark(); }
+
+  /// Forgets what was recorded since the position; variables recorded before it remain.
+  /// \throws DomainError if the position is not, or no longer, on this tape
+  void rewind(const Position& position) { state().rewind(position); }
+
+  /// Forgets everything but keeps the memory for the next recording.
+  void clear() { state().clear(); }
+
+  /// Inputs and operations recorded.
+  [[nodiscard]] std::size_t statement_count() const { return state().statement_count(); }
+  /// Pairs (variable, partial derivative) of all scalar statements.
+  [[nodiscard]] std::size_t operand_count() const { return state().operand_count(); }
+  /// Array inputs, and operations with a pullback.
+  [[nodiscard]] std::size_t record_count() const { return state().record_count(); }
+
+ private:
+  [[nodiscard]] const std::shared_ptr<detail::TapeState<T>>& shared_state() const {
+    if (state_ == nullptr) state_ = std::make_shared<detail::TapeState<T>>();
+    return state_;
+  }
+  [[nodiscard]] detail::TapeState<T>& state() const { return *shared_state(); }
+
+  mutable std::shared_ptr<detail::TapeState<T>> state_;  // made when first needed
+};
+
+}  // namespace tapestry

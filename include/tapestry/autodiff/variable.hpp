@@ -1,0 +1,202 @@
+#pragma once
+#include <compare>
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/core/error.hpp>
+
+namespace tapestry {
+
+/// A scalar that a tape can differentiate by. Numbers convert to passive variables, which cost no tape.
+/// Formulas of variables are evaluated and recorded, as one statement, when they become a Variable:
+/// write `Variable<T> y = x * x;`, since `auto` would keep the formula (safely, by value) and evaluate
+/// it anew wherever it is used. Copies share their record; a moved-from variable keeps its value.
+template <class T>
+class Variable {
+  static_assert(std::floating_point<T>);
+
+ public:
+  using ExpressionScalar = T;
+  using value_type = T;
+  static constexpr std::size_t operand_bound = 1;
+
+  constexpr Variable() = default;
+  template <Number N>
+  constexpr Variable(N value) : value_(static_cast<T>(value)) {}
+
+  /// Records the formula as one statement of the active tape; a passive formula records nothing.
+  /// \throws DomainError if the formula is active but no tape is, or it uses a variable not on the tape
+  template <ScalarExpression E>
+  requires(!std::same_as<E, Variable> && std::same_as<typename E::ExpressionScalar, T>)
+      Variable(const E& formula)
+      : value_(formula.value()) {
+    if (formula.is_active()) link_ = detail::TapeState<T>::require_active().append(formula);
+  }
+
+  /// For those who record operations themselves; see record.hpp for the convenient way.
+  constexpr Variable(T value, detail::Link link) : value_(value), link_(link) {}
+
+  [[nodiscard]] constexpr T value() const { return value_; }
+
+  /// Whether a tape knows the variable.
+  [[nodiscard]] constexpr bool is_active() const { return link_.is_active(); }
+
+  /// d root / d variable of the last reverse() of the active tape; zero before it and for passive variables.
+  /// \throws DomainError if the variable is active but not on the active tape; see also Tape::adjoint()
+  [[nodiscard]] T adjoint() const {
+    return is_active() ? detail::TapeState<T>::require_active().adjoint(link_) : T(0);
+  }
+
+  template <class Y>
+  requires(ScalarExpression<Y> || Number<Y>) Variable& operator+=(const Y& y) { return *this = *this + y; }
+  template <class Y>
+  requires(ScalarExpression<Y> || Number<Y>) Variable& operator-=(const Y& y) { return *this = *this - y; }
+  template <class Y>
+  requires(ScalarExpression<Y> || Number<Y>) Variable& operator*=(const Y& y) { return *this = *this * y; }
+  template <class Y>
+  requires(ScalarExpression<Y> || Number<Y>) Variable& operator/=(const Y& y) { return *this = *this / y; }
+
+  [[nodiscard]] constexpr detail::Link link() const { return link_; }
+  template <class Sink>
+  void push(T factor, Sink& sink) const {
+    sink.add(link_, factor);
+  }
+
+ private:
+  T value_ = T(0);
+  detail::Link link_;
+};
+
+/// A passive variable of the same value, which stops the gradient.
+template <ScalarExpression E>
+[[nodiscard]] auto passive(const E& formula) {
+  return Variable<typename E::ExpressionScalar>(formula.value());
+}
+
+/// A scalar operation with partial derivatives already known, d value / d variables[i] = partials[i], as
+/// one statement of the active tape.
+/// \throws DomainError if there are not as many partials as variables, and as Variable's constructor
+template <class T>
+[[nodiscard]] Variable<T> record_partials(T value, std::span<const Variable<T>> variables,
+                                          std::span<const T> partials) {
+  if (variables.size() != partials.size())
+    throw DomainError("record_partials: " + std::to_string(partials.size()) + " partials for " +
+                      std::to_string(variables.size()) + " variables");
+  bool is_active = false;
+  for (const Variable<T>& variable : variables) is_active = is_active || variable.is_active();
+  if (!is_active) return value;
+  return {value, detail::TapeState<T>::require_active().append_linear(
+                     variables.size(), [&](std::size_t i) { return variables[i].link(); }, partials.data())};
+}
+
+namespace detail {
+struct Plus {
+  template <class T>
+  static T value(T x, T y) {
+    return x + y;
+  }
+  template <class T>
+  static T partial_x(T, T, T) {
+    return T(1);
+  }
+  template <class T>
+  static T partial_y(T, T, T) {
+    return T(1);
+  }
+};
+struct Minus {
+  template <class T>
+  static T value(T x, T y) {
+    return x - y;
+  }
+  template <class T>
+  static T partial_x(T, T, T) {
+    return T(1);
+  }
+  template <class T>
+  static T partial_y(T, T, T) {
+    return T(-1);
+  }
+};
+struct Times {
+  template <class T>
+  static T value(T x, T y) {
+    return x * y;
+  }
+  template <class T>
+  static T partial_x(T, T y, T) {
+    return y;
+  }
+  template <class T>
+  static T partial_y(T x, T, T) {
+    return x;
+  }
+};
+struct Divide {
+  template <class T>
+  static T value(T x, T y) {
+    return x / y;
+  }
+  template <class T>
+  static T partial_x(T, T y, T) {
+    return T(1) / y;
+  }
+  template <class T>
+  static T partial_y(T, T y, T quotient) {
+    return -quotient / y;
+  }
+};
+struct Negate {
+  template <class T>
+  static T value(T x) {
+    return -x;
+  }
+  template <class T>
+  static T partial(T, T) {
+    return T(-1);
+  }
+};
+}  // namespace detail
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator+(const X& x, const Y& y) { return detail::make_binary<detail::Plus>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator-(const X& x, const Y& y) { return detail::make_binary<detail::Minus>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator*(const X& x, const Y& y) { return detail::make_binary<detail::Times>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator/(const X& x, const Y& y) { return detail::make_binary<detail::Divide>(x, y); }
+
+template <ScalarExpression X>
+[[nodiscard]] auto operator-(const X& x) {
+  return detail::make_unary<detail::Negate>(x);
+}
+
+template <ScalarExpression X>
+[[nodiscard]] const X& operator+(const X& x) {
+  return x;
+}
+
+/// Comparisons look at the values only.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] bool operator==(const X& x, const Y& y) {
+  return detail::value_of<detail::ScalarOf<X, Y>>(x) == detail::value_of<detail::ScalarOf<X, Y>>(y);
+}
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
+  return detail::value_of<detail::ScalarOf<X, Y>>(x) <=> detail::value_of<detail::ScalarOf<X, Y>>(y);
+}
+
+}  // namespace tapestry
