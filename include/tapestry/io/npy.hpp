@@ -1,0 +1,200 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/npy_header.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io {
+
+/// An array as an .npy file holds it, its elements already in this machine's byte order and row-major.
+struct NpyArray {
+  std::string origin;              ///< "frame.npz:img.npy", for messages
+  std::vector<std::size_t> shape;  ///< empty for a single number
+  DType type = DType::u1;
+  std::vector<std::uint8_t> bytes;
+
+  [[nodiscard]] std::size_t size() const { return bytes.size() / item_size(type); }
+
+  /// The elements as T, in row-major order. Numbers of any type become floating point by rounding; integers
+  /// and booleans become integers when every value fits; floating point never becomes an integer. \throws
+  /// FileError (mismatch) naming both types or the first value that does not fit
+  template <class T>
+  [[nodiscard]] std::vector<T> as() const;
+
+  /// The elements as an array; throws FileError (mismatch) when the number of axes differs or as() does.
+  template <class T, std::size_t Rank>
+  [[nodiscard]] Array<T, Rank> array() const {
+    if (shape.size() != Rank) {
+      throw FileError(ErrorKind::mismatch, {.path = origin,
+                                            .what = "array has another number of axes",
+                                            .expected = std::to_string(Rank),
+                                            .found = shape_text(shape)});
+    }
+    Extents<Rank> extents{};
+    std::copy(shape.begin(), shape.end(), extents.begin());
+    Array<T, Rank> result(extents);
+    const auto values = as<T>();
+    std::copy(values.begin(), values.end(), result.data());
+    return result;
+  }
+};
+
+namespace detail {
+/// Calls visit with a value of the C++ type that `type` stands for.
+template <class Visit>
+auto visit_type(DType type, Visit visit) {
+  switch (type) {
+    case DType::b1:
+      return visit(bool{});
+    case DType::u1:
+      return visit(std::uint8_t{});
+    case DType::u2:
+      return visit(std::uint16_t{});
+    case DType::u4:
+      return visit(std::uint32_t{});
+    case DType::u8:
+      return visit(std::uint64_t{});
+    case DType::i1:
+      return visit(std::int8_t{});
+    case DType::i2:
+      return visit(std::int16_t{});
+    case DType::i4:
+      return visit(std::int32_t{});
+    case DType::i8:
+      return visit(std::int64_t{});
+    case DType::f4:
+      return visit(float{});
+    default:
+      return visit(double{});
+  }
+}
+
+template <class T>
+constexpr DType type_of() {
+  if constexpr (std::same_as<T, bool>) return DType::b1;
+  if constexpr (std::floating_point<T>) return sizeof(T) == 4 ? DType::f4 : DType::f8;
+  constexpr std::array unsigned_types{DType::u1, DType::u2, DType::u4, DType::u8};
+  constexpr std::array signed_types{DType::i1, DType::i2, DType::i4, DType::i8};
+  constexpr auto width = static_cast<std::size_t>(std::countr_zero(sizeof(T)));
+  return std::is_signed_v<T> ? signed_types[width] : unsigned_types[width];
+}
+
+template <class From>
+From element(const std::uint8_t* bytes) {
+  if constexpr (std::same_as<From, bool>) return *bytes != 0;
+  From value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+template <class T, class From>
+T element_as(From value, const NpyArray& array) {
+  if constexpr (std::integral<T> && std::integral<From> && !std::same_as<T, bool> &&
+                !std::same_as<From, bool>) {
+    if (!std::in_range<T>(value)) {
+      throw FileError(ErrorKind::mismatch, {.path = array.origin,
+                                            .what = "a value does not fit",
+                                            .expected = std::string(type_name(type_of<T>())),
+                                            .found = std::to_string(value)});
+    }
+  }
+  return static_cast<T>(value);
+}
+
+/// Reverses the bytes of every element.
+inline void swap_bytes(std::vector<std::uint8_t>& bytes, std::size_t item) {
+  for (std::size_t i = 0; i + item <= bytes.size(); i += item) {
+    std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(i),
+                 bytes.begin() + static_cast<std::ptrdiff_t>(i + item));
+  }
+}
+
+/// Column-major elements put into row-major order.
+inline std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_major,
+                                           const std::vector<std::size_t>& shape, std::size_t item) {
+  std::vector<std::uint8_t> result(column_major.size());
+  std::vector<std::size_t> index(shape.size(), 0);
+  std::vector<std::size_t> stride(shape.size(), item);
+  for (std::size_t axis = 1; axis < shape.size(); ++axis) stride[axis] = stride[axis - 1] * shape[axis - 1];
+  for (std::size_t to = 0; to < result.size(); to += item) {
+    std::size_t from = 0;
+    for (std::size_t axis = 0; axis < shape.size(); ++axis) from += index[axis] * stride[axis];
+    std::memcpy(result.data() + to, column_major.data() + from, item);
+    for (std::size_t axis = shape.size(); axis-- > 0;) {
+      if (++index[axis] < shape[axis]) break;
+      index[axis] = 0;
+    }
+  }
+  return result;
+}
+}  // namespace detail
+
+template <class T>
+std::vector<T> NpyArray::as() const {
+  constexpr bool to_integer = std::integral<T>;
+  if (to_integer && (type == DType::f4 || type == DType::f8)) {
+    throw FileError(ErrorKind::mismatch, {.path = origin,
+                                          .what = "array has another element type",
+                                          .expected = std::string(type_name(detail::type_of<T>())),
+                                          .found = std::string(type_name(type))});
+  }
+  std::vector<T> values(size());
+  detail::visit_type(type, [&]<class From>(From) {
+    if constexpr (!to_integer || std::integral<From>) {
+      const std::uint8_t* from = bytes.data();
+      for (std::size_t i = 0; i < values.size(); ++i, from += sizeof(From))
+        values[i] = detail::element_as<T>(detail::element<From>(from), *this);
+    }
+  });
+  return values;
+}
+
+/// Reads an .npy image in memory: header, shape and payload must agree to the byte before anything is
+/// allocated.
+///
+/// \param origin  names the file and member in messages
+/// \throws FileError: malformed (bad header, payload shorter or longer than the shape says, pickled objects),
+///         mismatch (element type that is not a plain number), limit (shape product beyond 2^63)
+[[nodiscard]] inline NpyArray parse_npy(std::string_view file, const std::string& origin) {
+  const NpyHeader header = parse_npy_header(file, origin);
+  const std::size_t item = item_size(header.type);
+  const std::size_t needed = header.element_count * item;
+  if (file.size() - header.size != needed) {
+    throw FileError(ErrorKind::malformed,
+                    {.path = origin,
+                     .position = "@" + std::to_string(header.size),
+                     .what = "payload does not have the size of shape " + shape_text(header.shape),
+                     .expected = std::to_string(needed) + " bytes",
+                     .found = std::to_string(file.size() - header.size)});
+  }
+  NpyArray array{origin, header.shape, header.type, {}};
+  array.bytes.resize(needed);
+  if (needed > 0) std::memcpy(array.bytes.data(), file.data() + header.size, needed);
+  if (item > 1 && header.big_endian == (std::endian::native == std::endian::little))
+    detail::swap_bytes(array.bytes, item);
+  if (header.column_major && header.shape.size() > 1)
+    array.bytes = detail::row_major(array.bytes, header.shape, item);
+  return array;
+}
+
+/// The bytes of an .npy file of version 1 holding elements of T in row-major order.
+template <class T>
+[[nodiscard]] std::string npy_bytes(std::span<const std::size_t> shape, std::span<const T> elements) {
+  std::string file = npy_header_text(detail::type_of<T>(), shape);
+  file.append(reinterpret_cast<const char*>(elements.data()), elements.size_bytes());
+  return file;
+}
+
+}  // namespace tapestry::io

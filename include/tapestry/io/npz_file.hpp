@@ -1,0 +1,126 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/atomic_file.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/npy.hpp>
+#include <tapestry/io/zip_archive.hpp>
+#include <tapestry/io/zip_writer.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io {
+
+/// The arrays of an .npz file, all of them read and verified at once.
+class NpzFile {
+ public:
+  /// \throws FileError: malformed (damaged archive or array, pickled objects), limit (larger than `limits`)
+  [[nodiscard]] static NpzFile read(const std::string& path, const ZipLimits& limits = {}) {
+    return parse(read_text_file(path, limits.file_bytes), path, limits);
+  }
+
+  /// As read(), for a file held in memory; `path` is for messages.
+  [[nodiscard]] static NpzFile parse(std::string_view bytes, const std::string& path,
+                                     const ZipLimits& limits = {}) {
+    const ZipArchive archive(bytes, path, limits);
+    NpzFile file;
+    file.path_ = path;
+    for (const auto& member : archive.members()) {
+      const std::string_view name = member.name;
+      if (!name.ends_with(".npy")) continue;  // not an array; NumPy hands such members out as bytes
+      file.names_.emplace_back(name.substr(0, name.size() - 4));
+      file.arrays_.push_back(parse_npy(archive.unpack(member), path + ":" + member.name));
+    }
+    return file;
+  }
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
+
+  /// \throws FileError (mismatch) listing the members there are, when `name` is not among them
+  [[nodiscard]] const NpyArray& get(std::string_view name) const {
+    const NpyArray* array = find(name);
+    if (array != nullptr) return *array;
+    std::string list;
+    for (const auto& other : names_) list += (list.empty() ? "" : ", ") + other;
+    throw FileError(ErrorKind::mismatch, {.path = path_,
+                                          .what = "member '" + std::string(name) + "' is missing",
+                                          .expected = std::string(name),
+                                          .found = list.empty() ? "no arrays" : list});
+  }
+
+  /// A member as an array; see NpyArray::array().
+  template <class T, std::size_t Rank>
+  [[nodiscard]] Array<T, Rank> array(std::string_view name) const {
+    return get(name).template array<T, Rank>();
+  }
+
+ private:
+  [[nodiscard]] const NpyArray* find(std::string_view name) const {
+    for (std::size_t i = 0; i < names_.size(); ++i)
+      if (names_[i] == name) return &arrays_[i];
+    return nullptr;
+  }
+
+  std::string path_;
+  std::vector<std::string> names_;
+  std::vector<NpyArray> arrays_;
+};
+
+/// Collects arrays and writes them as one .npz file that NumPy can load.
+class NpzWriter {
+ public:
+  template <class T, std::size_t Rank>
+  void add(const std::string& name, const Array<T, Rank>& array) {
+    const auto shape = array.shape();
+    add(name, std::span<const std::size_t>(shape.data(), Rank),
+        std::span<const T>(array.data(), array.size()));
+  }
+
+  /// A list becomes an array of one axis.
+  template <class T>
+  void add(const std::string& name, const std::vector<T>& list) {
+    const std::size_t shape[] = {list.size()};
+    add(name, std::span<const std::size_t>(shape), std::span<const T>(list));
+  }
+
+  /// A number becomes an array without axes.
+  template <class T>
+  requires std::integral<T> || std::floating_point<T>
+  void add(const std::string& name, T number) { add(name, {}, std::span<const T>(&number, 1)); }
+
+  /// Text becomes an array of its bytes.
+  void add(const std::string& name, std::string_view text) {
+    add(name, std::vector<std::uint8_t>(text.begin(), text.end()));
+  }
+
+  /// Elements in row-major order under a shape of any number of axes.
+  template <class T>
+  void add(const std::string& name, std::span<const std::size_t> shape, std::span<const T> elements) {
+    members_.emplace_back(name + ".npy", npy_bytes<T>(shape, elements));
+  }
+
+  /// The bytes of the file.
+  [[nodiscard]] std::string bytes(bool compress = false) const {
+    ZipWriter archive;
+    for (const auto& [name, content] : members_) archive.add(name, content, compress);
+    return archive.bytes();
+  }
+
+  /// Replaces `path` by the whole file, or leaves it as it was. Equal arrays give equal bytes.
+  /// \throws FileError (write); Error (limit) beyond 4 GiB
+  void write(const std::string& path, bool compress = false) const {
+    write_file_atomically(path, bytes(compress));
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::string>> members_;
+};
+
+}  // namespace tapestry::io
