@@ -15,7 +15,8 @@ Scalar central_difference_step() {
 template <class Array>
 auto dot(const Array& a, const Array& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += static_cast<double>(a.data()[i]) * static_cast<double>(b.data()[i]);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    sum += static_cast<double>(a.data()[i]) * static_cast<double>(b.data()[i]);
   return static_cast<typename Array::value_type>(sum);
 }
 

@@ -23,7 +23,8 @@ template <class Scalar, std::size_t Rank>
 Array<Scalar, Rank> random_direction(const std::size_t (&extents)[Rank], std::uint64_t seed) {
   auto array = random_array<Scalar>(extents, seed, -1, 1);
   double squared_length = 0;
-  for (const auto value : array.storage()) squared_length += static_cast<double>(value) * static_cast<double>(value);
+  for (const auto value : array.storage())
+    squared_length += static_cast<double>(value) * static_cast<double>(value);
   for (auto& value : array.storage()) value /= static_cast<Scalar>(std::sqrt(squared_length));
   return array;
 }

@@ -7,8 +7,8 @@ namespace tapestry {
 
 /// Array whose number of axes is fixed at compile time and whose elements are float or double.
 template <class T, std::size_t Rank>
-concept RealArray = std::floating_point<typename T::value_type> &&
-    std::tuple_size_v<typename T::shape_type> == Rank;
+concept RealArray = std::floating_point<typename T::value_type> && std::tuple_size_v<typename T::shape_type>
+== Rank;
 
 /// Axes are row, column, channel.
 template <class T>

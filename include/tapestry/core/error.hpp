@@ -49,14 +49,15 @@ class NumericError : public Error {
 class FileError : public Error {
  public:
   struct Details {
-    std::string path;          ///< as the user gave it
-    std::string position{};    ///< "12" for a line, "@20" for a byte offset
-    std::string what{};        ///< the complaint, lower case, without a full stop
+    std::string path;        ///< as the user gave it
+    std::string position{};  ///< "12" for a line, "@20" for a byte offset
+    std::string what{};      ///< the complaint, lower case, without a full stop
     std::string expected{};
     std::string found{};
   };
 
-  FileError(ErrorKind kind, Details details) : Error(kind, message_of(details)), details_(std::move(details)) {}
+  FileError(ErrorKind kind, Details details)
+      : Error(kind, message_of(details)), details_(std::move(details)) {}
   [[nodiscard]] const Details& details() const noexcept { return details_; }
 
  private:

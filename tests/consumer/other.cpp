@@ -1,0 +1,8 @@
+#include "other.hpp"
+
+#include <tapestry/core/array.hpp>
+#include <tapestry/loss/smoothness.hpp>
+
+double smoothness_elsewhere(const tapestry::Array<double, 3>& render) {
+  return tapestry::loss::smoothness(render, tapestry::filled<double, 2>({2, 2}, 1.0));
+}

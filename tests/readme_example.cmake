@@ -1,0 +1,18 @@
+# The program that README.md shows, under its mark, is built and run.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/README.md)
+file(READ ${PROJECT_SOURCE_DIR}/README.md readme)
+set(opening "<!-- compiled by the tests -->\n```cpp\n")
+string(FIND "${readme}" "${opening}" begin)
+if(begin EQUAL -1)
+  message(FATAL_ERROR "README.md has no example under the mark \"compiled by the tests\"")
+endif()
+string(LENGTH "${opening}" opening_length)
+math(EXPR begin "${begin} + ${opening_length}")
+string(SUBSTRING "${readme}" ${begin} -1 readme)
+string(FIND "${readme}" "```" length)
+string(SUBSTRING "${readme}" 0 ${length} example)
+file(CONFIGURE OUTPUT readme_example.cpp CONTENT "${example}" @ONLY)
+
+add_executable(readme_example ${CMAKE_CURRENT_BINARY_DIR}/readme_example.cpp)
+target_link_libraries(readme_example PRIVATE tapestry_strict)
+add_test(NAME "README: the example runs" COMMAND readme_example)
