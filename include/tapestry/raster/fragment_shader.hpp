@@ -1,0 +1,87 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/texture_atlas.hpp>
+#include <tapestry/raster/texture_cube.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+/// Material colour of a face, light grey where it has none.
+inline std::array<float, 3> material_colour(const geometry::Mesh& mesh, std::size_t face) {
+  const std::int32_t material = face < mesh.face_materials.size() ? mesh.face_materials[face] : -1;
+  const bool known = material >= 0 && static_cast<std::size_t>(material) < mesh.materials.size();
+  return known ? mesh.materials[static_cast<std::size_t>(material)].colour : geometry::Material{}.colour;
+}
+
+inline void require_uvs(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted) {
+  for (std::size_t face = 0; face < painted.size(); ++face) {
+    if (painted[face] == 0) continue;
+    const auto complain = [&](const char* what) {
+      throw Error(ErrorKind::mismatch, "texture_operator: face " + std::to_string(face) +
+                                           " is painted from an atlas but has " + what);
+    };
+    if (face >= mesh.face_uvs.size()) complain("no uv");
+    for (const std::int32_t uv : mesh.face_uvs[face]) {
+      if (uv < 0 || static_cast<std::size_t>(uv) >= mesh.uvs.size()) complain("no uv");
+      const auto& [u, v] = mesh.uvs[static_cast<std::size_t>(uv)];
+      if (!(std::abs(u) <= 1e9) || !(std::abs(v) <= 1e9)) complain("a uv that is not finite or beyond 1e9");
+    }
+  }
+}
+
+inline void require_layout(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
+                           const TextureLayout& layout) {
+  if (painted.size() != mesh.faces.size()) {
+    throw ShapeError("texture_operator: painted is [" + std::to_string(painted.size()) + "], expected [" +
+                     std::to_string(mesh.faces.size()) + "], one entry a face");
+  }
+  constexpr std::size_t size_limit = 1U << 16U;
+  if (layout.kind == TextureKind::cube) {
+    if (layout.texels_per_edge == 0 || layout.texels_per_edge > 256)
+      throw DomainError("texture_operator: texels_per_edge must be 1 to 256");
+  } else {
+    if (layout.height == 0 || layout.width == 0 || layout.height > size_limit || layout.width > size_limit)
+      throw DomainError("texture_operator: an atlas must have 1 to 65536 rows and columns");
+    if (!(layout.u_extent > 0 && layout.u_extent <= 1e6))
+      throw DomainError("texture_operator: u_extent must be in (0, 1e6]");
+    require_uvs(mesh, painted);
+  }
+  if (layout.texel_count(mesh) >= std::numeric_limits<std::uint32_t>::max())
+    throw Error(ErrorKind::limit, "texture_operator: the texture has more than 4294967294 texels");
+}
+
+/// Everything that the fragments of a view are turned into entries with.
+struct FragmentShader {
+  const geometry::Mesh& mesh;
+  const std::vector<std::uint8_t>& painted;
+  const TextureLayout& layout;
+  std::vector<double> light;
+
+  /// Appends the taps of a painted fragment, weighted by coverage and light.
+  void add_taps(const Fragment& fragment, std::vector<Tap>& taps) const {
+    const auto face = static_cast<std::size_t>(fragment.face);
+    const double scale = fragment.coverage * light[face];
+    const auto append = [&](const Tap& tap) { taps.push_back({tap.texel, tap.weight * scale}); };
+    if (layout.kind == TextureKind::cube) {
+      visit_cube_taps(layout, face, fragment.barycentric, append);
+      return;
+    }
+    std::array<double, 2> uv{0, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& corner = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
+      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner[axis];
+    }
+    visit_atlas_taps(layout, uv, append);
+  }
+};
+
+}  // namespace tapestry::raster::detail

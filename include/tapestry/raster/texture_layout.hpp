@@ -1,0 +1,32 @@
+#pragma once
+#include <cstddef>
+#include <tapestry/geometry/mesh.hpp>
+
+namespace tapestry::raster {
+
+/// atlas: one picture that the mesh's uv coordinates point into. cube: s³ texels for every face, looked
+/// up by barycentric coordinates, as in Neural Mesh Renderer.
+enum class TextureKind { atlas, cube };
+
+/// Where a texture's texels are; the texels themselves are an array [texel_count, 3].
+struct TextureLayout {
+  TextureKind kind = TextureKind::atlas;
+  std::size_t height = 0;           ///< atlas: rows, row 0 on top (v = 1)
+  std::size_t width = 0;            ///< atlas: columns
+  double u_extent = 1;              ///< atlas: u in [0, u_extent] spans the width; 2 for the car's 2×1 atlas
+  std::size_t texels_per_edge = 0;  ///< cube: s
+
+  /// atlas: height · width, texel row · width + column; cube: F · s³, texel ((f·s + a)·s + b)·s + c.
+  [[nodiscard]] std::size_t texel_count(const geometry::Mesh& mesh) const {
+    if (kind == TextureKind::atlas) return height * width;
+    return mesh.faces.size() * texels_per_edge * texels_per_edge * texels_per_edge;
+  }
+};
+
+/// One texel's part in a lookup.
+struct Tap {
+  std::size_t texel;
+  double weight;
+};
+
+}  // namespace tapestry::raster

@@ -1,0 +1,233 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/light.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// For one view the map from texture to picture is linear. This is that map, stored sparse:
+///
+///   render[p, c] = constant[p, c] + light_colour[c] · Σ_i weights[i] · texels[texels_of[i], c]
+///
+/// over row_begin[r] ≤ i < row_begin[r + 1] for the row r with pixels[r] = p. Coverage and the face's
+/// light are in the weights. Made by texture_operator(), applied by render() and render_adjoint().
+/// Memory: see memory_bytes(); about 4 + sizeof(T) bytes an entry, 4 to 9 entries a covered pixel.
+template <std::floating_point T>
+struct TextureOperator {
+  std::size_t height = 0;
+  std::size_t width = 0;
+  std::size_t texel_count = 0;
+  std::array<T, 3> light_colour{1, 1, 1};
+  std::vector<std::uint32_t> pixels;     ///< row · width + column of pixels that show paint, ascending
+  std::vector<std::uint32_t> row_begin;  ///< one more than pixels
+  std::vector<std::uint32_t> texels_of;
+  std::vector<T> weights;
+  Array<T, 3> constant;              ///< [H, W, 3] lit colour of faces that are not painted, times coverage
+  Array<T, 2> coverage;              ///< [H, W] share of the pixel that shows any face, in [0, 1]
+  std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
+};
+
+/// Memory that an operator holds.
+template <class T>
+[[nodiscard]] std::size_t memory_bytes(const TextureOperator<T>& picture) {
+  return (picture.pixels.capacity() + picture.row_begin.capacity() + picture.texels_of.capacity()) *
+             sizeof(std::uint32_t) +
+         (picture.weights.capacity() + picture.constant.size() + picture.coverage.size()) * sizeof(T);
+}
+
+namespace detail {
+
+/// The rows of an operator that belong to a band of pixel rows.
+template <class T>
+struct OperatorBand {
+  std::vector<std::uint32_t> pixels;
+  std::vector<std::uint32_t> entry_counts;
+  std::vector<std::uint32_t> texels_of;
+  std::vector<T> weights;
+  std::vector<Tap> taps;  // of the pixel under way
+  std::size_t pixel = 0;  // the pixel under way
+
+  /// Ends the pixel under way: taps of the same texel become one entry.
+  void finish_pixel() {
+    if (taps.empty()) return;
+    std::sort(taps.begin(), taps.end(), [](const Tap& a, const Tap& b) { return a.texel < b.texel; });
+    const std::size_t first = texels_of.size();
+    for (std::size_t i = 0; i < taps.size();) {
+      double weight = 0;
+      const std::size_t texel = taps[i].texel;
+      for (; i < taps.size() && taps[i].texel == texel; ++i) weight += taps[i].weight;
+      texels_of.push_back(static_cast<std::uint32_t>(texel));
+      weights.push_back(static_cast<T>(weight));
+    }
+    pixels.push_back(static_cast<std::uint32_t>(pixel));
+    entry_counts.push_back(static_cast<std::uint32_t>(texels_of.size() - first));
+    taps.clear();
+  }
+};
+
+template <class T>
+void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture) {
+  std::size_t rows = 0, entries = 0;
+  for (const auto& band : bands) {
+    rows += band.pixels.size();
+    entries += band.texels_of.size();
+  }
+  if (entries > std::numeric_limits<std::uint32_t>::max())
+    throw Error(ErrorKind::limit, "texture_operator: the view has more than 4294967295 entries");
+  picture.pixels.reserve(rows);
+  picture.row_begin.reserve(rows + 1);
+  picture.texels_of.reserve(entries);
+  picture.weights.reserve(entries);
+  picture.row_begin.push_back(0);
+  for (auto& band : bands) {
+    picture.pixels.insert(picture.pixels.end(), band.pixels.begin(), band.pixels.end());
+    picture.texels_of.insert(picture.texels_of.end(), band.texels_of.begin(), band.texels_of.end());
+    picture.weights.insert(picture.weights.end(), band.weights.begin(), band.weights.end());
+    for (const std::uint32_t count : band.entry_counts) {
+      picture.row_begin.push_back(picture.row_begin.back() + count);
+    }
+    band = {};
+  }
+}
+
+template <class T>
+void shade_band(const FragmentWalk& walk, std::size_t row_begin, std::size_t row_end,
+                const FragmentShader& shader, const Light& light, OperatorBand<T>& band,
+                TextureOperator<T>& picture) {
+  walk.walk(row_begin, row_end, [&](const Fragment& fragment) {
+    const auto face = static_cast<std::size_t>(fragment.face);
+    picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
+    if (shader.painted[face] != 0) {
+      if (fragment.pixel != band.pixel) band.finish_pixel();
+      band.pixel = fragment.pixel;
+      shader.add_taps(fragment, band.taps);
+      return;
+    }
+    const std::array<float, 3> colour = material_colour(shader.mesh, face);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double lit = static_cast<double>(colour[c]) * shader.light[face] * light.colour[c];
+      picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * lit);
+    }
+  });
+  band.finish_pixel();
+}
+
+}  // namespace detail
+
+/// Rasterises a view and keeps the linear map from texture to picture.
+///
+/// Cubes are looked up at every sample, as Neural Mesh Renderer does; an atlas once for each face in each
+/// pixel, at the mean of the samples' barycentric coordinates, weighted by their number.
+/// The result is the same for any number of threads.
+///
+/// \param painted           1 for faces that take their colour from the texture; one entry a face. The
+///                          others keep their material's colour.
+/// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square
+/// \throws ShapeError if painted does not have one entry a face
+/// \throws DomainError for a picture, camera, light or layout outside the stated limits
+/// \throws Error (mismatch) if a painted face has no uv, or a face refers to a missing position
+template <std::floating_point T>
+[[nodiscard]] TextureOperator<T> texture_operator(const geometry::Mesh& mesh,
+                                                  const std::vector<std::uint8_t>& painted,
+                                                  const geometry::Camera& camera, std::size_t height,
+                                                  std::size_t width, const TextureLayout& layout,
+                                                  const Light& light, std::size_t samples_per_axis = 2) {
+  detail::require_layout(mesh, painted, layout);
+  const VisibilityBuffer buffer = visibility(mesh, camera, height, width, samples_per_axis);
+  const auto positions_view = positions_in_view(mesh, camera);
+  const bool is_cube = layout.kind == TextureKind::cube;
+  const FragmentWalk walk(buffer, mesh, positions_view, camera,
+                          is_cube ? FragmentGrain::sample : FragmentGrain::face);
+  const detail::FragmentShader shader{mesh, painted, layout, face_light(mesh, camera, light)};
+
+  TextureOperator<T> picture;
+  picture.height = height;
+  picture.width = width;
+  picture.texel_count = layout.texel_count(mesh);
+  for (std::size_t c = 0; c < 3; ++c) picture.light_colour[c] = static_cast<T>(light.colour[c]);
+  picture.constant = zeros<T, 3>({height, width, 3});
+  picture.coverage = zeros<T, 2>({height, width});
+  picture.non_finite_faces = buffer.non_finite_faces;
+  constexpr std::size_t band_rows = 16;
+  std::vector<detail::OperatorBand<T>> bands(block_count(height, band_rows));
+  parallel_for(bands.size(), [&](std::size_t index) {
+    const auto [begin, end] = block_range(index, height, band_rows);
+    detail::shade_band(walk, begin, end, shader, light, bands[index], picture);
+  });
+  detail::join_bands(bands, picture);
+  return picture;
+}
+
+/// The picture of a texture.
+///
+/// \param texels  [texel_count, 3]
+/// \returns       [H, W, 3], colour times coverage, row 0 on top
+/// \throws ShapeError if texels does not fit the operator
+template <std::floating_point T>
+[[nodiscard]] Array<T, 3> render(const TextureOperator<T>& picture, const Array<T, 2>& texels) {
+  require_shape("render", "texels", texels, {picture.texel_count, 3});
+  Array<T, 3> image = picture.constant;
+  T* const out = image.data();
+  const T* const texel = texels.data();
+  const std::array<T, 3> light = picture.light_colour;
+  constexpr std::size_t block = 4096;
+  parallel_for(block_count(picture.pixels.size(), block), [&](std::size_t index) {
+    const auto [begin, end] = block_range(index, picture.pixels.size(), block);
+    for (std::size_t row = begin; row < end; ++row) {
+      T red = 0, green = 0, blue = 0;
+      for (std::size_t i = picture.row_begin[row]; i < picture.row_begin[row + 1]; ++i) {
+        const T* const colour = texel + 3 * std::size_t{picture.texels_of[i]};
+        red += picture.weights[i] * colour[0];
+        green += picture.weights[i] * colour[1];
+        blue += picture.weights[i] * colour[2];
+      }
+      T* const pixel = out + 3 * std::size_t{picture.pixels[row]};
+      pixel[0] += light[0] * red;
+      pixel[1] += light[1] * green;
+      pixel[2] += light[2] * blue;
+    }
+  });
+  return image;
+}
+
+/// Adds Aᵀ·render_adjoint to texels_adjoint, A being the linear part of render().
+///
+/// Texels are dealt out to the threads in runs of 256. Each thread reads all entries and adds those of
+/// its texels in the stored order, so the sums are the same for any number of threads.
+///
+/// \param render_adjoint  [H, W, 3]
+/// \param texels_adjoint  [texel_count, 3]
+/// \throws ShapeError if an argument does not fit the operator
+template <std::floating_point T>
+void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render_adjoint,
+                    Array<T, 2>& texels_adjoint) {
+  require_shape("render_adjoint", "render_adjoint", render_adjoint, {picture.height, picture.width, 3});
+  require_shape("render_adjoint", "texels_adjoint", texels_adjoint, {picture.texel_count, 3});
+  const auto parts = static_cast<std::uint32_t>(thread_count());
+  const std::array<T, 3> light = picture.light_colour;
+  parallel_for(parts, [&](std::size_t part) {
+    for (std::size_t row = 0; row < picture.pixels.size(); ++row) {
+      const T* const pixel = render_adjoint.data() + 3 * std::size_t{picture.pixels[row]};
+      const std::array<T, 3> lit{light[0] * pixel[0], light[1] * pixel[1], light[2] * pixel[2]};
+      for (std::size_t i = picture.row_begin[row]; i < picture.row_begin[row + 1]; ++i) {
+        if (parts > 1 && (picture.texels_of[i] >> 8U) % parts != part) continue;
+        T* const colour = texels_adjoint.data() + 3 * std::size_t{picture.texels_of[i]};
+        for (std::size_t c = 0; c < 3; ++c) colour[c] += picture.weights[i] * lit[c];
+      }
+    }
+  });
+}
+
+}  // namespace tapestry::raster
