@@ -1,0 +1,66 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <tapestry/nn/activation.hpp>
+#include <vector>
+
+namespace tapestry::detect {
+
+enum class LayerKind { convolutional, maxpool, upsample, route, shortcut, yolo, avgpool, softmax, dropout };
+
+/// The section name of a layer.
+[[nodiscard]] constexpr std::string_view name_of(LayerKind kind) {
+  constexpr std::array<std::string_view, 9> names = {
+      "convolutional", "maxpool", "upsample", "route", "shortcut", "yolo", "avgpool", "softmax", "dropout"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// One layer of a cfg file. Members that a kind does not use keep their defaults.
+struct LayerConfig {
+  LayerKind kind = LayerKind::convolutional;
+  std::size_t line = 0;  ///< of its section header, from 1
+
+  /// Layers whose output it reads, as indices from 0; empty: the layer before it (or the image).
+  std::vector<std::size_t> sources{};
+
+  std::size_t filters = 1;  ///< convolutional
+  std::size_t size = 1;     ///< convolutional, maxpool: window edge
+  std::size_t stride = 1;   ///< convolutional, maxpool; upsample: the factor
+  std::size_t padding = 0;  ///< convolutional: rows of zeros on each side; maxpool: both sides together
+  std::size_t dilation = 1;
+  std::size_t groups = 1;  ///< convolutional, softmax; route: parts that each source's channels are cut into
+  std::size_t group = 0;   ///< route: the part that is taken
+  bool batch_normalize = false;
+  nn::Activation activation = nn::Activation::linear;
+  double temperature = 1;  ///< softmax
+
+  std::size_t classes = 0;  ///< yolo
+  std::vector<std::array<double, 2>>
+      anchors{};         ///< yolo: this head's, width and height in pixels of the input
+  double scale_x_y = 1;  ///< yolo
+};
+
+/// A parsed cfg file: the input's size and the layers in order. Every index in it has been checked.
+struct NetworkConfig {
+  std::string name;          ///< path of the file, for messages
+  std::size_t line = 0;      ///< of [net]
+  std::size_t height = 416;  ///< of the input
+  std::size_t width = 416;
+  std::size_t channels = 3;
+  std::vector<LayerConfig> layers{};
+  std::vector<std::string> warnings{};  ///< options that were not understood, one message each
+};
+
+/// What the layer at `index` reads: its sources, or the layer before; empty means the image.
+[[nodiscard]] inline std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index) {
+  const LayerConfig& layer = config.layers[index];
+  if (layer.kind == LayerKind::route) return layer.sources;
+  std::vector<std::size_t> inputs;
+  if (index > 0) inputs.push_back(index - 1);
+  inputs.insert(inputs.end(), layer.sources.begin(), layer.sources.end());
+  return inputs;
+}
+
+}  // namespace tapestry::detect

@@ -1,0 +1,195 @@
+#include <tapestry/detect/network_config.hpp>
+
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+namespace detect = tapestry::detect;
+using tapestry::ErrorKind;
+using tapestry::FileError;
+
+namespace {
+const std::string net = "[net]\nwidth=64\nheight=64\nchannels=3\n";
+const std::string conv = "[convolutional]\nfilters=8\nsize=3\nstride=2\npad=1\nactivation=leaky\n";
+const std::string head = "[convolutional]\nfilters=18\nsize=1\nactivation=linear\n";
+const std::string yolo = "[yolo]\nmask=0,1,2\nanchors=10,13, 16,30, 33,23\nclasses=1\nnum=3\n";
+const std::string good = net + conv + head + yolo;
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error(from);
+  return text.replace(at, from.size(), to);
+}
+
+struct BadConfig {
+  std::string row;
+  std::string text;
+  ErrorKind kind;
+  std::string position;  ///< "line" or "line:column"
+  std::string message;   ///< part of it
+};
+
+std::vector<BadConfig> syntax_rows() {
+  const auto malformed = ErrorKind::malformed;
+  return {
+      {"G01 empty", "", malformed, "1", "no [net]"},
+      {"G01 comments", "# only\n; comments\n", malformed, "1", "no [net]"},
+      {"G02 no net", conv + head + yolo, malformed, "1", "no [net] section"},
+      {"G02 second net", good + net, malformed, "20", "second [net]"},
+      {"G03 option first", "width=64\n" + good, malformed, "1", "before any section"},
+      {"G04 no equals sign", replaced(good, "pad=1", "pad"), malformed, "9", "'pad'"},
+      {"G05 word", replaced(good, "filters=8", "filters=eight"), malformed, "6:9", "'eight'"},
+      {"G05 suffix", replaced(good, "filters=8", "filters=3x"), malformed, "6:9", "'3x'"},
+      {"G05 exponent", replaced(good, "filters=8", "filters=1e3"), malformed, "6:9", "'1e3'"},
+      {"G05 nothing", replaced(good, "filters=8", "filters="), malformed, "6:9", "''"},
+      {"G05 hexadecimal", replaced(good, "filters=8", "filters = 0x10"), malformed, "6:11", "'0x10'"},
+      {"G05 comment tail", replaced(good, "filters=8", "filters= 8 # c"), malformed, "6:10", "'8 # c'"},
+      {"G05 beyond 64 bits", replaced(good, "filters=8", "filters=99999999999999999999"), malformed, "6:9",
+       ""},
+      {"G06 twice", replaced(good, "size=3", "size=3\nsize=5"), malformed, "8", "given twice"},
+      {"G08 section", good + "[lstm]\n", malformed, "20", "[lstm]"},
+      {"G08 section without end", good + "[lstm\n", malformed, "20", "']'"},
+      {"G09 activation", replaced(good, "leaky", "elu"), malformed, "10:12", "'elu'"},
+      {"G11 page", "<!DOCTYPE html>\n<html>", malformed, "1", "HTML"},
+      {"G11 zero byte", good + std::string("a\0=1\n", 5), malformed, "20", "zero byte"},
+      {"G11 long line", good + std::string(5u << 20u, 'x'), malformed, "20", "longer"},
+      {"G14 empty route", good + "[route]\nlayers=\n", malformed, "21:8", "''"},
+      {"G14 comma at the end", good + "[route]\nlayers=-1,\n", malformed, "21:8", "''"},
+      {"G14 comma alone", good + "[route]\nlayers=,\n", malformed, "21:8", "''"},
+      {"G14 no list", good + "[route]\n", malformed, "20", "lacks 'layers'"},
+      {"G30 [crop]", good + "[crop]\n", malformed, "20", "[crop]"},
+      {"G30 [reorg]", good + "[reorg]\n", malformed, "20", "[reorg]"},
+      {"G30 [implicit]", good + "[implicit]\n", malformed, "20", "[implicit]"},
+      {"G30 [Gaussian_yolo]", good + "[Gaussian_yolo]\n", malformed, "20", "[Gaussian_yolo]"},
+      {"option that changes the result", replaced(good, "pad=1", "pad=1\nxnor=1"), malformed, "10:6",
+       "'xnor'"},
+  };
+}
+
+std::vector<BadConfig> value_rows() {
+  const auto malformed = ErrorKind::malformed;
+  const auto limit = ErrorKind::limit;
+  std::string deep = net;
+  for (int i = 0; i < 4000; ++i) deep += "[dropout]\n";
+  std::string long_route = good + "[route]\nlayers=0";
+  for (int i = 0; i < 1000; ++i) long_route += ",0";
+  return {
+      {"G14 long route", long_route, malformed, "21:8", "512"},
+      {"G17 zero filters", replaced(good, "filters=8", "filters=0"), malformed, "6:9", ""},
+      {"G17 negative filters", replaced(good, "filters=8", "filters=-8"), malformed, "6:9", "-8"},
+      {"G17 filters", replaced(good, "filters=8", "filters=2147483647"), limit, "6:9", ""},
+      {"G18 size 0", replaced(good, "size=3", "size=0"), malformed, "7:6", ""},
+      {"G18 even size", replaced(good, "size=3", "size=4"), malformed, "7:6", "even"},
+      {"G18 huge size", replaced(good, "size=3", "size=100000"), malformed, "7:6", ""},
+      {"G19 stride 0", replaced(good, "stride=2", "stride=0"), malformed, "8:8", ""},
+      {"G19 stride -1", replaced(good, "stride=2", "stride=-1"), malformed, "8:8", ""},
+      {"G19 stride above the input", replaced(good, "stride=2", "stride=100"), malformed, "5", "stride"},
+      {"G20 width 0", replaced(good, "width=64", "width=0"), malformed, "2:7", ""},
+      {"G20 width -64", replaced(good, "width=64", "width=-64"), malformed, "2:7", ""},
+      {"G20 width 100000", replaced(good, "width=64", "width=100000"), limit, "2:7", ""},
+      {"G20 odd size", replaced(good, "height=64", "height=63"), ErrorKind::mismatch, "15", "multiples of 2"},
+      {"G21 no channels", replaced(good, "channels=3", "channels=0"), malformed, "4:10", ""},
+      {"G21 one channel", replaced(good, "channels=3", "channels=1"), ErrorKind::mismatch, "4:10", "colour"},
+      {"G21 four channels", replaced(good, "channels=3", "channels=4"), ErrorKind::mismatch, "4:10",
+       "colour"},
+      {"G23 upsample 0", good + "[upsample]\nstride=0\n", malformed, "21:8", ""},
+      {"G23 upsample -2", good + "[upsample]\nstride=-2\n", malformed, "21:8", ""},
+      {"G23 maxpool size 0", good + "[maxpool]\nsize=0\n", malformed, "21:6", ""},
+      {"G23 maxpool stride 0", good + "[maxpool]\nsize=2\nstride=0\n", malformed, "22:8", ""},
+      {"G25 fewer anchors", replaced(good, ", 33,23", ""), malformed, "17:9", "6 numbers, found 4"},
+      {"G25 more anchors", replaced(good, "33,23", "33,23,1,1"), malformed, "17:9", "found 8"},
+      {"G25 zero anchor", replaced(good, "10,13", "0,13"), malformed, "17:9", "anchor"},
+      {"G25 negative anchor", replaced(good, "10,13", "-10,13"), malformed, "17:9", "anchor"},
+      {"G25 infinite anchor", replaced(good, "10,13", "inf,13"), malformed, "17:9", "'inf'"},
+      {"G25 not a number", replaced(good, "10,13", "nan,13"), malformed, "17:9", "'nan'"},
+      {"G26 negative classes", replaced(good, "classes=1", "classes=-1"), malformed, "18:9", ""},
+      {"G28 4,000 layers", deep, limit, "2053", "layers"},
+      {"G29 product",
+       replaced(replaced(replaced(replaced(good, "width=64", "width=16384"), "height=64", "height=16384"),
+                         "filters=8", "filters=1000000"),
+                "stride=2", "stride=1"),
+       limit, "5", "2147483648"},
+  };
+}
+
+std::vector<BadConfig> fit_rows() {
+  const auto mismatch = ErrorKind::mismatch;
+  return {
+      {"G12 itself", net + conv + "[route]\nlayers=1\n", mismatch, "12:8", "found 1"},
+      {"G12 later", net + conv + "[route]\nlayers=2\n", mismatch, "12:8", "0 to 0"},
+      {"G12 first", net + "[route]\nlayers=-1\n", mismatch, "6:8", "[route] first"},
+      {"G13 far ahead", net + conv + "[route]\nlayers=99\n", mismatch, "12:8", "99"},
+      {"G13 far behind", net + conv + "[route]\nlayers=-50\n", mismatch, "12:8", "-50"},
+      {"G15 sizes", net + conv + conv + "[route]\nlayers=0,1\n", mismatch, "17", "[8, 16, 16] of layer 1"},
+      {"G16 shortcut", net + conv + conv + "[shortcut]\nfrom=0\n", mismatch, "17", "[8, 32, 32]"},
+      {"G16 channels", net + conv + head + "[shortcut]\nfrom=-2\n", mismatch, "15", "[18, 32, 32]"},
+      {"G22 groups", replaced(good, "pad=1", "pad=1\ngroups=2"), mismatch, "5", "groups=2"},
+      {"G24 out of range", replaced(good, "mask=0,1,2", "mask=0,1,3"), mismatch, "16:6", "3"},
+      {"G24 repeated", replaced(good, "mask=0,1,2", "mask=0,1,1"), mismatch, "16:6", "1"},
+      {"G24 unsorted", replaced(good, "mask=0,1,2", "mask=0,2,1"), mismatch, "16:6", "1"},
+      {"G26 classes", replaced(good, "classes=1", "classes=2"), mismatch, "15",
+       "expected 21 channels, found 18"},
+      {"G27 no yolo", net + conv, mismatch, "1", "no [yolo]"},
+      {"G27 same grid", good + "[route]\nlayers=1\n" + yolo, mismatch, "22", "same grid"},
+      {"reads from yolo", good + head + yolo, mismatch, "20", "[yolo] layer, which has no output"},
+  };
+}
+
+void check_rows(const std::vector<BadConfig>& rows) {
+  for (const BadConfig& bad : rows) {
+    INFO(bad.row);
+    try {
+      const auto config = detect::parse_network_config(bad.text, "some.cfg");
+      FAIL_CHECK("accepted");
+    } catch (const FileError& error) {
+      INFO(error.what());
+      CHECK(error.kind() == bad.kind);
+      CHECK(error.details().path == "some.cfg");
+      CHECK(error.details().position == bad.position);
+      CHECK_THAT(error.what(), Catch::Matchers::Contains(bad.message));
+    }
+  }
+}
+}  // namespace
+
+TEST_CASE("cfg files with broken syntax name their line", "[detect][bad_input]") {
+  check_rows(syntax_rows());
+}
+
+TEST_CASE("cfg files with impossible values name their line and column", "[detect][bad_input]") {
+  check_rows(value_rows());
+}
+
+TEST_CASE("cfg files whose parts do not fit name their line", "[detect][bad_input]") {
+  check_rows(fit_rows());
+}
+
+TEST_CASE("G10: byte order mark, CRLF, tabs and a missing last newline are accepted", "[detect][bad_input]") {
+  std::string text = "\xEF\xBB\xBF" + good;
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 3)) {
+    text.replace(at, 1, "\t\r\n");
+  }
+  text.resize(text.size() - 3);
+  CHECK(detect::parse_network_config(text, "some.cfg").layers.size() == 3);
+}
+
+TEST_CASE("G06, G07: harmless repetitions and unknown options become warnings", "[detect][bad_input]") {
+  const auto config = detect::parse_network_config(
+      replaced(replaced(good, "filters=8", "filtres=8"), "width=64", "batch=1\nbatch=2\nwidth=64"),
+      "some.cfg");
+  REQUIRE(config.warnings.size() == 2);
+  CHECK(config.warnings[0] == "some.cfg:3: option 'batch' given twice in one section");
+  CHECK(config.warnings[1] ==
+        "some.cfg:8: unknown option 'filtres' of [convolutional] ignored; did you mean 'filters'?");
+}
+
+TEST_CASE("every prefix of a cfg is parsed or refused", "[detect][bad_input]") {
+  for (std::size_t length = 0; length < good.size(); ++length) {
+    try {
+      (void)detect::parse_network_config(good.substr(0, length), "cut.cfg");
+    } catch (const FileError& error) {
+      CHECK(error.details().path == "cut.cfg");
+    }
+  }
+}
