@@ -1,0 +1,99 @@
+#pragma once
+/// \file
+/// The compiled part of image_file.hpp: stb's PNG reader and writer. Exactly one .cpp of a program includes
+/// this header. stb is compiled with internal linkage, so that a program may carry another copy of it.
+#if defined(INCLUDE_STB_IMAGE_H) || defined(INCLUDE_STB_IMAGE_WRITE_H)
+#error "include tapestry/io/implementation.hpp before any header of stb"
+#endif
+#include <zlib.h>
+
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <tapestry/io/image_file.hpp>
+#include <vector>
+
+namespace tapestry::io::detail {
+/// Compressor for stb's writer: smaller files than its own. The caller frees the result.
+inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* compressed_count, int quality) {
+  uLongf size = compressBound(static_cast<uLong>(count));
+  auto* const compressed = static_cast<unsigned char*>(std::malloc(size));
+  if (compressed != nullptr &&
+      compress2(compressed, &size, bytes, static_cast<uLong>(count), quality) != Z_OK) {
+    std::free(compressed);
+    return nullptr;
+  }
+  *compressed_count = static_cast<int>(size);
+  return compressed;
+}
+}  // namespace tapestry::io::detail
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wall"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wdouble-promotion"
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+#pragma GCC diagnostic ignored "-Wcast-qual"
+#pragma GCC diagnostic ignored "-Wcast-align"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#endif
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#define STBI_NO_STDIO
+#define STBI_MAX_DIMENSIONS 16384
+#include <stb_image.h>
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#define STBI_WRITE_NO_STDIO
+#define STBIW_ZLIB_COMPRESS tapestry::io::detail::compress_for_png
+#include <stb_image_write.h>
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+namespace tapestry::io::detail {
+
+std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels) {
+  int width = 0, height = 0, stored_channels = 0;
+  stbi_us* const pixels =
+      stbi_load_16_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
+                               &width, &height, &stored_channels, channels);
+  if (pixels == nullptr) return {};
+  const auto count =
+      static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels);
+  std::vector<std::uint16_t> result(pixels, pixels + count);
+  stbi_image_free(pixels);
+  return result;
+}
+
+std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels) {
+  int width = 0, height = 0, stored_channels = 0;
+  stbi_uc* const pixels =
+      stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
+                            &width, &height, &stored_channels, channels);
+  if (pixels == nullptr) return {};
+  const auto count =
+      static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels);
+  std::vector<std::uint8_t> result(pixels, pixels + count);
+  stbi_image_free(pixels);
+  return result;
+}
+
+std::string encode_png(const std::uint8_t* pixels, std::size_t height, std::size_t width, int channels) {
+  std::string file;
+  const auto append = [](void* to, void* bytes, int count) {
+    static_cast<std::string*>(to)->append(static_cast<const char*>(bytes), static_cast<std::size_t>(count));
+  };
+  const int written = stbi_write_png_to_func(append, &file, static_cast<int>(width), static_cast<int>(height),
+                                             channels, pixels, static_cast<int>(width) * channels);
+  return written != 0 ? file : std::string();
+}
+
+}  // namespace tapestry::io::detail

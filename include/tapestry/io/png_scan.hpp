@@ -1,0 +1,208 @@
+#pragma once
+#include <zlib.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <vector>
+
+namespace tapestry::io {
+
+inline constexpr std::size_t png_side_limit = 16384;
+inline constexpr std::uint64_t png_pixel_limit = std::uint64_t(1) << 26U;
+inline constexpr std::uint64_t png_file_limit = std::uint64_t(1) << 30U;
+
+struct PngHeader {
+  std::size_t height = 0;
+  std::size_t width = 0;
+  unsigned bits = 0;         ///< a channel
+  unsigned colour_type = 0;  ///< 0 grey, 2 RGB, 3 palette, 4 grey and alpha, 6 RGB and alpha
+  bool interlaced = false;
+};
+
+namespace detail {
+/// Walks over the chunks of a PNG, verifies each, and unpacks the picture data into nothing to learn that it
+/// is whole.
+class PngScan {
+ public:
+  PngScan(std::string_view file, const std::string& path) : file_(file), path_(path) {}
+
+  PngHeader scan() {
+    using namespace std::string_view_literals;
+    if (!file_.starts_with("\x89PNG\r\n\x1a\n"sv)) not_a_png();
+    bool palette = false;
+    bool ended = false;
+    for (std::size_t at = 8; !ended;) {
+      const std::size_t size = chunk_size(at);
+      const std::string_view type = file_.substr(at + 4, 4);
+      const std::string_view content = file_.substr(at + 8, size);
+      if ((at == 8) != (type == "IHDR")) fail(at, "PNG does not begin with its one header chunk");
+      if (type == "IHDR") read_header(content);
+      if (type == "PLTE") palette = true;
+      if (type == "IDAT") pieces_.push_back(content);
+      if (type[0] < 'a' && type != "IHDR" && type != "PLTE" && type != "IDAT" && type != "IEND")
+        fail(at, "PNG has an unknown chunk that must not be skipped");
+      ended = type == "IEND";
+      at += size + 12;
+    }
+    if (header_.colour_type == 3 && !palette) fail(33, "PNG lacks its palette");
+    if (pieces_.empty()) fail(33, "PNG has no picture data");
+    check_picture();
+    return header_;
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
+                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
+    throw FileError(kind, {.path = path_,
+                           .position = "@" + std::to_string(at),
+                           .what = what,
+                           .expected = expected,
+                           .found = found});
+  }
+
+  [[noreturn]] void not_a_png() const {
+    using namespace std::string_view_literals;
+    std::string found(recognised_format(std::as_bytes(std::span<const char>(file_.data(), file_.size()))));
+    if (file_.starts_with("GIF8"sv)) found = "a GIF image";
+    if (file_.starts_with("BM"sv)) found = "a BMP image";
+    if (file_.starts_with("8BPS"sv)) found = "a PSD image";
+    if (file_.starts_with("\x76\x2f\x31\x01"sv)) found = "an EXR image";
+    if (file_.starts_with("\xabKTX"sv)) found = "a KTX texture";
+    if (file_.starts_with("#?"sv)) found = "an HDR image";
+    if (file_.size() > 2 && file_[0] == 'P' && file_[1] >= '1' && file_[1] <= '7') found = "a PNM image";
+    if (file_.starts_with("\x89PNG"sv)) found = "a PNG damaged by a text transfer";
+    fail(0, "only PNG pictures are read", "a PNG",
+         file_.empty()   ? "0 bytes"
+         : found.empty() ? "other bytes"
+                         : found);
+  }
+
+  [[nodiscard]] std::uint32_t u32(std::size_t at) const {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8U | static_cast<unsigned char>(file_[at + i]);
+    return value;
+  }
+
+  /// Size of the content of the chunk at this offset, which lies within the file and has the right checksum.
+  [[nodiscard]] std::size_t chunk_size(std::size_t at) const {
+    if (file_.size() - at < 12)
+      fail(at, "PNG is cut: it does not reach its end chunk", "12 more bytes",
+           std::to_string(file_.size() - at));
+    const std::size_t size = u32(at);
+    if (size > file_.size() - at - 12)
+      fail(at, "PNG chunk is longer than the file", std::to_string(size) + " bytes",
+           std::to_string(file_.size() - at - 12));
+    for (std::size_t i = 4; i < 8; ++i) {
+      const char letter = static_cast<char>(static_cast<unsigned char>(file_[at + i]) | 0x20U);
+      if (letter < 'a' || letter > 'z') fail(at + 4, "PNG chunk has no name");
+    }
+    const auto crc = crc32_z(0, reinterpret_cast<const Bytef*>(file_.data() + at + 4), size + 4);
+    if (crc != u32(at + 8 + size)) fail(at + 8 + size, "checksum of PNG chunk is wrong");
+    return size;
+  }
+
+  void read_header(std::string_view content) {
+    if (content.size() != 13)
+      fail(8, "PNG header has a wrong size", "13 bytes", std::to_string(content.size()));
+    header_.width = u32(16);
+    header_.height = u32(20);
+    const auto byte = [&](std::size_t i) {
+      return static_cast<unsigned>(static_cast<unsigned char>(content[i]));
+    };
+    header_.bits = byte(8);
+    header_.colour_type = byte(9);
+    header_.interlaced = byte(12) == 1;
+    const std::string size = std::to_string(header_.width) + " x " + std::to_string(header_.height);
+    if (header_.width == 0 || header_.height == 0) fail(16, "PNG without a pixel", "1 x 1 or more", size);
+    if (header_.width > png_side_limit || header_.height > png_side_limit ||
+        std::uint64_t{header_.width} * header_.height > png_pixel_limit)
+      fail(16, "picture is too large", "at most 16384 a side and 64 megapixels", size, ErrorKind::limit);
+    const unsigned type = header_.colour_type;
+    const unsigned allowed = type == 0 ? 1 | 2 | 4 | 8 | 16 : type == 3 ? 1 | 2 | 4 | 8 : 8 | 16;
+    const bool one_bit = header_.bits != 0 && (header_.bits & (header_.bits - 1)) == 0;
+    if (type > 6 || type == 1 || type == 5 || !one_bit || (header_.bits & allowed) == 0)
+      fail(24, "PNG with an unknown kind of pixel", "",
+           "colour type " + std::to_string(type) + " of " + std::to_string(header_.bits) + " bits");
+    if (byte(10) != 0 || byte(11) != 0 || byte(12) > 1) fail(26, "PNG with an unknown compression");
+  }
+
+  /// Bytes of the unpacked picture: a filter byte before every row, of every pass if interlaced.
+  [[nodiscard]] std::uint64_t unpacked_size() const {
+    constexpr std::array<std::size_t, 7> channels{1, 0, 3, 1, 2, 0, 4};
+    const std::uint64_t pixel_bits = channels[header_.colour_type] * header_.bits;
+    const auto pass = [&](std::uint64_t width, std::uint64_t height) {
+      return width == 0 ? 0 : height * (1 + (width * pixel_bits + 7) / 8);
+    };
+    if (!header_.interlaced) return pass(header_.width, header_.height);
+    struct Pass {
+      std::size_t x, y, dx, dy;
+    };
+    constexpr Pass adam7[] = {{0, 0, 8, 8}, {4, 0, 8, 8}, {0, 4, 4, 8}, {2, 0, 4, 4},
+                              {0, 2, 2, 4}, {1, 0, 2, 2}, {0, 1, 1, 2}};
+    std::uint64_t size = 0;
+    for (const auto& [x, y, dx, dy] : adam7) {
+      const auto count = [](std::size_t extent, std::size_t first, std::size_t step) {
+        return extent > first ? (extent - first + step - 1) / step : 0;
+      };
+      size += pass(count(header_.width, x, dx), count(header_.height, y, dy));
+    }
+    return size;
+  }
+
+  void check_picture() const {
+    const std::uint64_t needed = unpacked_size();
+    std::uint64_t packed = 0;
+    for (const auto piece : pieces_) packed += piece.size();
+    if (needed > 1032 * (packed + 1))
+      fail(33, "PNG has too little picture data for its size",
+           std::to_string(needed / 1032) + " bytes or more", std::to_string(packed));
+    z_stream stream{};
+    if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
+    std::vector<Bytef> buffer(std::size_t{1} << 16U);
+    int status = Z_OK;
+    for (const auto piece : pieces_) {
+      stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(piece.data()));
+      stream.avail_in = static_cast<uInt>(piece.size());
+      do {
+        stream.next_out = buffer.data();
+        stream.avail_out = static_cast<uInt>(buffer.size());
+        status = inflate(&stream, Z_NO_FLUSH);
+      } while (status == Z_OK && (stream.avail_in > 0 || stream.avail_out == 0) &&
+               stream.total_out <= needed);
+      if (status != Z_OK && status != Z_BUF_ERROR) break;
+    }
+    const std::uint64_t unpacked = stream.total_out;
+    inflateEnd(&stream);
+    if (status != Z_STREAM_END)
+      fail(33, "PNG picture data is damaged or cut", std::to_string(needed) + " bytes",
+           std::to_string(unpacked) + " good ones");
+    if (unpacked != needed)
+      fail(33, "PNG picture data has a wrong size", std::to_string(needed) + " bytes",
+           std::to_string(unpacked));
+  }
+
+  std::string_view file_;
+  const std::string& path_;
+  PngHeader header_;
+  std::vector<std::string_view> pieces_;
+};
+}  // namespace detail
+
+/// Verifies a PNG held in memory before any decoder sees it: signature, header limits, the length and
+/// checksum of every chunk, and that the picture data unpack to exactly the size of the picture. Bytes after
+/// the end chunk are ignored. Source: PNG specification, second edition (ISO/IEC 15948).
+///
+/// \param path  for messages
+/// \throws FileError: malformed, limit (over 16,384 a side or 64 Mpx)
+[[nodiscard]] inline PngHeader scan_png(std::string_view file, const std::string& path) {
+  return detail::PngScan(file, path).scan();
+}
+
+}  // namespace tapestry::io
