@@ -1,0 +1,200 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/loss/anchor_match.hpp>
+#include <tapestry/loss/classification.hpp>
+#include <tapestry/loss/max_score.hpp>
+#include <tapestry/loss/objectness.hpp>
+#include <tapestry/loss/responsible.hpp>
+#include <vector>
+
+namespace tapestry::loss {
+
+/// Which loss is minimised to hide the target from a YOLO detector.
+///
+/// paper      Wang et al., FCA (AAAI 2022), eq. 2 to 5: per scale the IoU of the predicted box with the
+///            target, the objectness probability and the class probability, each summed over the scales.
+///            The paper does not say which prediction of a scale is meant. Here it is the one that finds
+///            the target best, see responsible(): pushing down the best of each scale until no candidate
+///            is left is what hides the target, and a scale none of whose boxes meets the target adds
+///            nothing.
+/// as_coded   what FCA's published program minimises, defects and all: per scale the mean CIoU over the
+///            matched candidates (so far as there are any), the objectness entropy with target 1 at the
+///            matched candidates, which RAISES objectness there, weighted 4, 1, 0.4 by scale, and the mean
+///            raw class logit, cut at 0. Matching is that of anchor_match.hpp; boxes are decoded as the
+///            head does it, where the program has its own detector's (2σ)² rule.
+/// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
+enum class AdversarialLoss { paper, as_coded, max_score };
+
+/// \throws DomainError for any other name than paper, as_coded or max_score
+[[nodiscard]] inline AdversarialLoss adversarial_loss_by_name(const std::string& name) {
+  if (name == "paper") return AdversarialLoss::paper;
+  if (name == "as_coded") return AdversarialLoss::as_coded;
+  if (name == "max_score") return AdversarialLoss::max_score;
+  throw DomainError("no adversarial loss is called '" + name + "'; there are paper, as_coded and max_score");
+}
+
+[[nodiscard]] inline std::string name_of(AdversarialLoss kind) {
+  return kind == AdversarialLoss::paper      ? "paper"
+         : kind == AdversarialLoss::as_coded ? "as_coded"
+                                             : "max_score";
+}
+
+/// Weights of the terms; the defaults are the paper's α, β and γ.
+struct AdversarialWeights {
+  double iou = 0.05;
+  double objectness = 1.0;
+  double classification = 0.5;
+  double max_score = 1.0;
+};
+
+/// The terms before weighting, those that the kind of loss does not have being 0, and their weighted sum.
+template <class T>
+struct AdversarialTerms {
+  T iou = 0, objectness = 0, classification = 0, max_score = 0;
+  T total = 0;
+};
+
+namespace detail {
+
+struct TermSums {
+  double iou = 0, objectness = 0, classification = 0, max_score = 0;
+};
+
+template <class T>
+TermSums paper_terms(const Predictions<T>& predictions, const Target& target) {
+  TermSums sums;
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto found = responsible(predictions, head, target);
+    if (!found) continue;
+    sums.iou += found->overlap.iou;
+    sums.objectness += found->objectness;
+    sums.classification += found->class_probability;
+  }
+  return sums;
+}
+
+template <class T>
+void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
+                         std::vector<Array<T, 4>>& logits_adjoint) {
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto found = responsible(predictions, head, target);
+    if (!found) continue;
+    const auto add_probability = [&](std::size_t channel, double probability_adjoint) {
+      const double slope = sigmoid_slope(logit(predictions, found->candidate, channel));
+      add_to_logit(predictions, found->candidate, channel, probability_adjoint * slope, logits_adjoint);
+    };
+    add_probability(objectness_channel, adjoint.objectness);
+    add_probability(class_channel + target.class_index, adjoint.classification);
+    detect::Box box_adjoint{0, 0, 0, 0};
+    add(box_adjoint, found->overlap.gradient, adjoint.iou);
+    decoded_box_adjoint(predictions, found->candidate, box_adjoint, logits_adjoint);
+  }
+}
+
+template <class T>
+TermSums as_coded_terms(const Predictions<T>& predictions, const Target& target) {
+  TermSums sums;
+  const auto balance = objectness_balance(predictions.heads);
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto matched = matched_candidates(predictions, head, target);
+    for (const Candidate& candidate : matched)
+      sums.iou += complete_iou(decoded_box(predictions, candidate), target.box).value() /
+                  static_cast<double>(matched.size());
+    sums.objectness += balance[head] * mean_objectness_entropy(predictions, head, matched);
+    sums.classification += largest_mean_logit(predictions, matched, target.class_index);
+  }
+  return sums;
+}
+
+template <class T>
+void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
+                            std::vector<Array<T, 4>>& logits_adjoint) {
+  const auto balance = objectness_balance(predictions.heads);
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto matched = matched_candidates(predictions, head, target);
+    for (const Candidate& candidate : matched) {
+      detect::Box box_adjoint{0, 0, 0, 0};
+      add(box_adjoint, complete_iou(decoded_box(predictions, candidate), target.box).gradient,
+          adjoint.iou / static_cast<double>(matched.size()));
+      decoded_box_adjoint(predictions, candidate, box_adjoint, logits_adjoint);
+    }
+    mean_objectness_entropy_adjoint(predictions, head, matched, adjoint.objectness * balance[head],
+                                    logits_adjoint);
+    largest_mean_logit_adjoint(predictions, matched, target.class_index, adjoint.classification,
+                               logits_adjoint);
+  }
+}
+
+}  // namespace detail
+
+/// The loss to minimise so that one image's target is not found, on the raw logits of the heads.
+///
+/// Defined throughout: 0 exactly when no box meets the target (paper, max_score); a box that is degenerate
+/// or too large to be measured has IoU 0 and no gradient; logits of ±100 give finite values; NaN logits
+/// give a NaN total, whichever candidate they belong to (as_coded: those of box and class only at matched
+/// candidates, since it reads no others). The target may reach over the border of the picture, or lie
+/// outside: boxes are compared whole, and as_coded then has no match. Sums are in double whatever T is.
+///
+/// \throws ShapeError if logits and heads do not fit each other; DomainError if there is no such image or
+///         class or the target box is not finite
+template <class T>
+[[nodiscard]] AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target& target,
+                                              AdversarialLoss kind, const AdversarialWeights& weights = {}) {
+  require_predictions("adversarial", predictions);
+  require_target("adversarial", predictions, target);
+  detail::TermSums sums;
+  if (kind == AdversarialLoss::paper) sums = detail::paper_terms(predictions, target);
+  if (kind == AdversarialLoss::as_coded) sums = detail::as_coded_terms(predictions, target);
+  if (kind == AdversarialLoss::max_score) sums.max_score = max_score(predictions, target);
+  const double total = weights.iou * sums.iou + weights.objectness * sums.objectness +
+                       weights.classification * sums.classification + weights.max_score * sums.max_score;
+  return {static_cast<T>(sums.iou), static_cast<T>(sums.objectness), static_cast<T>(sums.classification),
+          static_cast<T>(sums.max_score), static_cast<T>(total)};
+}
+
+/// Adds total_adjoint · ∂total/∂logits to logits_adjoint, which has the shapes of the logits. At a kink (two
+/// candidates with equal score, coinciding edges of boxes, a mean logit of 0) the value documented there.
+/// Nothing but the predictions' own image is touched.
+/// \throws as adversarial(), and ShapeError if logits_adjoint does not fit
+template <class T>
+void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
+                         const AdversarialWeights& weights, T total_adjoint,
+                         std::vector<Array<T, 4>>& logits_adjoint) {
+  require_predictions("adversarial_adjoint", predictions);
+  require_target("adversarial_adjoint", predictions, target);
+  require_adjoint("adversarial_adjoint", predictions, logits_adjoint);
+  const auto seed = static_cast<double>(total_adjoint);
+  const detail::TermSums adjoint{seed * weights.iou, seed * weights.objectness, seed * weights.classification,
+                                 seed * weights.max_score};
+  if (kind == AdversarialLoss::paper)
+    detail::paper_terms_adjoint(predictions, target, adjoint, logits_adjoint);
+  if (kind == AdversarialLoss::as_coded)
+    detail::as_coded_terms_adjoint(predictions, target, adjoint, logits_adjoint);
+  if (kind == AdversarialLoss::max_score)
+    max_score_adjoint(predictions, target, adjoint.max_score, logits_adjoint);
+}
+
+/// The same with the parts of Predictions given one by one: heads, their logits [N, A·(5+K), H, W], which
+/// image of the N, and the size of the network's input in pixels.
+template <class T>
+[[nodiscard]] AdversarialTerms<T> adversarial(const std::vector<detect::Head>& heads,
+                                              const std::vector<Array<T, 4>>& logits, std::size_t image,
+                                              std::size_t input_height, std::size_t input_width,
+                                              const Target& target, AdversarialLoss kind,
+                                              const AdversarialWeights& weights = {}) {
+  return adversarial(Predictions<T>{heads, logits, image, input_height, input_width}, target, kind, weights);
+}
+
+/// The same with the parts of Predictions given one by one.
+template <class T>
+void adversarial_adjoint(const std::vector<detect::Head>& heads, const std::vector<Array<T, 4>>& logits,
+                         std::size_t image, std::size_t input_height, std::size_t input_width,
+                         const Target& target, AdversarialLoss kind, const AdversarialWeights& weights,
+                         T total_adjoint, std::vector<Array<T, 4>>& logits_adjoint) {
+  adversarial_adjoint(Predictions<T>{heads, logits, image, input_height, input_width}, target, kind, weights,
+                      total_adjoint, logits_adjoint);
+}
+
+}  // namespace tapestry::loss

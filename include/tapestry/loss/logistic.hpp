@@ -1,0 +1,30 @@
+#pragma once
+#include <cmath>
+
+namespace tapestry::loss {
+
+/// σ(x) = 1 / (1 + e⁻ˣ), accurate at both ends: σ(−100) is 3.7e−44, not 0. Note 1 − σ(x) = σ(−x).
+[[nodiscard]] inline double sigmoid(double x) {
+  const double small = std::exp(-std::abs(x));  // never overflows
+  return x < 0 ? small / (1 + small) : 1 / (1 + small);
+}
+
+/// dσ/dx = σ(x) · σ(−x), which keeps its digits where σ rounds to 1.
+[[nodiscard]] inline double sigmoid_slope(double x) { return sigmoid(x) * sigmoid(-x); }
+
+/// log(1 + eˣ) = −log σ(−x), without overflow.
+[[nodiscard]] inline double softplus(double x) {
+  return (x > 0 ? x : 0) + std::log1p(std::exp(-std::abs(x)));
+}
+
+/// −t · log σ(x) − (1 − t) · log(1 − σ(x)) for a logit x and a wanted probability t in [0, 1].
+[[nodiscard]] inline double cross_entropy(double logit, double wanted) {
+  return wanted * softplus(-logit) + (1 - wanted) * softplus(logit);
+}
+
+/// ∂cross_entropy/∂logit = σ(x) − t, kept accurate as (1 − t) · σ(x) − t · σ(−x).
+[[nodiscard]] inline double cross_entropy_slope(double logit, double wanted) {
+  return (1 - wanted) * sigmoid(logit) - wanted * sigmoid(-logit);
+}
+
+}  // namespace tapestry::loss

@@ -1,0 +1,153 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/detect/box_decode.hpp>  // Head
+#include <tapestry/loss/logistic.hpp>
+#include <tapestry/loss/overlap.hpp>
+#include <vector>
+
+namespace tapestry::loss {
+
+/// What an adversarial loss wants hidden, or what a detector is trained to find.
+struct Target {
+  std::size_t class_index = 0;
+  detect::Box box{0, 0, 0, 0};  ///< pixels of the network's input; may reach over the border
+};
+
+/// One image's raw output of all heads, as a view: nothing is copied.
+template <class T>
+struct Predictions {
+  const std::vector<detect::Head>& heads;
+  const std::vector<Array<T, 4>>& logits;  ///< per head [N, A·(5+K), H, W], before any sigmoid
+  std::size_t image;                       ///< which of the N
+  std::size_t input_height, input_width;   ///< of the network, pixels
+};
+
+/// The place of one predicted box. The order of candidates, in which ties go to the first, is by head,
+/// then anchor, then row, then column.
+struct Candidate {
+  std::size_t head = 0, anchor = 0, row = 0, column = 0;
+  bool operator==(const Candidate&) const = default;
+};
+
+/// Channels of a candidate; class k is at class_channel + k.
+enum Channel : std::size_t { x_channel, y_channel, w_channel, h_channel, objectness_channel, class_channel };
+
+/// \throws ShapeError if the logits do not belong to the heads; DomainError if there is no such image
+template <class T>
+void require_predictions(const char* operation, const Predictions<T>& predictions) {
+  const std::string name(operation);
+  if (predictions.logits.size() != predictions.heads.size())
+    throw ShapeError(name + ": logits of " + std::to_string(predictions.logits.size()) + " heads, expected " +
+                     std::to_string(predictions.heads.size()));
+  for (std::size_t i = 0; i < predictions.heads.size(); ++i) {
+    const auto& head = predictions.heads[i];
+    const auto& logits = predictions.logits[i];
+    require_shape(
+        operation, "logits", logits,
+        {logits.shape(0), head.anchors.size() * (5 + head.classes), head.grid_height, head.grid_width});
+    if (predictions.image >= logits.shape(0))
+      throw DomainError(name + ": image " + std::to_string(predictions.image) + " of a batch of " +
+                        std::to_string(logits.shape(0)));
+  }
+}
+
+/// \throws DomainError if the class is none of the heads' or the box is not finite
+template <class T>
+void require_target(const char* operation, const Predictions<T>& predictions, const Target& target) {
+  const auto& [cx, cy, w, h] = target.box;
+  if (!std::isfinite(cx + cy + w + h))
+    throw DomainError(std::string(operation) + ": the target box is not finite");
+  for (const auto& head : predictions.heads)
+    if (target.class_index >= head.classes)
+      throw DomainError(std::string(operation) + ": class " + std::to_string(target.class_index) + " of " +
+                        std::to_string(head.classes));
+}
+
+/// \throws ShapeError if the adjoint does not have the shapes of the logits
+template <class T>
+void require_adjoint(const char* operation, const Predictions<T>& predictions,
+                     const std::vector<Array<T, 4>>& logits_adjoint) {
+  if (logits_adjoint.size() != predictions.logits.size())
+    throw ShapeError(std::string(operation) + ": logits_adjoint of " + std::to_string(logits_adjoint.size()) +
+                     " heads, expected " + std::to_string(predictions.logits.size()));
+  for (std::size_t i = 0; i < logits_adjoint.size(); ++i)
+    require_shape(operation, "logits_adjoint", logits_adjoint[i], predictions.logits[i].shape());
+}
+
+/// Position of one channel of a candidate in its head's logits.
+template <class T>
+[[nodiscard]] std::size_t logit_index(const Predictions<T>& predictions, const Candidate& candidate,
+                                      std::size_t channel) {
+  const auto& head = predictions.heads[candidate.head];
+  const std::size_t depth = 5 + head.classes;
+  const std::size_t plane = (predictions.image * head.anchors.size() + candidate.anchor) * depth + channel;
+  return (plane * head.grid_height + candidate.row) * head.grid_width + candidate.column;
+}
+
+template <class T>
+[[nodiscard]] double logit(const Predictions<T>& predictions, const Candidate& candidate,
+                           std::size_t channel) {
+  return static_cast<double>(
+      predictions.logits[candidate.head].data()[logit_index(predictions, candidate, channel)]);
+}
+
+/// The box that a candidate predicts, in pixels of the input, by Darknet's rule, s being scale_x_y:
+///
+///   cx = ((σ(tx) − ½) · s + ½ + column) · W / grid width,   w = e^tw · anchor width;   cy and h alike
+template <class T>
+[[nodiscard]] detect::Box decoded_box(const Predictions<T>& predictions, const Candidate& candidate) {
+  const auto& head = predictions.heads[candidate.head];
+  const auto centre = [&](std::size_t channel, std::size_t cell, std::size_t cells, std::size_t extent) {
+    const double offset = (sigmoid(logit(predictions, candidate, channel)) - 0.5) * head.scale_x_y + 0.5;
+    return (offset + static_cast<double>(cell)) * static_cast<double>(extent) / static_cast<double>(cells);
+  };
+  const auto& anchor = head.anchors[candidate.anchor];
+  return {centre(x_channel, candidate.column, head.grid_width, predictions.input_width),
+          centre(y_channel, candidate.row, head.grid_height, predictions.input_height),
+          std::exp(logit(predictions, candidate, w_channel)) * anchor[0],
+          std::exp(logit(predictions, candidate, h_channel)) * anchor[1]};
+}
+
+/// Adds slope to the adjoint of one channel of a candidate.
+template <class T>
+void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate, std::size_t channel,
+                  double slope, std::vector<Array<T, 4>>& logits_adjoint) {
+  logits_adjoint[candidate.head].data()[logit_index(predictions, candidate, channel)] +=
+      static_cast<T>(slope);
+}
+
+/// Adds the pullback of decoded_box(). A component of box_adjoint that is 0 adds nothing, however large the
+/// box is.
+template <class T>
+void decoded_box_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
+                         const detect::Box& box_adjoint, std::vector<Array<T, 4>>& logits_adjoint) {
+  const auto& head = predictions.heads[candidate.head];
+  const auto add_centre = [&](std::size_t channel, double adjoint, std::size_t cells, std::size_t extent) {
+    const double slope = sigmoid_slope(logit(predictions, candidate, channel)) * head.scale_x_y *
+                         static_cast<double>(extent) / static_cast<double>(cells);
+    if (adjoint != 0) add_to_logit(predictions, candidate, channel, adjoint * slope, logits_adjoint);
+  };
+  add_centre(x_channel, box_adjoint.cx, head.grid_width, predictions.input_width);
+  add_centre(y_channel, box_adjoint.cy, head.grid_height, predictions.input_height);
+  const detect::Box box = decoded_box(predictions, candidate);
+  if (box_adjoint.w != 0)
+    add_to_logit(predictions, candidate, w_channel, box_adjoint.w * box.w, logits_adjoint);
+  if (box_adjoint.h != 0)
+    add_to_logit(predictions, candidate, h_channel, box_adjoint.h * box.h, logits_adjoint);
+}
+
+/// Calls visit(candidate) for all candidates of one head, in order.
+template <class Visit>
+void for_each_candidate(std::size_t head_index, const detect::Head& head, Visit visit) {
+  for (std::size_t anchor = 0; anchor < head.anchors.size(); ++anchor)
+    for (std::size_t row = 0; row < head.grid_height; ++row)
+      for (std::size_t column = 0; column < head.grid_width; ++column)
+        visit(Candidate{head_index, anchor, row, column});
+}
+
+}  // namespace tapestry::loss
