@@ -1,0 +1,287 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/loaded_mesh.hpp>
+#include <tapestry/io/mtl_file.hpp>
+#include <tapestry/io/text_lines.hpp>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io {
+
+/// How much an OBJ may hold.
+struct ObjLimits {
+  std::uint64_t file_bytes = std::uint64_t(4) << 30U;
+  std::size_t records = std::size_t(1)
+                        << 24U;  ///< vertices, and alike triangles, texture coordinates, normals
+  std::size_t line_bytes = std::size_t(1) << 20U;
+};
+
+namespace detail {
+class ObjParser {
+ public:
+  ObjParser(std::string_view text, const std::string& path, const ObjLimits& limits)
+      : lines_(text, path, limits.line_bytes), limits_(limits), beginning_(text.substr(0, 64)) {}
+
+  LoadedMesh parse() {
+    if (const std::string format = beginning_format(); !format.empty())
+      lines_.fail_at(0, "not an OBJ", "v and f records", format);
+    while (lines_.next()) {
+      const std::string_view keyword = lines_.word();
+      if (keyword.empty() || keyword.starts_with('#')) continue;
+      if (lines_.line().ends_with('\\')) lines_.fail("line continuation is not supported");
+      record(keyword);
+    }
+    check_counts();
+    for (std::size_t kind = 0; kind < 3; ++kind) check_highest(kind);
+    measure();
+    return std::move(loaded_);
+  }
+
+ private:
+  static constexpr std::array kind_names{"vertex", "texture coordinate", "normal"};
+
+  void record(std::string_view keyword) {
+    auto& mesh = loaded_.mesh;
+    if (keyword == "v") {
+      const auto [values, count] = numbers<7>();
+      if (count != 3 && count != 4 && count != 6 && count != 7)
+        lines_.fail("vertex does not have its coordinates", "v x y z", std::to_string(count) + " numbers");
+      append(mesh.positions, {values[0], values[1], values[2]});
+    } else if (keyword == "vt") {
+      const auto [values, count] = numbers<3>();
+      if (count == 0) lines_.fail("texture coordinate without numbers", "vt u v");
+      append(mesh.uvs, {values[0], values[1]});
+    } else if (keyword == "vn") {
+      const auto [values, count] = numbers<3>();
+      if (count != 3) lines_.fail("normal does not have three numbers", "vn x y z", std::to_string(count));
+      const double length = std::hypot(values[0], values[1], values[2]);
+      const double scale = length > 0 ? 1 / length : 0;
+      append(mesh.normals, {values[0] * scale, values[1] * scale, values[2] * scale});
+    } else if (keyword == "f") {
+      face();
+    } else if (keyword == "usemtl") {
+      material_ = material_index(lines_.rest_of_line());
+    } else if (keyword == "g" || keyword == "o") {
+      group_ = group_index(lines_.rest_of_line());
+    } else if (keyword == "mtllib") {
+      material_library(std::string(lines_.rest_of_line()));
+    } else if (keyword != "s" && keyword != "l" && keyword != "p" && keyword != "vp") {
+      if (unknown_count_++ == 0) warn("record " + in_quotes(keyword) + " is unknown and skipped");
+    }
+  }
+
+  void warn(const std::string& what) {
+    loaded_.warnings.push_back(lines_.path() + ":" + std::to_string(lines_.number()) + ": " + what);
+  }
+
+  template <class Element>
+  void append(std::vector<Element>& to, const Element& element) {
+    if (to.size() >= limits_.records)
+      lines_.fail("mesh is too large", "at most " + std::to_string(limits_.records) + " records of a kind",
+                  "more", ErrorKind::limit);
+    to.push_back(element);
+  }
+
+  template <std::size_t Most>
+  std::pair<std::array<double, Most>, std::size_t> numbers() {
+    std::array<double, Most> values{};
+    std::size_t count = 0;
+    for (std::string_view word = lines_.word(); !word.empty() && word[0] != '#';
+         word = lines_.word(), ++count) {
+      if (count == Most) lines_.fail("too many numbers", "at most " + std::to_string(Most), "more");
+      if (!parse_number(word, values[count]) ||
+          !(std::abs(values[count]) <= static_cast<double>(std::numeric_limits<float>::max())))
+        lines_.fail("not a finite number", "a number of single precision", in_quotes(word));
+    }
+    return {values, count};
+  }
+
+  /// Zero-based index of a corner's vertex (kind 0), texture coordinate (1) or normal (2).
+  std::int32_t index(std::string_view text, std::size_t kind) {
+    const std::size_t count = kind == 0   ? loaded_.mesh.positions.size()
+                              : kind == 1 ? loaded_.mesh.uvs.size()
+                                          : loaded_.mesh.normals.size();
+    std::int32_t value = 0;
+    const auto expected = [&] {
+      return count == 0 ? "1 or more"
+                        : "1 to " + std::to_string(count) + " or -" + std::to_string(count) + " to -1";
+    };
+    const std::string name = kind_names[kind];
+    if (!parse_integer(text, value))
+      lines_.fail(name + " index is not a whole number", expected(), in_quotes(text));
+    if (value == 0) lines_.fail(name + " index 0, though they count from 1", expected(), "0");
+    if (value < 0) {
+      if (static_cast<std::size_t>(-static_cast<std::int64_t>(value)) > count)
+        lines_.fail(name + " index reaches back before the first", expected(), std::to_string(value));
+      return static_cast<std::int32_t>(static_cast<std::int64_t>(count) + value);
+    }
+    if (value > highest_[kind].first) highest_[kind] = {value, lines_.number()};
+    return value - 1;
+  }
+
+  /// v, v/vt, v//vn or v/vt/vn
+  std::array<std::int32_t, 3> corner(std::string_view word) {
+    std::array<std::int32_t, 3> indices{-1, -1, -1};
+    for (std::size_t kind = 0; kind < 3; ++kind) {
+      const std::size_t slash = word.find('/');
+      const std::string_view part = word.substr(0, slash);
+      const bool left_out = kind == 1 && part.empty() && slash != std::string_view::npos;
+      if (!left_out) indices[kind] = index(part, kind);
+      if (slash == std::string_view::npos) return indices;
+      word.remove_prefix(slash + 1);
+    }
+    lines_.fail("face corner has more than three indices", "v/vt/vn");
+  }
+
+  void face() {
+    corners_.clear();
+    for (std::string_view word = lines_.word(); !word.empty() && word[0] != '#'; word = lines_.word())
+      corners_.push_back(corner(word));
+    if (corners_.size() < 3)
+      lines_.fail("face has too few corners", "3 or more", std::to_string(corners_.size()));
+    if (corners_.size() > 3) ++loaded_.polygon_count;
+    auto& mesh = loaded_.mesh;
+    for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
+      const auto& a = corners_[0];
+      const auto& b = corners_[i];
+      const auto& c = corners_[i + 1];
+      append(mesh.faces, {a[0], b[0], c[0]});
+      mesh.face_uvs.push_back({a[1], b[1], c[1]});
+      mesh.face_normals.push_back({a[2], b[2], c[2]});
+      mesh.face_materials.push_back(material_);
+      mesh.face_groups.push_back(group_);
+    }
+  }
+
+  std::int32_t material_index(std::string_view name) {
+    if (name.empty()) lines_.fail("usemtl without a name");
+    const auto next = static_cast<std::int32_t>(loaded_.mesh.materials.size());
+    const auto [found, added] = material_indices_.try_emplace(std::string(name), next);
+    if (added) {
+      loaded_.mesh.materials.push_back({std::string(name), geometry::Material{}.colour});
+      warn("material " + in_quotes(name) + " is not defined before; it gets a default colour");
+    }
+    return found->second;
+  }
+
+  std::int32_t group_index(std::string_view name) {
+    if (name.empty()) name = "default";
+    const auto next = static_cast<std::int32_t>(loaded_.mesh.groups.size());
+    const auto [found, added] = group_indices_.try_emplace(std::string(name), next);
+    if (added) append(loaded_.mesh.groups, std::string(name));
+    return found->second;
+  }
+
+  /// One library, or several separated by blanks.
+  void material_library(const std::string& names) {
+    std::error_code ignored;
+    const auto folder = std::filesystem::path(lines_.path()).parent_path();
+    if (names.empty()) lines_.fail("mtllib without a name");
+    if (std::filesystem::exists(folder / names, ignored) || names.find_first_of(" \t") == std::string::npos)
+      return one_library(folder, names);
+    for (std::string_view name = lines_.word(); !name.empty(); name = lines_.word())
+      one_library(folder, std::string(name));
+  }
+
+  void one_library(const std::filesystem::path& folder, const std::string& name) {
+    const std::filesystem::path relative(name);
+    bool outside = relative.has_root_path();
+    for (const auto& part : relative) outside = outside || part == "..";
+    if (outside)
+      return warn("mtllib " + in_quotes(name) + " lies outside the folder of the OBJ and is not read");
+    const std::string path = (folder / relative).string();
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored))
+      return warn("mtllib " + in_quotes(name) + " is not there (" + path +
+                  "); materials get a default colour");
+    for (const auto& material : read_mtl(path, loaded_.warnings)) {
+      const auto next = static_cast<std::int32_t>(loaded_.mesh.materials.size());
+      if (material_indices_.try_emplace(material.name, next).second)
+        loaded_.mesh.materials.push_back(material);
+    }
+  }
+
+  [[nodiscard]] std::string beginning_format() const {
+    return std::string(
+        recognised_format(std::as_bytes(std::span<const char>(beginning_.data(), beginning_.size()))));
+  }
+
+  void check_counts() const {
+    const std::string found = beginning_.empty() ? "0 bytes" : "none";
+    if (loaded_.mesh.positions.empty()) lines_.fail_at(0, "OBJ has no vertices", "v records", found);
+    if (loaded_.mesh.faces.empty()) lines_.fail_at(0, "OBJ has no faces", "f records", found);
+  }
+
+  void check_highest(std::size_t kind) const {
+    const std::array counts{loaded_.mesh.positions.size(), loaded_.mesh.uvs.size(),
+                            loaded_.mesh.normals.size()};
+    const auto [value, line] = highest_[kind];
+    if (static_cast<std::size_t>(value) > counts[kind])
+      lines_.fail_at(line, std::string(kind_names[kind]) + " index beyond the last",
+                     "1 to " + std::to_string(counts[kind]), std::to_string(value));
+  }
+
+  void measure() {
+    const double extent = measure_mesh(loaded_);
+    if (!(extent >= 1e-9 && extent <= 1e9))
+      lines_.fail_at(0, "mesh has no usable size", "an extent of 1e-9 to 1e9 units", std::to_string(extent),
+                     ErrorKind::mismatch);
+    const auto note = [&](std::size_t count, const char* what) {
+      if (count > 0) loaded_.warnings.push_back(lines_.path() + ": " + std::to_string(count) + " " + what);
+    };
+    note(loaded_.polygon_count, "polygons are split into triangles; face lists count the triangles");
+    note(loaded_.degenerate_count, "triangles have no area; they keep their number and are never seen");
+    note(unknown_count_ > 1 ? unknown_count_ : 0, "records are unknown and skipped");
+  }
+
+  TextLines lines_;
+  ObjLimits limits_;
+  std::string_view beginning_;
+  LoadedMesh loaded_;
+  std::vector<std::array<std::int32_t, 3>> corners_;
+  std::array<std::pair<std::int32_t, std::size_t>, 3>
+      highest_{};  // the largest index of each kind and its line
+  std::unordered_map<std::string, std::int32_t> material_indices_, group_indices_;
+  std::int32_t material_ = -1;
+  std::int32_t group_ = -1;
+  std::size_t unknown_count_ = 0;
+};
+}  // namespace detail
+
+/// Reads an OBJ held in memory; `path` names it in messages and says where its material files lie.
+[[nodiscard]] inline LoadedMesh parse_obj(std::string_view text, const std::string& path,
+                                          const ObjLimits& limits = {}) {
+  return detail::ObjParser(text, path, limits).parse();
+}
+
+/// Reads a Wavefront OBJ and the material files beside it.
+///
+/// Faces keep the order of the file. A polygon becomes a fan of triangles around its first corner, in place;
+/// face lists refer to the triangles. Groups are the names of `g` and `o` records, whichever came last.
+/// Indices may be negative or refer to what comes later. Material files outside the folder of the OBJ are not
+/// read.
+///
+/// The records are parsed here and not by tinyobjloader, because that reads malformed numbers as 0, returns
+/// indices beyond the lists with a mere warning, drops short records so that later numbers shift, and gives
+/// no lines for them; it reads the material files, whose colours are checked first.
+///
+/// \throws FileError: malformed (with the line), mismatch (a mesh without extent), limit
+[[nodiscard]] inline LoadedMesh read_obj(const std::string& path, const ObjLimits& limits = {}) {
+  const std::string text = read_text_file(path, limits.file_bytes);
+  return parse_obj(text, path, limits);
+}
+
+}  // namespace tapestry::io
