@@ -1,0 +1,237 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/loss/anchor_match.hpp>
+#include <tapestry/loss/prediction.hpp>
+#include <tuple>
+#include <vector>
+
+namespace tapestry::loss {
+
+/// How a YOLO-V3 detector is taught.
+struct YoloTrainingOptions {
+  double ignore_iou = 0.5;  ///< an unmatched box that overlaps some truth by more is neither right nor wrong
+  double match_iou =
+      1.0;  ///< anchors whose shape overlaps the truth's by more are matched beside the best one
+  double box = 1.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
+};
+
+/// The terms before weighting, each a mean over the images of a sum over candidates, and their weighted sum.
+struct YoloTrainingTerms {
+  double box = 0, objectness = 0, classification = 0;
+  double total = 0;
+};
+
+/// Per image the objects to be found.
+using Truths = std::vector<std::vector<Target>>;
+
+namespace detail {
+
+/// IoU of two boxes with a common centre.
+[[nodiscard]] inline double shape_iou(double width, double height, const std::array<double, 2>& anchor) {
+  const double shared = std::min(width, anchor[0]) * std::min(height, anchor[1]);
+  return shared / (width * height + anchor[0] * anchor[1] - shared);
+}
+
+/// One candidate that has to predict a truth.
+struct Assignment {
+  Candidate candidate;
+  const Target* truth;
+};
+
+/// Truths to candidates: in the cell of the truth's centre the anchor, over all heads, whose shape fits best
+/// (ties to the first), and those above match_iou. A candidate that two truths want keeps the first. Truths
+/// without area or with their centre outside the picture are left out.
+template <class T>
+std::vector<Assignment> assignments(const Predictions<T>& predictions, const std::vector<Target>& truths,
+                                    const YoloTrainingOptions& options) {
+  std::vector<Assignment> assigned;
+  const auto assign = [&](std::size_t head, std::size_t anchor, const Target& truth) {
+    const Cell cell =
+        cell_of(predictions.heads[head], truth.box, predictions.input_height, predictions.input_width);
+    const Candidate candidate{head, anchor, cell.row, cell.column};
+    const auto is_taken = [&](const Assignment& other) { return other.candidate == candidate; };
+    if (cell.exists && std::none_of(assigned.begin(), assigned.end(), is_taken))
+      assigned.push_back({candidate, &truth});
+  };
+  for (const Target& truth : truths) {
+    if (!(truth.box.w > 0 && truth.box.h > 0)) continue;
+    std::size_t best_head = 0, best_anchor = 0;
+    double best_iou = -1;
+    for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+      const auto& anchors = predictions.heads[head].anchors;
+      for (std::size_t anchor = 0; anchor < anchors.size(); ++anchor) {
+        const double iou = shape_iou(truth.box.w, truth.box.h, anchors[anchor]);
+        if (iou > options.match_iou) assign(head, anchor, truth);
+        if (iou > best_iou) std::tie(best_head, best_anchor, best_iou) = std::tuple(head, anchor, iou);
+      }
+    }
+    assign(best_head, best_anchor, truth);
+  }
+  return assigned;
+}
+
+/// Calls visit(candidate) for those unmatched candidates that ought to say "no object".
+template <class T, class Visit>
+void for_each_background(const Predictions<T>& predictions, const std::vector<Target>& truths,
+                         const std::vector<Assignment>& assigned, double ignore_iou, Visit visit) {
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head)
+    for_each_candidate(head, predictions.heads[head], [&](const Candidate& candidate) {
+      const auto is_assigned = [&](const Assignment& other) { return other.candidate == candidate; };
+      if (std::any_of(assigned.begin(), assigned.end(), is_assigned)) return;
+      if (!truths.empty()) {
+        const detect::Box box = decoded_box(predictions, candidate);
+        const auto overlaps = [&](const Target& truth) { return detect::iou(box, truth.box) > ignore_iou; };
+        if (std::any_of(truths.begin(), truths.end(), overlaps)) return;
+      }
+      visit(candidate);
+    });
+}
+
+/// What an assigned candidate's four box logits are wanted to be: σ(tx), σ(ty), tw, th; and their weight.
+struct BoxGoal {
+  double x, y, w, h;
+  double weight;  ///< 2 − share of the picture: small boxes count more
+};
+
+template <class T>
+BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment) {
+  const auto& [candidate, truth] = assignment;
+  const auto& head = predictions.heads[candidate.head];
+  const auto& anchor = head.anchors[candidate.anchor];
+  const auto width = static_cast<double>(predictions.input_width);
+  const auto height = static_cast<double>(predictions.input_height);
+  const auto offset = [&](double centre, double extent, std::size_t cells, std::size_t cell) {
+    const double in_cell = centre / extent * static_cast<double>(cells) - static_cast<double>(cell);
+    return std::clamp((in_cell - 0.5) / head.scale_x_y + 0.5, 0.0, 1.0);
+  };
+  return {offset(truth->box.cx, width, head.grid_width, candidate.column),
+          offset(truth->box.cy, height, head.grid_height, candidate.row), std::log(truth->box.w / anchor[0]),
+          std::log(truth->box.h / anchor[1]),
+          2 - std::min(1.0, truth->box.w * truth->box.h / (width * height))};
+}
+
+template <class T>
+void require_training(const char* operation, const std::vector<detect::Head>& heads,
+                      const std::vector<Array<T, 4>>& logits, const Truths& truths, std::size_t input_height,
+                      std::size_t input_width) {
+  if (truths.empty()) throw DomainError(std::string(operation) + ": an empty batch");
+  const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
+  require_predictions(operation, last);
+  for (const auto& head : logits)
+    if (head.shape(0) != truths.size())
+      throw ShapeError(std::string(operation) + ": truths of " + std::to_string(truths.size()) +
+                       " images, expected " + std::to_string(head.shape(0)));
+  for (const auto& of_image : truths)
+    for (const Target& truth : of_image) require_target(operation, last, truth);
+}
+
+template <class T>
+YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vector<Target>& truths,
+                              const YoloTrainingOptions& options) {
+  YoloTrainingTerms terms;
+  const auto assigned = assignments(predictions, truths, options);
+  for (const Assignment& assignment : assigned) {
+    const auto at = [&](std::size_t channel) { return logit(predictions, assignment.candidate, channel); };
+    const BoxGoal goal = box_goal(predictions, assignment);
+    const double dw = at(w_channel) - goal.w, dh = at(h_channel) - goal.h;
+    terms.box += goal.weight * (cross_entropy(at(x_channel), goal.x) + cross_entropy(at(y_channel), goal.y) +
+                                (dw * dw + dh * dh) / 2);
+    terms.objectness += cross_entropy(at(objectness_channel), 1);
+    for (std::size_t k = 0; k < predictions.heads[assignment.candidate.head].classes; ++k)
+      terms.classification +=
+          cross_entropy(at(class_channel + k), k == assignment.truth->class_index ? 1 : 0);
+  }
+  for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
+    terms.objectness += cross_entropy(logit(predictions, candidate, objectness_channel), 0);
+  });
+  return terms;
+}
+
+template <class T>
+void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Target>& truths,
+                         const YoloTrainingOptions& options, double adjoint,
+                         std::vector<Array<T, 4>>& logits_adjoint) {
+  const auto assigned = assignments(predictions, truths, options);
+  for (const Assignment& assignment : assigned) {
+    const auto add = [&](std::size_t channel, double weight, auto slope_of) {
+      const double slope = slope_of(logit(predictions, assignment.candidate, channel));
+      add_to_logit(predictions, assignment.candidate, channel, adjoint * weight * slope, logits_adjoint);
+    };
+    const BoxGoal goal = box_goal(predictions, assignment);
+    const double box = options.box * goal.weight;
+    add(x_channel, box, [&](double at) { return cross_entropy_slope(at, goal.x); });
+    add(y_channel, box, [&](double at) { return cross_entropy_slope(at, goal.y); });
+    add(w_channel, box, [&](double at) { return at - goal.w; });
+    add(h_channel, box, [&](double at) { return at - goal.h; });
+    add(objectness_channel, options.objectness, [](double at) { return cross_entropy_slope(at, 1); });
+    for (std::size_t k = 0; k < predictions.heads[assignment.candidate.head].classes; ++k)
+      add(class_channel + k, options.classification,
+          [&](double at) { return cross_entropy_slope(at, k == assignment.truth->class_index ? 1 : 0); });
+  }
+  for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
+    const double slope = cross_entropy_slope(logit(predictions, candidate, objectness_channel), 0);
+    add_to_logit(predictions, candidate, objectness_channel, adjoint * options.objectness * slope,
+                 logits_adjoint);
+  });
+}
+
+}  // namespace detail
+
+/// The loss a YOLO-V3 detector is trained with, a mean over the images of
+///
+///   Σ matched   (2 − area) · (H(tx, x) + H(ty, y) + ½(tw − w)² + ½(th − h)²) + H(to, 1) + Σ_k H(tk, [k is
+///   it]) Σ unmatched H(to, 0), without boxes that overlap a truth by more than ignore_iou
+///
+/// H(t, p) being the cross entropy of σ(t) with the wanted p, x and y the truth's place within its cell
+/// (corrected for scale_x_y), w and h the log of its size over the anchor's. Classes are independent of each
+/// other. Which candidates are matched and which are ignored is not differentiated.
+/// Source: Redmon and Farhadi, "YOLOv3" (2018), section 2, with the cross entropy for x and y too.
+///
+/// \param logits  per head [N, A·(5+K), H, W]
+/// \param truths  one entry an image, boxes in pixels of the network's input
+/// \throws ShapeError, DomainError as adversarial()
+template <class T>
+[[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
+                                              const std::vector<Array<T, 4>>& logits, const Truths& truths,
+                                              std::size_t input_height, std::size_t input_width,
+                                              const YoloTrainingOptions& options = {}) {
+  detail::require_training("yolo_training", heads, logits, truths, input_height, input_width);
+  std::vector<YoloTrainingTerms> per_image(truths.size());
+  parallel_for(truths.size(), [&](std::size_t n) {
+    per_image[n] =
+        detail::image_terms(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n], options);
+  });
+  YoloTrainingTerms mean;
+  const auto count = static_cast<double>(truths.size());
+  for (const auto& terms : per_image) {
+    mean.box += terms.box / count;
+    mean.objectness += terms.objectness / count;
+    mean.classification += terms.classification / count;
+  }
+  mean.total = options.box * mean.box + options.objectness * mean.objectness +
+               options.classification * mean.classification;
+  return mean;
+}
+
+/// Adds total_adjoint · ∂total/∂logits; arguments otherwise as in yolo_training().
+template <class T>
+void yolo_training_adjoint(const std::vector<detect::Head>& heads, const std::vector<Array<T, 4>>& logits,
+                           const Truths& truths, std::size_t input_height, std::size_t input_width,
+                           const YoloTrainingOptions& options, T total_adjoint,
+                           std::vector<Array<T, 4>>& logits_adjoint) {
+  detail::require_training("yolo_training_adjoint", heads, logits, truths, input_height, input_width);
+  require_adjoint("yolo_training_adjoint", Predictions<T>{heads, logits, 0, input_height, input_width},
+                  logits_adjoint);
+  const double adjoint = static_cast<double>(total_adjoint) / static_cast<double>(truths.size());
+  parallel_for(truths.size(), [&](std::size_t n) {
+    detail::image_terms_adjoint(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n],
+                                options, adjoint, logits_adjoint);
+  });
+}
+
+}  // namespace tapestry::loss

@@ -1,0 +1,146 @@
+#include <cmath>
+#include <tapestry/loss/yolo_training.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/random_array.hpp"
+
+namespace loss = tapestry::loss;
+namespace detect = tapestry::detect;
+using tapestry::Array;
+using tapestry::Random;
+
+namespace {
+
+constexpr std::size_t size = 64, classes = 2;
+using Logits = std::vector<Array<double, 4>>;
+
+std::vector<detect::Head> two_heads() {
+  std::vector<detect::Head> heads(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    heads[i].classes = classes;
+    heads[i].grid_height = heads[i].grid_width = i == 0 ? 4 : 8;
+    heads[i].scale_x_y = i == 0 ? 1.0 : 1.1;
+  }
+  heads[0].anchors = {{30, 20}, {40, 40}};
+  heads[1].anchors = {{8, 8}, {14, 10}};
+  return heads;
+}
+
+Logits logits_of(const std::vector<detect::Head>& heads, std::uint64_t seed, std::size_t images = 2) {
+  Logits logits;
+  for (std::size_t i = 0; i < heads.size(); ++i)
+    logits.push_back(tapestry::test::random_array<double>(
+        {images, 2 * (5 + classes), heads[i].grid_height, heads[i].grid_width}, seed * 10 + i, -1, 1));
+  return logits;
+}
+
+const loss::Truths two_images{{{0, {33, 20, 28, 22}}, {1, {10, 50, 9, 7}}}, {{1, {40, 41, 13, 11}}}};
+
+}  // namespace
+
+TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[loss][yolo_training]") {
+  const auto heads = two_heads();
+  auto logits = logits_of(heads, 1, 1);
+  for (auto& head : logits)
+    for (double& logit : head.storage()) logit = 0;
+  // Best anchor 30 × 20, cell (1, 2): its centre (33, 20) is 1/16 and 1/4 into the cell of 16 px.
+  const loss::Truths truths{{{0, {33, 20, 28, 22}}}};
+  const auto terms = loss::yolo_training(heads, logits, truths, size, size);
+  const double w = std::log(28.0 / 30), h = std::log(22.0 / 20), once = std::log(2.0);
+  const double weight = 2 - 28 * 22.0 / (64 * 64);
+  CHECK(terms.box == Approx(weight * (2 * once + (w * w + h * h) / 2)));
+  CHECK(terms.classification == Approx(2 * once));
+  // Of 2 · 16 + 2 · 64 boxes one is matched and one ignored: the 40 × 40 of the same cell, around (40, 24),
+  // has 28 × 22 of 1600 in common with it, less than half; so has every other. None is ignored.
+  CHECK(terms.objectness == Approx(160 * once));
+  CHECK(terms.total == Approx(terms.box + terms.objectness + terms.classification));
+}
+
+TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss][yolo_training]") {
+  const auto heads = two_heads();
+  auto logits = logits_of(heads, 1, 1);
+  for (auto& head : logits)
+    for (double& logit : head.storage()) logit = 0;
+  const loss::Truths truths{
+      {{0, {40, 24, 38, 38}}}};  // anchor 40 × 40 fits; 30 × 20 at the same place has IoU .42
+  const double all = loss::yolo_training(heads, logits, truths, size, size).objectness;
+  CHECK(loss::yolo_training(heads, logits, truths, size, size, {0.4, 1.0, 1, 1, 1}).objectness ==
+        Approx(all - std::log(2.0)));
+  // With match_iou below .42 it is matched as well, which at logit 0 costs the same objectness but adds a
+  // box.
+  const auto both = loss::yolo_training(heads, logits, truths, size, size, {0.4, 0.4, 1, 1, 1});
+  CHECK(both.objectness == Approx(all));
+  CHECK(both.classification == Approx(4 * std::log(2.0)));
+}
+
+TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_training][gradient]") {
+  const auto heads = two_heads();
+  const loss::YoloTrainingOptions options{0.5, 0.6, 0.7, 1.3, 0.9};
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto logits = logits_of(heads, seed);
+    Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
+    for (int half = 0; half < 2; ++half)
+      loss::yolo_training_adjoint(heads, logits, two_images, size, size, options, 0.5, adjoint);
+    for (std::size_t head = 0; head < heads.size(); ++head) {
+      auto direction = tapestry::zeros<double, 4>(logits[head].shape());
+      Random random(seed * 100 + head);
+      for (double& value : direction.storage()) value = random.uniform(-1, 1);
+      direction /= std::sqrt(tapestry::test::dot(direction, direction));
+      const auto value = [&](const Array<double, 4>& changed) {
+        auto at = logits;
+        at[head] = changed;
+        return loss::yolo_training(heads, at, two_images, size, size, options).total;
+      };
+      CHECK(std::abs(tapestry::test::dot(adjoint[head], direction) -
+                     tapestry::test::central_difference(value, logits[head], direction)) <=
+            tapestry::test::central_difference_tolerance(value(logits[head])));
+    }
+  }
+}
+
+TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_training]") {
+  const auto heads = two_heads();
+  auto logits = logits_of(heads, 3);
+  for (int step = 0; step < 400; ++step) {
+    Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
+    loss::yolo_training_adjoint(heads, logits, two_images, size, size, {}, 1.0, adjoint);
+    for (std::size_t head = 0; head < heads.size(); ++head) logits[head] -= 0.5 * adjoint[head];
+  }
+  for (std::size_t image = 0; image < 2; ++image)
+    for (const auto& truth : two_images[image]) {
+      const loss::Predictions<double> predictions{heads, logits, image, size, size};
+      double best = 0;
+      for (std::size_t head = 0; head < 2; ++head)
+        loss::for_each_candidate(head, heads[head], [&](const loss::Candidate& candidate) {
+          const double sure =
+              loss::sigmoid(loss::logit(predictions, candidate, loss::objectness_channel)) *
+              loss::sigmoid(loss::logit(predictions, candidate, loss::class_channel + truth.class_index));
+          best = std::max(best, sure * detect::iou(loss::decoded_box(predictions, candidate), truth.box));
+        });
+      CHECK(best > 0.9);
+    }
+}
+
+TEST_CASE("yolo_training leaves out truths that no cell holds", "[loss][yolo_training]") {
+  const auto heads = two_heads();
+  const auto logits = logits_of(heads, 4, 1);
+  const auto terms = loss::yolo_training(
+      heads, logits, {{{0, {64, 10, 9, 9}}, {0, {10, 10, 0, 9}}, {1, {-1, 5, 9, 9}}}}, size, size);
+  CHECK(terms.box == 0);
+  CHECK(terms.classification == 0);
+  CHECK(terms.objectness > 0);
+}
+
+TEST_CASE("yolo_training refuses what does not fit together", "[loss][yolo_training]") {
+  const auto heads = two_heads();
+  const auto logits = logits_of(heads, 5);
+  CHECK_THROWS_WITH(loss::yolo_training(heads, logits, {{}}, size, size),
+                    "yolo_training: truths of 1 images, expected 2");
+  CHECK_THROWS_AS(loss::yolo_training(heads, logits, {}, size, size), tapestry::DomainError);
+  CHECK_THROWS_AS(loss::yolo_training(heads, logits, {{}, {{2, {1, 1, 1, 1}}}}, size, size),
+                  tapestry::DomainError);
+  Logits one{logits[0]};
+  CHECK_THROWS_AS(loss::yolo_training_adjoint(heads, logits, two_images, size, size, {}, 1.0, one),
+                  tapestry::ShapeError);
+}
