@@ -51,8 +51,7 @@ TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[los
   const double weight = 2 - 28 * 22.0 / (64 * 64);
   CHECK(terms.box == Approx(weight * (2 * once + (w * w + h * h) / 2)));
   CHECK(terms.classification == Approx(2 * once));
-  // Of 2 · 16 + 2 · 64 boxes one is matched and one ignored: the 40 × 40 of the same cell, around (40, 24),
-  // has 28 × 22 of 1600 in common with it, less than half; so has every other. None is ignored.
+  // 2 · 16 + 2 · 64 boxes, one matched; the 40 × 40 of the same cell shares 28 · 22 of 1600, less than half.
   CHECK(terms.objectness == Approx(160 * once));
   CHECK(terms.total == Approx(terms.box + terms.objectness + terms.classification));
 }
@@ -62,14 +61,13 @@ TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss
   auto logits = logits_of(heads, 1, 1);
   for (auto& head : logits)
     for (double& logit : head.storage()) logit = 0;
-  const loss::Truths truths{
-      {{0, {40, 24, 38, 38}}}};  // anchor 40 × 40 fits; 30 × 20 at the same place has IoU .42
+  // Anchor 40 × 40 fits. At the same place 30 × 20 has IoU .416, and 40 × 40 a cell further .403.
+  const loss::Truths truths{{{0, {40, 24, 38, 38}}}};
   const double all = loss::yolo_training(heads, logits, truths, size, size).objectness;
-  CHECK(loss::yolo_training(heads, logits, truths, size, size, {0.4, 1.0, 1, 1, 1}).objectness ==
+  CHECK(loss::yolo_training(heads, logits, truths, size, size, {0.41, 1.0, 1, 1, 1}).objectness ==
         Approx(all - std::log(2.0)));
-  // With match_iou below .42 it is matched as well, which at logit 0 costs the same objectness but adds a
-  // box.
-  const auto both = loss::yolo_training(heads, logits, truths, size, size, {0.4, 0.4, 1, 1, 1});
+  // With match_iou .4 it is matched as well, which at logit 0 costs the same objectness but adds a box.
+  const auto both = loss::yolo_training(heads, logits, truths, size, size, {0.41, 0.4, 1, 1, 1});
   CHECK(both.objectness == Approx(all));
   CHECK(both.classification == Approx(4 * std::log(2.0)));
 }
