@@ -1,0 +1,117 @@
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/class_names.hpp>
+#include <tapestry/detect/suppression.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "../support/catch.hpp"
+
+using namespace tapestry::detect;
+using tapestry::Array;
+
+namespace {
+const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+Head small_head() { return {2, 2, 3, {{{10.0, 20.0}}}, 1.2}; }
+
+/// Logits [1, 7, 2, 3] of no object anywhere.
+Array<double, 4> empty_logits() { return tapestry::filled<double, 4>({1, 7, 2, 3}, -20.0); }
+}  // namespace
+
+TEST_CASE("iou equals the overlap worked out by hand", "[detect][box_overlap]") {
+  CHECK(iou({1, 1, 2, 2}, {2, 2, 2, 2}) == Approx(1.0 / 7));
+  CHECK(iou({1, 1, 2, 2}, {1, 1, 2, 2}) == 1);
+  CHECK(iou({1, 1, 2, 2}, {3, 1, 2, 2}) == 0);  // touching
+  CHECK(clipped({0, 0, 4, 4}, box_from_corners(0, 0, 10, 10)).area() == 4);
+  CHECK(clipped({-9, 0, 4, 4}, box_from_corners(0, 0, 10, 10)).area() == 0);
+}
+
+TEST_CASE("T09: boxes without area or with NaN overlap nothing", "[detect][box_overlap]") {
+  CHECK(iou({1, 1, 0, 2}, {1, 1, 0, 2}) == 0);
+  CHECK(iou({1, 1, -2, -2}, {1, 1, 2, 2}) == 0);
+  CHECK(iou({not_a_number, 1, 2, 2}, {1, 1, 2, 2}) == 0);
+  CHECK(iou({1, 1, 2, 2}, {not_a_number, 1, 2, 2}) == 0);
+  CHECK(iou({1, 1, not_a_number, 2}, {1, 1, 2, 2}) == 0);
+}
+
+TEST_CASE("decode follows Darknet's formula", "[detect][box_decode]") {
+  auto logits = empty_logits();
+  const double values[7] = {0.3, -0.7, 0.5, -0.25, 2, 1, -20};
+  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 1, 2) = values[c];
+  const auto found = decode<double>({small_head()}, {logits}, 0, 0.25, 64, 96);
+  REQUIRE(found.size() == 1);
+  const auto sigma = [](double x) { return 1 / (1 + std::exp(-x)); };
+  CHECK(found[0].class_index == 0);
+  CHECK(found[0].candidate == 5);
+  CHECK(found[0].confidence == Approx(sigma(2) * sigma(1)).epsilon(1e-14));
+  CHECK(found[0].box.cx == Approx(((sigma(0.3) - 0.5) * 1.2 + 0.5 + 2) / 3 * 96).epsilon(1e-14));
+  CHECK(found[0].box.cy == Approx(((sigma(-0.7) - 0.5) * 1.2 + 0.5 + 1) / 2 * 64).epsilon(1e-14));
+  CHECK(found[0].box.w == Approx(std::exp(0.5) * 10).epsilon(1e-14));
+  CHECK(found[0].box.h == Approx(std::exp(-0.25) * 20).epsilon(1e-14));
+}
+
+TEST_CASE("T10: saturated logits decode to finite boxes and NaN to none", "[detect][box_decode]") {
+  auto logits = empty_logits();
+  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 0, 0) = 1e4;
+  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 0, 1) = c < 4 ? -1e4 : 100;
+  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 0, 2) = not_a_number;
+  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 1, 0) = c == 2 ? not_a_number : 100;
+  const auto found = decode<double>({small_head()}, {logits}, 0, 0.25, 64, 96);
+  REQUIRE(found.size() == 4);
+  for (const Detection& detection : found) {
+    CHECK(std::isfinite(detection.box.w));
+    CHECK(detection.confidence == 1);
+  }
+  CHECK(decode<double>({small_head()}, {empty_logits()}, 0, 0.25, 64, 96).empty());
+}
+
+TEST_CASE("decode names what does not fit", "[detect][box_decode]") {
+  CHECK_THROWS_AS(decode<double>({small_head()}, {}, 0, 0.25, 64, 96), tapestry::ShapeError);
+  CHECK_THROWS_AS(decode<double>({small_head()}, {empty_logits()}, 1, 0.25, 64, 96), tapestry::DomainError);
+  CHECK_THROWS_WITH(decode<float>({small_head()}, {tapestry::zeros<float, 4>({1, 7, 2, 2})}, 0, 0.25, 64, 96),
+                    "decode: logits is [1, 7, 2, 2], expected [1, 7, 2, 3]");
+}
+
+TEST_CASE("suppression keeps the most confident of overlapping boxes", "[detect][suppression]") {
+  const Detection best{0, 0.9, 1, {10, 10, 4, 4}, 0, 0};
+  const Detection near{0, 0.8, 1, {10.5, 10, 4, 4}, 0, 1};
+  const Detection other_class{1, 0.7, 1, {10, 10, 4, 4}, 0, 2};
+  const Detection far{0, 0.6, 1, {30, 10, 4, 4}, 1, 0};
+  const auto kept = suppress({far, other_class, near, best}, 0.45);
+  REQUIRE(kept.size() == 3);
+  CHECK(kept[0].candidate == 0);
+  CHECK(kept[1].class_index == 1);
+  CHECK(kept[2].head == 1);
+  CHECK(suppress({far, other_class, near, best}, 0.45, false).size() == 2);
+  CHECK(suppress({}, 0.45).empty());
+}
+
+TEST_CASE("equal confidences are ordered by head and candidate", "[detect][suppression]") {
+  const Detection a{0, 0.5, 1, {10, 10, 4, 4}, 0, 7};
+  const Detection b{0, 0.5, 1, {10, 10, 4, 4}, 1, 3};
+  CHECK(suppress({a, b}, 0.45)[0].head == 0);
+  CHECK(suppress({b, a}, 0.45)[0].head == 0);
+}
+
+TEST_CASE("G32: class names are counted and checked", "[detect][bad_input]") {
+  std::string folder = (std::filesystem::temp_directory_path() / "tapestry_names_XXXXXX").string();
+  REQUIRE(::mkdtemp(folder.data()) != nullptr);
+  const std::string path = folder + "/x.names";
+  const auto read = [&](const char* text) {
+    std::ofstream(path) << text;
+    return read_class_names(path, 2);
+  };
+  CHECK(read("person\r\ncar\r\n\r\n") == std::vector<std::string>{"person", "car"});
+  CHECK(class_index_of(read("person\ncar"), "car") == 1);
+  CHECK_THROWS_WITH(class_index_of(read("person\nvan"), "car"),
+                    "no class 'car'; the detector knows person, van");
+  CHECK_THROWS_WITH(read("person\ncar\nvan\n"), Catch::Matchers::Contains("expected 2, found 3"));
+  CHECK_THROWS_WITH(read("person\n\ncar\n"), Catch::Matchers::Contains(":2: empty line"));
+  CHECK_THROWS_WITH(read("car\ncar\n"), Catch::Matchers::Contains(":2: class name given twice"));
+  std::filesystem::remove_all(folder);
+}
