@@ -1,0 +1,156 @@
+#pragma once
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/atomic_file.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <vector>
+
+namespace tapestry::io {
+namespace detail {
+/// Shortest text that reads back as the same number, whatever the locale.
+template <class Number>
+void append_number(std::string& text, Number value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  text.append(buffer.data(), end);
+}
+
+template <std::size_t N>
+void append_record(std::string& text, std::string_view keyword, const std::array<double, N>& values) {
+  text += keyword;
+  for (const double value : values) {
+    text += ' ';
+    append_number(text, value);
+  }
+  text += '\n';
+}
+
+inline void append_face(std::string& text, const geometry::Mesh& mesh, std::size_t face) {
+  text += 'f';
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const auto index = [&](const std::vector<geometry::Corners>& list) {
+      return face < list.size() ? list[face][corner] + 1 : 0;
+    };
+    const std::int32_t uv = index(mesh.face_uvs);
+    const std::int32_t normal = index(mesh.face_normals);
+    text += ' ';
+    append_number(text, mesh.faces[face][corner] + 1);
+    if (uv > 0 || normal > 0) text += '/';
+    if (uv > 0) append_number(text, uv);
+    if (normal > 0) text += '/';
+    if (normal > 0) append_number(text, normal);
+  }
+  text += '\n';
+}
+
+/// A material name that no other material has.
+inline std::string paint_name(const geometry::Mesh& mesh) {
+  std::string name = "paint";
+  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
+    for (const auto& material : mesh.materials)
+      if (material.name == name) name += "_";
+  return name;
+}
+
+/// The records of the mesh; `painted` may be empty.
+inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
+                            const std::string& library, double u_extent) {
+  std::string text = "mtllib " + library + "\n";
+  for (const auto& position : mesh.positions) append_record(text, "v", position);
+  for (const auto& uv : mesh.uvs) append_record(text, "vt", std::array{uv[0] / u_extent, uv[1]});
+  for (const auto& normal : mesh.normals) append_record(text, "vn", normal);
+  const std::string paint = paint_name(mesh);
+  std::string_view material_now, group_now;
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    const auto label = [face](const std::vector<std::int32_t>& labels) {
+      return face < labels.size() ? labels[face] : -1;
+    };
+    const std::int32_t group = label(mesh.face_groups);
+    const std::int32_t material = label(mesh.face_materials);
+    if (group >= 0 && mesh.groups[static_cast<std::size_t>(group)] != group_now) {
+      group_now = mesh.groups[static_cast<std::size_t>(group)];
+      text.append("g ").append(group_now).append("\n");
+    }
+    const std::string_view name = !painted.empty() && painted[face] != 0 ? std::string_view(paint)
+                                  : material < 0                         ? std::string_view("none")
+                                                 : mesh.materials[static_cast<std::size_t>(material)].name;
+    if (name != material_now) text.append("usemtl ").append(name).append("\n");
+    material_now = name;
+    append_face(text, mesh, face);
+  }
+  return text;
+}
+
+inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& texture) {
+  std::string text;
+  const auto add = [&](const std::string& name, const std::array<float, 3>& colour) {
+    text += "newmtl " + name + "\nKd";
+    for (const float channel : colour) {
+      text += ' ';
+      append_number(text, channel);
+    }
+    text += '\n';
+  };
+  bool has_none = false;
+  for (const auto& material : mesh.materials) {
+    add(material.name, material.colour);
+    has_none = has_none || material.name == "none";
+  }
+  if (!has_none) add("none", geometry::Material{}.colour);
+  if (!texture.empty()) {
+    add(paint_name(mesh), {1, 1, 1});
+    text += "map_Kd " + texture + "\n";
+  }
+  return text;
+}
+
+inline void require_writable_mesh(const geometry::Mesh& mesh) {
+  for (const auto& position : mesh.positions)
+    for (const double value : position)
+      if (!std::isfinite(value)) throw NumericError("write_obj: a vertex is not finite");
+}
+}  // namespace detail
+
+/// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`. Faces keep their order.
+/// \throws FileError (write); NumericError if a vertex is not finite
+inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
+  detail::require_writable_mesh(mesh);
+  const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
+  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, ""));
+  write_file_atomically(path, detail::obj_text(mesh, {}, stem.filename().string() + ".mtl", 1));
+}
+
+/// Writes a painted mesh: `car.obj`, `car.mtl` and the texture `car.png`, each of them whole or not at all,
+/// the OBJ last. Painted faces get a material of their own with the texture; the others keep theirs.
+///
+/// \param painted   1 for a painted face, else 0; one entry a face
+/// \param texture   RGB in [0, 1], [H, W, 3], row 0 at v = 1
+/// \param u_extent  the texture spans u in [0, u_extent); written u are divided by it, as viewers expect one
+/// \throws ShapeError unless there is an entry a face; NumericError; FileError (write)
+template <std::floating_point T>
+void write_painted_obj(const std::string& path, const geometry::Mesh& mesh,
+                       const std::vector<std::uint8_t>& painted, const Array<T, 3>& texture,
+                       double u_extent = 1) {
+  detail::require_writable_mesh(mesh);
+  if (painted.size() != mesh.faces.size())
+    throw ShapeError("write_painted_obj: painted has " + std::to_string(painted.size()) +
+                     " entries, expected " + std::to_string(mesh.faces.size()));
+  if (!(u_extent > 0)) throw DomainError("write_painted_obj: u_extent must be positive");
+  const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
+  const std::string name = stem.filename().string();
+  write_image(stem.string() + ".png", texture);
+  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, name + ".png"));
+  write_file_atomically(path, detail::obj_text(mesh, painted, name + ".mtl", u_extent));
+}
+
+}  // namespace tapestry::io
