@@ -1,0 +1,94 @@
+#pragma once
+#include <cstddef>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <type_traits>
+#include <utility>
+
+namespace tapestry {
+namespace detail {
+
+/// c[m, n] += a[m, k] · b[k, n], row by row.
+template <class T>
+void add_product(const Array<T, 2>& a, const Array<T, 2>& b, Array<T, 2>& c) {
+  const std::size_t columns = b.shape(1);
+  for (std::size_t i = 0; i < a.shape(0); ++i)
+    for (std::size_t k = 0; k < a.shape(1); ++k) {
+      const T factor = a(i, k);
+      const T* const from = b.data() + k * columns;
+      T* const to = c.data() + i * columns;
+      for (std::size_t j = 0; j < columns; ++j) to[j] += factor * from[j];
+    }
+}
+
+/// c[m, n] += a[m, k] · b[n, k]ᵀ
+template <class T>
+void add_product_transposed(const Array<T, 2>& a, const Array<T, 2>& b, Array<T, 2>& c) {
+  const std::size_t depth = a.shape(1);
+  for (std::size_t i = 0; i < a.shape(0); ++i)
+    for (std::size_t j = 0; j < b.shape(0); ++j) {
+      const T* const row_a = a.data() + i * depth;
+      const T* const row_b = b.data() + j * depth;
+      T total = 0;
+      for (std::size_t k = 0; k < depth; ++k) total += row_a[k] * row_b[k];
+      c(i, j) += total;
+    }
+}
+
+/// c[m, n] += a[k, m]ᵀ · b[k, n]
+template <class T>
+void add_transposed_product(const Array<T, 2>& a, const Array<T, 2>& b, Array<T, 2>& c) {
+  const std::size_t columns = b.shape(1);
+  for (std::size_t k = 0; k < a.shape(0); ++k)
+    for (std::size_t i = 0; i < a.shape(1); ++i) {
+      const T factor = a(k, i);
+      const T* const from = b.data() + k * columns;
+      T* const to = c.data() + i * columns;
+      for (std::size_t j = 0; j < columns; ++j) to[j] += factor * from[j];
+    }
+}
+}  // namespace detail
+
+/// a · b of [M, K] and [K, N], giving [M, N]; either may be a plain array. Meant for small products: plain
+/// loops in one thread. \throws ShapeError if the inner extents differ
+template <class T>
+[[nodiscard]] ArrayVariable<T, 2> matmul(const ArrayVariable<T, 2>& a,
+                                         const std::type_identity_t<ArrayVariable<T, 2>>& b) {
+  require_shape("matmul", "right operand", b.value(), {a.shape()[1], b.shape()[1]});
+  Array<T, 2> value = zeros<T, 2>({a.shape()[0], b.shape()[1]});
+  detail::add_product(a.value(), b.value(), value);
+  const auto pullback = [kept_a = a.shared_value(), kept_b = b.shared_value()](
+                            const Array<T, 2>& value_adjoint, Array<T, 2>* a_adjoint,
+                            Array<T, 2>* b_adjoint) {
+    if (a_adjoint != nullptr) detail::add_product_transposed(value_adjoint, *kept_b, *a_adjoint);
+    if (b_adjoint != nullptr) detail::add_transposed_product(*kept_a, value_adjoint, *b_adjoint);
+  };
+  return record_array(std::move(value), pullback, a, b);
+}
+
+/// A layer: row n of the result is weight · x[n] + bias, for x [N, I], weight [O, I], bias [O].
+/// \throws ShapeError if they do not fit
+template <class T>
+[[nodiscard]] ArrayVariable<T, 2> affine(const ArrayVariable<T, 2>& x,
+                                         const std::type_identity_t<ArrayVariable<T, 2>>& weight,
+                                         const std::type_identity_t<ArrayVariable<T, 1>>& bias) {
+  require_shape("affine", "weight", weight.value(), {weight.shape()[0], x.shape()[1]});
+  require_shape("affine", "bias", bias.value(), {weight.shape()[0]});
+  Array<T, 2> value({x.shape()[0], weight.shape()[0]});
+  for (std::size_t n = 0; n < value.shape(0); ++n)
+    for (std::size_t o = 0; o < value.shape(1); ++o) value(n, o) = bias.value()(o);
+  detail::add_product_transposed(x.value(), weight.value(), value);
+  const auto pullback = [kept_x = x.shared_value(), kept_weight = weight.shared_value()](
+                            const Array<T, 2>& value_adjoint, Array<T, 2>* x_adjoint,
+                            Array<T, 2>* weight_adjoint, Array<T, 1>* bias_adjoint) {
+    if (x_adjoint != nullptr) detail::add_product(value_adjoint, *kept_weight, *x_adjoint);
+    if (weight_adjoint != nullptr) detail::add_transposed_product(value_adjoint, *kept_x, *weight_adjoint);
+    if (bias_adjoint == nullptr) return;
+    for (std::size_t n = 0; n < value_adjoint.shape(0); ++n)
+      for (std::size_t o = 0; o < value_adjoint.shape(1); ++o) (*bias_adjoint)(o) += value_adjoint(n, o);
+  };
+  return record_array(std::move(value), pullback, x, weight, bias);
+}
+
+}  // namespace tapestry

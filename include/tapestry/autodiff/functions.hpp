@@ -1,0 +1,8 @@
+#pragma once
+/// The functions of variables, each with the derivative it takes at kinks and poles in its comment.
+#include <tapestry/autodiff/functions/exponential.hpp>
+#include <tapestry/autodiff/functions/hyperbolic.hpp>
+#include <tapestry/autodiff/functions/power.hpp>
+#include <tapestry/autodiff/functions/reduction.hpp>
+#include <tapestry/autodiff/functions/selection.hpp>
+#include <tapestry/autodiff/functions/trigonometric.hpp>

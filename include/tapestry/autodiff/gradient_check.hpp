@@ -1,0 +1,201 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/random.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry {
+
+struct GradientCheckOptions {
+  double tolerance = 1e-6;  ///< largest relative error that passes
+  double step = 0;  ///< h at arguments up to 1, scaled by |x| above; 0: ε^(1/3), with Richardson ε^(1/5)
+  bool richardson = false;  ///< extrapolate from h and h/2: error O(h⁴) instead of O(h²)
+  std::size_t subset = 0;   ///< how many entries to check, drawn without repetition; 0: all
+  std::uint64_t seed = 1;   ///< of the draw
+};
+
+/// One entry of a gradient beside the difference quotient.
+struct GradientCheckEntry {
+  std::size_t index = 0;  ///< row-major
+  double argument = 0;
+  double step = 0;
+  double analytic = 0;
+  double numeric = 0;
+  double relative_error = 0;  ///< |analytic − numeric| / max(|analytic|, |numeric|, floor)
+  bool kink = false;          ///< the function seems not to be smooth within the step
+};
+
+struct GradientReport {
+  double tolerance = 0;
+  std::size_t checked = 0;
+  GradientCheckEntry worst;                  ///< largest relative error among entries without a kink
+  std::vector<GradientCheckEntry> failures;  ///< above the tolerance, without a kink
+  std::vector<GradientCheckEntry> kinks;     ///< above the tolerance, but with a kink within the step
+
+  [[nodiscard]] bool passed() const { return failures.empty(); }
+
+  /// One line, and one for each failure and kink.
+  [[nodiscard]] std::string to_text() const {
+    std::string text = std::to_string(checked) + " entries checked, " + std::to_string(failures.size()) +
+                       " above tolerance, " + std::to_string(kinks.size()) +
+                       " at kinks; worst: " + line(worst);
+    for (const GradientCheckEntry& entry : failures) text += "\n  failed " + line(entry);
+    for (const GradientCheckEntry& entry : kinks) text += "\n  kink   " + line(entry);
+    return text;
+  }
+
+ private:
+  static std::string line(const GradientCheckEntry& entry);
+};
+
+namespace detail {
+[[nodiscard]] inline std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+/// Evaluates f along one entry of its argument.
+template <class Function, std::size_t Rank>
+class EntryDifference {
+ public:
+  EntryDifference(const Function& f, const Array<double, Rank>& x) : f_(f), x_(x), centre_(f(x_)) {}
+
+  [[nodiscard]] double centre() const { return centre_; }
+  [[nodiscard]] double at(std::size_t index, double offset) {
+    const double saved = x_.data()[index];
+    x_.data()[index] = saved + offset;
+    const double value = f_(std::as_const(x_));
+    x_.data()[index] = saved;
+    return value;
+  }
+  [[nodiscard]] double central(std::size_t index, double h) {
+    return (at(index, h) - at(index, -h)) / (2 * h);
+  }
+
+  /// Forward minus backward difference. Of a smooth function, proportional to h; of one with a kink or a
+  /// jump within h, not.
+  [[nodiscard]] double bend(std::size_t index, double h) {
+    return ((at(index, h) - centre_) - (centre_ - at(index, -h))) / h;
+  }
+
+ private:
+  const Function& f_;
+  Array<double, Rank> x_;
+  double centre_;
+};
+
+/// A power of two, so that x ± h are as exact as they can be.
+[[nodiscard]] inline double difference_step(const GradientCheckOptions& options, double argument) {
+  const double epsilon = std::numeric_limits<double>::epsilon();
+  const double base =
+      options.step > 0 ? options.step : std::pow(epsilon, options.richardson ? 1.0 / 5 : 1.0 / 3);
+  return std::exp2(std::round(std::log2(base * std::max(1.0, std::abs(argument)))));
+}
+
+[[nodiscard]] inline std::vector<std::size_t> entries_to_check(std::size_t size,
+                                                               const GradientCheckOptions& options) {
+  std::vector<std::size_t> entries(size);
+  std::iota(entries.begin(), entries.end(), std::size_t(0));
+  if (options.subset == 0 || options.subset >= size) return entries;
+  Random(options.seed).shuffle(entries);
+  entries.resize(options.subset);
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+/// A smooth bend halves with h; two pairs of steps, since a kink a third of the step away fools one pair.
+template <class Difference>
+[[nodiscard]] bool has_kink(Difference& difference, std::size_t index, double h, double threshold) {
+  const double whole = difference.bend(index, h);
+  const double half = difference.bend(index, h / 2);
+  const double quarter = difference.bend(index, h / 4);
+  return !(std::abs(whole / 2 - half) <= threshold && std::abs(half / 2 - quarter) <= threshold);
+}
+
+template <class Difference>
+[[nodiscard]] GradientCheckEntry check_entry(Difference& difference, std::size_t index, double argument,
+                                             double analytic, const GradientCheckOptions& options) {
+  const double h = difference_step(options, argument);
+  double numeric = difference.central(index, h);
+  if (options.richardson) numeric = (4 * difference.central(index, h / 2) - numeric) / 3;
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(difference.centre()) / h;
+  const double scale = std::max({std::isfinite(analytic) ? std::abs(analytic) : 0, std::abs(numeric),
+                                 rounding / options.tolerance, std::numeric_limits<double>::min()});
+  GradientCheckEntry entry{index, argument, h, analytic, numeric, std::abs(analytic - numeric) / scale,
+                           false};
+  if (std::isnan(entry.relative_error)) entry.relative_error = std::numeric_limits<double>::infinity();
+  if (entry.relative_error > options.tolerance && std::isfinite(analytic))
+    entry.kink = has_kink(difference, index, h, std::max(options.tolerance * scale / 2, 4 * rounding));
+  return entry;
+}
+}  // namespace detail
+
+inline std::string GradientReport::line(const GradientCheckEntry& entry) {
+  using detail::number_text;
+  return "entry " + std::to_string(entry.index) + " at " + number_text(entry.argument) + ": analytic " +
+         number_text(entry.analytic) + ", numeric " + number_text(entry.numeric) + ", relative error " +
+         number_text(entry.relative_error) + ", step " + number_text(entry.step);
+}
+
+/// Compares a gradient with central differences of the function, entry by entry.
+///
+/// Relative errors are taken against the larger of the two numbers, but at least against the size that
+/// differences can resolve to the tolerance at all: rounding 4ε|f|/h over tolerance. Where the two disagree,
+/// one-sided differences at h, h/2 and h/4 tell a kink or jump of the function within the step, which
+/// proves nothing about the gradient, from a wrong gradient; such entries are listed apart.
+///
+/// \param f         from const Array<double, Rank>& to double
+/// \param x         where
+/// \param gradient  claimed, of the extents of x
+/// \throws ShapeError if gradient is not of the extents of x
+template <class Function, std::size_t Rank>
+[[nodiscard]] GradientReport check_gradient(const Function& f, const Array<double, Rank>& x,
+                                            const Array<double, Rank>& gradient,
+                                            const GradientCheckOptions& options = {}) {
+  require_shape("check_gradient", "gradient", gradient, x.shape());
+  detail::EntryDifference<Function, Rank> difference(f, x);
+  GradientReport report;
+  report.tolerance = options.tolerance;
+  for (const std::size_t index : detail::entries_to_check(x.size(), options)) {
+    const auto entry =
+        detail::check_entry(difference, index, x.data()[index], gradient.data()[index], options);
+    ++report.checked;
+    if (entry.kink) {
+      report.kinks.push_back(entry);
+      continue;
+    }
+    if (report.worst.step == 0 || entry.relative_error > report.worst.relative_error) report.worst = entry;
+    if (entry.relative_error > options.tolerance) report.failures.push_back(entry);
+  }
+  return report;
+}
+
+/// The same for a function on the tape, from const ArrayVariable<double, Rank>& to Variable<double>: its
+/// gradient is taken by a tape of its own, its differences with a passive argument.
+template <class Function, std::size_t Rank>
+[[nodiscard]] GradientReport check_tape_gradient(const Function& f, const Array<double, Rank>& x,
+                                                 const GradientCheckOptions& options = {}) {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const ArrayVariable<double, Rank> input = tape.input(x);
+  const Variable<double> root = f(input);
+  tape.reverse(root);
+  const auto value = [&f](const Array<double, Rank>& at) {
+    const Variable<double> result = f(ArrayVariable<double, Rank>(at));
+    return result.value();
+  };
+  return check_gradient(value, x, input.adjoint(), options);
+}
+
+}  // namespace tapestry
