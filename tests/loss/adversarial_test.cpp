@@ -97,8 +97,8 @@ TEST_CASE("the paper's loss adds IoU, objectness and class probability of each s
   // [47.5, 56.5] × [21, 35] and [46, 66] × [16, 32] share 9 × 11.
   const double smaller_iou = 9.0 * 11 / (9 * 14 + 20 * 16 - 9.0 * 11);
   CHECK(terms.iou == Approx(1 + smaller_iou).epsilon(1e-9));
-  CHECK(terms.objectness == Approx(loss::sigmoid(2) + loss::sigmoid(1)));
-  CHECK(terms.classification == Approx(loss::sigmoid(2) + loss::sigmoid(1)));
+  CHECK(terms.objectness == Approx(tapestry::nn::logistic(2.0) + tapestry::nn::logistic(1.0)));
+  CHECK(terms.classification == Approx(tapestry::nn::logistic(2.0) + tapestry::nn::logistic(1.0)));
   CHECK(terms.max_score == 0);
   CHECK(terms.total == Approx(0.05 * terms.iou + terms.objectness + 0.5 * terms.classification));
 }
@@ -111,7 +111,8 @@ TEST_CASE("max_score is minus the log of the chance that nothing finds the targe
   predict(heads, logits, {2, 1, 3, 6}, 9, 14, 1.0);
   const auto terms =
       loss::adversarial(view(heads, logits), {0, {56, 24, 20, 16}}, AdversarialLoss::max_score);
-  CHECK(terms.max_score == Approx(-std::log(1 - loss::sigmoid(2) * loss::sigmoid(2))).epsilon(1e-12));
+  CHECK(terms.max_score ==
+        Approx(-std::log(1 - tapestry::nn::logistic(2.0) * tapestry::nn::logistic(2.0))).epsilon(1e-12));
   CHECK(terms.total == terms.max_score);
   CHECK(terms.objectness == 0);
 }

@@ -5,13 +5,12 @@
 
 namespace loss = tapestry::loss;
 
-TEST_CASE("sigmoid keeps its digits at both ends", "[loss][logistic]") {
-  CHECK(loss::sigmoid(0.0) == 0.5);
-  CHECK(loss::sigmoid(-100.0) == Approx(std::exp(-100.0)).epsilon(1e-14));
-  CHECK(loss::sigmoid(100.0) == 1.0);
-  CHECK(loss::sigmoid(-1e6) == 0.0);
-  CHECK(loss::sigmoid_slope(100.0) == Approx(std::exp(-100.0)).epsilon(1e-14));
-  CHECK(std::isnan(loss::sigmoid(std::nan(""))));
+TEST_CASE("logistic_slope keeps its digits at both ends", "[loss][logistic]") {
+  CHECK(loss::logistic_slope(0.0) == 0.25);
+  CHECK(loss::logistic_slope(100.0) == Approx(std::exp(-100.0)).epsilon(1e-14));
+  CHECK(loss::logistic_slope(-100.0) == Approx(std::exp(-100.0)).epsilon(1e-14));
+  CHECK(loss::logistic_slope(-1e6) == 0.0);
+  CHECK(std::isnan(loss::logistic_slope(std::nan(""))));
 }
 
 TEST_CASE("cross_entropy is the softplus of the miss", "[loss][logistic]") {
@@ -25,8 +24,8 @@ TEST_CASE("cross_entropy is the softplus of the miss", "[loss][logistic]") {
 TEST_CASE("logistic slopes agree with central differences", "[loss][logistic][gradient]") {
   const double h = 1e-5;  // ε^(1/3), so that the differences are good to h² ≈ 1e−10
   for (const double x : {-7.0, -1.5, 0.0, 0.3, 4.0}) {
-    CHECK(loss::sigmoid_slope(x) ==
-          Approx((loss::sigmoid(x + h) - loss::sigmoid(x - h)) / (2 * h)).margin(1e-10));
+    CHECK(loss::logistic_slope(x) ==
+          Approx((tapestry::nn::logistic(x + h) - tapestry::nn::logistic(x - h)) / (2 * h)).margin(1e-10));
     for (const double wanted : {0.0, 0.3, 1.0})
       CHECK(loss::cross_entropy_slope(x, wanted) ==
             Approx((loss::cross_entropy(x + h, wanted) - loss::cross_entropy(x - h, wanted)) / (2 * h))

@@ -112,8 +112,9 @@ TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_trai
       for (std::size_t head = 0; head < 2; ++head)
         loss::for_each_candidate(head, heads[head], [&](const loss::Candidate& candidate) {
           const double sure =
-              loss::sigmoid(loss::logit(predictions, candidate, loss::objectness_channel)) *
-              loss::sigmoid(loss::logit(predictions, candidate, loss::class_channel + truth.class_index));
+              tapestry::nn::logistic(loss::logit(predictions, candidate, loss::objectness_channel)) *
+              tapestry::nn::logistic(
+                  loss::logit(predictions, candidate, loss::class_channel + truth.class_index));
           best = std::max(best, sure * detect::iou(loss::decoded_box(predictions, candidate), truth.box));
         });
       CHECK(best > 0.9);

@@ -82,7 +82,7 @@ void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target
     const auto found = responsible(predictions, head, target);
     if (!found) continue;
     const auto add_probability = [&](std::size_t channel, double probability_adjoint) {
-      const double slope = sigmoid_slope(logit(predictions, found->candidate, channel));
+      const double slope = logistic_slope(logit(predictions, found->candidate, channel));
       add_to_logit(predictions, found->candidate, channel, probability_adjoint * slope, logits_adjoint);
     };
     add_probability(objectness_channel, adjoint.objectness);

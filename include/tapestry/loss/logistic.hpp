@@ -1,16 +1,11 @@
 #pragma once
 #include <cmath>
+#include <tapestry/nn/activation.hpp>  // logistic
 
 namespace tapestry::loss {
 
-/// σ(x) = 1 / (1 + e⁻ˣ), accurate at both ends: σ(−100) is 3.7e−44, not 0. Note 1 − σ(x) = σ(−x).
-[[nodiscard]] inline double sigmoid(double x) {
-  const double small = std::exp(-std::abs(x));  // never overflows
-  return x < 0 ? small / (1 + small) : 1 / (1 + small);
-}
-
 /// dσ/dx = σ(x) · σ(−x), which keeps its digits where σ rounds to 1.
-[[nodiscard]] inline double sigmoid_slope(double x) { return sigmoid(x) * sigmoid(-x); }
+[[nodiscard]] inline double logistic_slope(double x) { return nn::logistic(x) * nn::logistic(-x); }
 
 /// log(1 + eˣ) = −log σ(−x), without overflow.
 [[nodiscard]] inline double softplus(double x) {
@@ -24,7 +19,7 @@ namespace tapestry::loss {
 
 /// ∂cross_entropy/∂logit = σ(x) − t, kept accurate as (1 − t) · σ(x) − t · σ(−x).
 [[nodiscard]] inline double cross_entropy_slope(double logit, double wanted) {
-  return (1 - wanted) * sigmoid(logit) - wanted * sigmoid(-logit);
+  return (1 - wanted) * nn::logistic(logit) - wanted * nn::logistic(-logit);
 }
 
 }  // namespace tapestry::loss

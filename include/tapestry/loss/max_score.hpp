@@ -11,8 +11,9 @@ namespace detail {
 /// Floored at the smallest normal number, so that the loss stays below 709.
 template <class T>
 [[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target) {
-  const double no_object = sigmoid(-logit(predictions, best.candidate, objectness_channel));
-  const double other_class = sigmoid(-logit(predictions, best.candidate, class_channel + target.class_index));
+  const double no_object = nn::logistic(-logit(predictions, best.candidate, objectness_channel));
+  const double other_class =
+      nn::logistic(-logit(predictions, best.candidate, class_channel + target.class_index));
   const double both = best.objectness * best.class_probability;
   const double value = no_object + best.objectness * other_class + both * (1 - best.overlap.iou);
   return value < std::numeric_limits<double>::min() ? std::numeric_limits<double>::min()
@@ -48,7 +49,7 @@ void max_score_adjoint(const Predictions<T>& predictions, const Target& target, 
   const double missed = detail::miss(predictions, *best, target);
   const double both = best->objectness * best->class_probability;
   const auto add_probability = [&](std::size_t channel, double others) {
-    const double slope = sigmoid_slope(logit(predictions, best->candidate, channel)) * others / missed;
+    const double slope = logistic_slope(logit(predictions, best->candidate, channel)) * others / missed;
     add_to_logit(predictions, best->candidate, channel, loss_adjoint * slope, logits_adjoint);
   };
   add_probability(objectness_channel, best->class_probability * best->overlap.iou);

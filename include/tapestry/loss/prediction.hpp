@@ -1,11 +1,10 @@
 #pragma once
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
-#include <tapestry/detect/box_decode.hpp>  // Head
+#include <tapestry/detect/box_decode.hpp>  // Head, decode_box
 #include <tapestry/loss/logistic.hpp>
 #include <tapestry/loss/overlap.hpp>
 #include <vector>
@@ -96,21 +95,14 @@ template <class T>
       predictions.logits[candidate.head].data()[logit_index(predictions, candidate, channel)]);
 }
 
-/// The box that a candidate predicts, in pixels of the input, by Darknet's rule, s being scale_x_y:
-///
-///   cx = ((σ(tx) − ½) · s + ½ + column) · W / grid width,   w = e^tw · anchor width;   cy and h alike
+/// The box that a candidate predicts, in pixels of the input; see detect::decode_box().
 template <class T>
 [[nodiscard]] detect::Box decoded_box(const Predictions<T>& predictions, const Candidate& candidate) {
-  const auto& head = predictions.heads[candidate.head];
-  const auto centre = [&](std::size_t channel, std::size_t cell, std::size_t cells, std::size_t extent) {
-    const double offset = (sigmoid(logit(predictions, candidate, channel)) - 0.5) * head.scale_x_y + 0.5;
-    return (offset + static_cast<double>(cell)) * static_cast<double>(extent) / static_cast<double>(cells);
-  };
-  const auto& anchor = head.anchors[candidate.anchor];
-  return {centre(x_channel, candidate.column, head.grid_width, predictions.input_width),
-          centre(y_channel, candidate.row, head.grid_height, predictions.input_height),
-          std::exp(logit(predictions, candidate, w_channel)) * anchor[0],
-          std::exp(logit(predictions, candidate, h_channel)) * anchor[1]};
+  const auto at = [&](std::size_t channel) { return logit(predictions, candidate, channel); };
+  return detect::decode_box(predictions.heads[candidate.head], candidate.anchor, candidate.row,
+                            candidate.column, {at(x_channel), at(y_channel), at(w_channel), at(h_channel)},
+                            static_cast<double>(predictions.input_width),
+                            static_cast<double>(predictions.input_height));
 }
 
 /// Adds slope to the adjoint of one channel of a candidate.
@@ -121,24 +113,28 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
       static_cast<T>(slope);
 }
 
-/// Adds the pullback of decoded_box(). A component of box_adjoint that is 0 adds nothing, however large the
-/// box is.
+/// Adds the pullback of decoded_box(): ∂cx/∂tx = s · σ'(tx) · W / grid width, ∂w/∂tw = w, or 0 where
+/// decode_box() bounds tw; cy and h alike. A component of box_adjoint that is 0 adds nothing, however large
+/// the box is.
 template <class T>
 void decoded_box_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
                          const detect::Box& box_adjoint, std::vector<Array<T, 4>>& logits_adjoint) {
   const auto& head = predictions.heads[candidate.head];
-  const auto add_centre = [&](std::size_t channel, double adjoint, std::size_t cells, std::size_t extent) {
-    const double slope = sigmoid_slope(logit(predictions, candidate, channel)) * head.scale_x_y *
-                         static_cast<double>(extent) / static_cast<double>(cells);
+  const detect::Box box = decoded_box(predictions, candidate);
+  const auto centre_slope = [&](std::size_t channel, std::size_t cells, std::size_t extent) {
+    return logistic_slope(logit(predictions, candidate, channel)) * head.scale_x_y *
+           static_cast<double>(extent) / static_cast<double>(cells);
+  };
+  const auto extent_slope = [&](std::size_t channel, double extent) {
+    return logit(predictions, candidate, channel) > detect::largest_extent_logit ? 0 : extent;
+  };
+  const auto add = [&](std::size_t channel, double adjoint, double slope) {
     if (adjoint != 0) add_to_logit(predictions, candidate, channel, adjoint * slope, logits_adjoint);
   };
-  add_centre(x_channel, box_adjoint.cx, head.grid_width, predictions.input_width);
-  add_centre(y_channel, box_adjoint.cy, head.grid_height, predictions.input_height);
-  const detect::Box box = decoded_box(predictions, candidate);
-  if (box_adjoint.w != 0)
-    add_to_logit(predictions, candidate, w_channel, box_adjoint.w * box.w, logits_adjoint);
-  if (box_adjoint.h != 0)
-    add_to_logit(predictions, candidate, h_channel, box_adjoint.h * box.h, logits_adjoint);
+  add(x_channel, box_adjoint.cx, centre_slope(x_channel, head.grid_width, predictions.input_width));
+  add(y_channel, box_adjoint.cy, centre_slope(y_channel, head.grid_height, predictions.input_height));
+  add(w_channel, box_adjoint.w, extent_slope(w_channel, box.w));
+  add(h_channel, box_adjoint.h, extent_slope(h_channel, box.h));
 }
 
 /// Calls visit(candidate) for all candidates of one head, in order.

@@ -21,8 +21,8 @@ struct Responsible {
 template <class T>
 [[nodiscard]] Responsible judge(const Predictions<T>& predictions, const Candidate& candidate,
                                 const Target& target) {
-  return {candidate, sigmoid(logit(predictions, candidate, objectness_channel)),
-          sigmoid(logit(predictions, candidate, class_channel + target.class_index)),
+  return {candidate, nn::logistic(logit(predictions, candidate, objectness_channel)),
+          nn::logistic(logit(predictions, candidate, class_channel + target.class_index)),
           iou_with_gradient(decoded_box(predictions, candidate), target.box)};
 }
 
