@@ -181,7 +181,7 @@ TEMPLATE_TEST_CASE("render_adjoint is the transpose of render", "[raster][gradie
   auto painted = every_face(mesh);
   painted[7] = 0;
   for (const auto& layout : {atlas, cube}) {
-    for (const std::size_t samples : {1, 4}) {
+    for (const std::size_t samples : std::vector<std::size_t>{1, 4}) {
       const auto picture =
           raster::texture_operator<TestType>(mesh, painted, Camera{}, 45, 37, layout, warm, samples);
       const std::size_t count = layout.texel_count(mesh);

@@ -236,7 +236,7 @@ TEST_CASE("corners that are not finite take their faces out and are counted", "[
   mesh.positions[3 * 9 + 2][0] = -infinity;
   mesh.positions[3 * 9][2] = infinity;
   mesh.positions[3 * 11 + 1] = {1e200, 1e200, 1e200};
-  for (const std::size_t face : {4, 9, 11}) without.faces[face] = {0, 0, 0};
+  for (const std::size_t face : std::vector<std::size_t>{4, 9, 11}) without.faces[face] = {0, 0, 0};
   const auto buffer = raster::visibility(mesh, Camera{}, 24, 24);
   CHECK(buffer.non_finite_faces == 3);
   CHECK(buffer.face == raster::visibility(without, Camera{}, 24, 24).face);
@@ -265,7 +265,7 @@ TEST_CASE("one face over the whole picture, at any size of picture", "[raster][v
   const Mesh mesh = triangle_soup({{Vector3{-9, -9, 2}, Vector3{30, -9, 2}, Vector3{-9, 30, 2}}});
   for (const auto& [height, width] :
        {std::array<std::size_t, 2>{1, 1}, {1, 4096}, {4096, 1}, {31, 33}, {32, 64}, {65, 127}}) {
-    for (const std::size_t samples : {1, 2, 4, 8}) {
+    for (const std::size_t samples : std::vector<std::size_t>{1, 2, 4, 8}) {
       const auto buffer = raster::visibility(mesh, Camera{}, height, width, samples);
       CHECK(std::count(buffer.face.begin(), buffer.face.end(), 0) ==
             static_cast<std::ptrdiff_t>(height * width * samples * samples));
