@@ -1,6 +1,7 @@
 # Fails when a header of INCLUDE_DIR (…/include/tapestry) breaks the order of the layers: a header may include its
 # own folder or a folder of a lower level, never a neighbour or one above. A header beside the folders belongs to
 # the folder of its name, if there is one; version.hpp is of level 0 and any other (tapestry.hpp) is above all.
+# A file x.inl is a part of its folder that a header includes more than once.
 cmake_minimum_required(VERSION 3.21)
 
 set(level_core 0)
@@ -65,7 +66,7 @@ function(check_header header)
     return()
   endif()
   file(READ "${INCLUDE_DIR}/${header}" text)
-  if(NOT text MATCHES "^#pragma once\n")
+  if(NOT header MATCHES "\\.inl$" AND NOT text MATCHES "^#pragma once\n")
     message(SEND_ERROR "${header} does not begin with #pragma once")
   endif()
   string(REGEX MATCHALL "\n" line_ends "${text}")
@@ -96,6 +97,7 @@ function(check_umbrella headers)
     endforeach()
   endwhile()
   list(REMOVE_ITEM headers ${reached})
+  list(FILTER headers EXCLUDE REGEX "\\.inl$")
   if(headers)
     list(JOIN headers ", " unreached)
     message(SEND_ERROR "tapestry.hpp does not include everything; missing: ${unreached}")

@@ -31,7 +31,9 @@ expect(accepted raster/render.hpp "#pragma once\n#include <tapestry/geometry/mes
 expect(accepted autodiff.hpp "#pragma once\n#include <tapestry/autodiff/tape.hpp>\n")
 expect(accepted io/obj_file.hpp "#pragma once\n#include <tiny_obj_loader.h>\n#include <stb/stb_image.h>\n")
 expect(accepted core/array.hpp "#pragma once\n#include <xtensor/xtensor.hpp>\n")
+expect(accepted core/kernel.inl "#include <tapestry/core/check.hpp>\n")
 
+expect("may not include loss" core/kernel.inl "#include <tapestry/loss/overlap.hpp>\n")
 expect("missing: loss/deep/step.hpp " loss/deep/step.hpp "#pragma once\n")
 expect("may not include raster" geometry/mesh.hpp "#pragma once\n#include <tapestry/raster/render.hpp>\n")
 expect("may not include autodiff" core/array.hpp "#pragma once\n  #  include <tapestry/autodiff/tape.hpp>\n")
