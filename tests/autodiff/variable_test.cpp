@@ -1,0 +1,96 @@
+#include <tapestry/autodiff/variable.hpp>
+
+#include <array>
+#include <type_traits>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+using tapestry::Tape;
+using tapestry::Variable;
+
+TEMPLATE_TEST_CASE("operators have the derivatives worked out by hand", "[autodiff][variable]", float,
+                   double) {
+  using T = TestType;
+  Tape<T> tape;
+  const auto scope = tape.activate();
+  const Variable<T> x = tape.input(3);
+  const Variable<T> y = tape.input(4);
+  const auto check = [&](const Variable<T>& f, T value, T by_x, T by_y) {
+    tape.reverse(f);
+    CHECK(f.value() == value);
+    CHECK(x.adjoint() == by_x);
+    CHECK(y.adjoint() == by_y);
+  };
+  check(x + y, 7, 1, 1);
+  check(x - y, -1, 1, -1);
+  check(x * y, 12, 4, 3);
+  check(x / y, T(0.75), T(0.25), T(-0.1875));
+  check(-x, -3, -1, 0);
+  check(+x, 3, 1, 0);
+  check(x + 2, 5, 1, 0);
+  check(2 - y, -2, 0, -1);
+  check(2.0 * x, 6, 2, 0);
+  check(x / 2, T(1.5), T(0.5), 0);
+  check(6 / y, T(1.5), 0, T(-0.375));
+  check((x - y) * (x + y) / T(2), T(-3.5), 3, -4);
+}
+
+TEST_CASE("comparisons look at values", "[autodiff][variable]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(2.0);
+  const Variable<double> y = 3.0;
+  CHECK(x < y);
+  CHECK(x * 2 >= y + 1);
+  CHECK(2 == x);
+  CHECK(x != y);
+  CHECK(x > 1);
+  CHECK_FALSE(x / 0 - x / 0 == x / 0 - x / 0);  // NaN
+  CHECK(tape.statement_count() == 1);
+}
+
+TEST_CASE("a formula kept by auto holds its operands by value", "[autodiff][variable]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(2.0);
+  auto formula = [](const Variable<double>& a) {
+    const Variable<double> local = a * 3;
+    return local * local + 1.0;
+  }(x);
+  const Variable<double> y = formula;
+  tape.reverse(y);
+  CHECK(y.value() == 37);
+  CHECK(x.adjoint() == 36);
+}
+
+TEST_CASE("passive() stops the gradient", "[autodiff][variable]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(2.0);
+  tape.reverse(Variable<double>(passive(x * x) * x));
+  CHECK(x.adjoint() == 4);
+}
+
+TEST_CASE("record_partials is one statement without the passive operands", "[autodiff][variable]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const std::array<Variable<double>, 3> x = {tape.input(1.0), Variable<double>(2.0), tape.input(3.0)};
+  const std::array<double, 3> partials = {10, 20, 30};
+  const auto y = tapestry::record_partials<double>(5, x, partials);
+  CHECK(tape.statement_count() == 3);
+  CHECK(tape.operand_count() == 2);
+  tape.reverse(y);
+  CHECK(x[0].adjoint() == 10);
+  CHECK(x[2].adjoint() == 30);
+  const std::vector<double> too_few = {1};
+  CHECK_THROWS_AS(tapestry::record_partials<double>(5, x, too_few), tapestry::DomainError);
+  const std::array<Variable<double>, 1> frozen = {Variable<double>(2.0)};
+  CHECK_FALSE(tapestry::record_partials<double>(5, frozen, too_few).is_active());
+}
+
+TEST_CASE("a variable is as small as its value and its place", "[autodiff][variable]") {
+  STATIC_REQUIRE(sizeof(Variable<double>) == 16);
+  STATIC_REQUIRE(std::is_trivially_copyable_v<Variable<double>>);
+  STATIC_REQUIRE_FALSE(std::is_constructible_v<Variable<float>, Variable<double>>);
+}
