@@ -148,8 +148,13 @@ class ObjParser {
 
   void face() {
     corners_.clear();
-    for (std::string_view word = lines_.word(); !word.empty() && word[0] != '#'; word = lines_.word())
+    for (std::string_view word = lines_.word(); !word.empty() && word[0] != '#'; word = lines_.word()) {
       corners_.push_back(corner(word));
+      for (std::size_t kind = 1; kind < 3; ++kind)
+        if ((corners_.back()[kind] < 0) != (corners_.front()[kind] < 0))
+          lines_.fail("face corners do not have the same kinds of indices", "as its first corner",
+                      in_quotes(word));
+    }
     if (corners_.size() < 3)
       lines_.fail("face has too few corners", "3 or more", std::to_string(corners_.size()));
     if (corners_.size() > 3) ++loaded_.polygon_count;

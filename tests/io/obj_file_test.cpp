@@ -1,0 +1,247 @@
+#include <tapestry/io/obj_file.hpp>
+
+#include <tiny_obj_loader.h>
+
+#include <array>
+#include <clocale>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/refusal.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+using tapestry::ErrorKind;
+using tapestry::geometry::Corners;
+using tapestry::test::check_refused;
+
+namespace {
+const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+io::LoadedMesh parse(const std::string& text) { return io::parse_obj(text, "a.obj"); }
+}  // namespace
+
+TEST_CASE("an OBJ is read by hand", "[io][obj]") {
+  const auto loaded = parse(
+      "# a comment\nv 0 0 0\nv 1.5 0 0 1\nv 0 1e1 0 .5 .5 .5\nv +0.25 1 -1\nvt 0.5\nvt .25 2 0\nvn 0 0 2\n"
+      "g left door\nusemtl body paint\nf 1/1/1 2/-1/1 3/1/1\ns off\ng\nf -3 3 4 # end\n");
+  const auto& mesh = loaded.mesh;
+  CHECK(mesh.positions ==
+        std::vector<std::array<double, 3>>{{0, 0, 0}, {1.5, 0, 0}, {0, 10, 0}, {0.25, 1, -1}});
+  CHECK(mesh.uvs == std::vector<std::array<double, 2>>{{0.5, 0}, {0.25, 2}});
+  CHECK(mesh.normals == std::vector<std::array<double, 3>>{{0, 0, 1}});
+  CHECK(mesh.faces == std::vector<Corners>{{0, 1, 2}, {1, 2, 3}});
+  CHECK(mesh.face_uvs == std::vector<Corners>{{0, 1, 0}, {-1, -1, -1}});
+  CHECK(mesh.face_normals == std::vector<Corners>{{0, 0, 0}, {-1, -1, -1}});
+  CHECK(mesh.groups == std::vector<std::string>{"left door", "default"});
+  CHECK(mesh.face_groups == std::vector<std::int32_t>{0, 1});
+  REQUIRE(mesh.materials.size() == 1);
+  CHECK(mesh.materials[0].name == "body paint");
+  CHECK(mesh.face_materials == std::vector<std::int32_t>{0, 0});
+  CHECK(loaded.without_uv_count == 1);  // O22
+  CHECK(loaded.highest == std::array<double, 3>{1.5, 10, 0});
+  CHECK(loaded.lowest == std::array<double, 3>{0, 0, -1});
+}
+
+TEST_CASE("harmless oddities of OBJ files are accepted", "[io][obj]") {
+  struct Row {
+    const char* id;
+    std::string text;
+    std::size_t faces;
+  };
+  const Row rows[] = {
+      {"O07", triangle + "f -3 -2 -1", 1},
+      {"O10", "f 1 2 3\n" + triangle, 1},
+      {"O12", triangle + "f 1 1 1\nf 1 2 3\n", 2},
+      {"O13 concave", triangle + "v .1 .1 0\nf 1 2 4 3\n", 2},
+      {"O16", "\xEF\xBB\xBF" + triangle + "f 1 2 3", 1},
+      {"O17", "v 0 0 0\r\nv\t1 0 0  \r\n  v 0 1 0\r\n\r\nf 1 2 3 \t", 1},
+      {"O23", triangle + "vt -3 1.5\nf 1/1 2/1 3/1", 1},
+      {"O27", triangle + "usemtl Lack größe 2\nf 1 2 3", 1},
+      {"O32", triangle + "f 1 2 3\nf 1 2 3\nf 3 2 1", 3},
+      {"underflow", triangle + "v 1e-400 0 0\nf 1 2 3", 1},
+  };
+  for (const Row& row : rows) {
+    INFO(row.id);
+    CHECK(parse(row.text).mesh.faces.size() == row.faces);
+  }
+  CHECK(parse(rows[2].text).degenerate_count == 1);
+  CHECK(parse(rows[3].text).mesh.faces == std::vector<Corners>{{0, 1, 3}, {0, 3, 2}});
+  CHECK(parse(rows[3].text).polygon_count == 1);
+  std::string polygon = triangle + "f";
+  for (int corner = 0; corner < 5000; ++corner) polygon += " " + std::to_string(corner % 3 + 1);
+  CHECK(parse(polygon).mesh.faces.size() == 4998);  // O13
+}
+
+TEST_CASE("bad OBJ files are refused with their line", "[io][obj][bad_input]") {
+  struct Row {
+    const char* id;
+    std::string text;
+    ErrorKind kind;
+    const char* position;
+    const char* message;
+  };
+  const auto malformed = ErrorKind::malformed;
+  const std::string face = "f 1 2 3\n";
+  const auto vertex = [&](const std::string& record) { return triangle + record + "\n" + face; };
+  const Row rows[] = {
+      {"O01 empty", "", malformed, ":", "no vertices; expected v records, found 0 bytes"},
+      {"O01 text", "hello\nworld\n", malformed, ":", "no vertices"},
+      {"O01 PNG", "\x89PNG\r\n\x1a\n", malformed, ":", "found a PNG image"},
+      {"O01 page", "<html></html>", malformed, ":", "HTML"},
+      {"O02", triangle, malformed, ":", "no faces"},
+      {"O03 nan", vertex("v nan 0 0"), malformed, ":4:", "'nan'"},
+      {"O03 inf", vertex("v 0 -inf 0"), malformed, ":4:", "'-inf'"},
+      {"O03 1e400", vertex("v 0 0 1e400"), malformed, ":4:", "'1e400'"},
+      {"O03 1e39", vertex("v 0 0 1e39"), malformed, ":4:", "'1e39'"},
+      {"O04", triangle + "f 1 2 4\n" + face, malformed, ":4:", "expected 1 to 3, found 4"},
+      {"O05 uv", triangle + "f 1/1 2/1 3/1", malformed, ":4:", "texture coordinate index beyond"},
+      {"O05 normal", triangle + "vn 0 0 1\nf 1//1 2//2 3//1", malformed, ":5:", "normal index beyond"},
+      {"O06", triangle + "f 0 1 2", malformed, ":4:", "index 0"},
+      {"O08", triangle + "f -9 1 2", malformed, ":4:", "reaches back"},
+      {"O08 no normals", triangle + "f 1//-1 2 3", malformed, ":4:", "reaches back"},
+      {"O09 2^31", triangle + "f 2147483648 1 2", malformed, ":4:", "whole number"},
+      {"O09 -2^31", triangle + "f -2147483648 1 2", malformed, ":4:", "reaches back"},
+      {"O09 wide", triangle + "f 99999999999 1 2", malformed, ":4:", "whole number"},
+      {"O10 absent", "f 1 2 3\nv 0 0 0\nv 1 0 0\n", malformed, ":1:", "beyond the last"},
+      {"O11 two", triangle + "f 1 2", malformed, ":4:", "too few corners"},
+      {"O11 one", triangle + "f 1", malformed, ":4:", "too few corners"},
+      {"O11 none", triangle + "f", malformed, ":4:", "found 0"},
+      {"O14 two", vertex("v 1 2"), malformed, ":4:", "found 2 numbers"},
+      {"O14 none", vertex("v"), malformed, ":4:", "found 0 numbers"},
+      {"O14 eight", vertex("v 1 2 3 4 5 6 7 8"), malformed, ":4:", "too many numbers"},
+      {"O14 five", vertex("v 1 2 3 4 5"), malformed, ":4:", "found 5 numbers"},
+      {"O15 words", vertex("v a b c"), malformed, ":4:", "'a'"},
+      {"O15 comma", vertex("v 1,0 0 0"), malformed, ":4:", "'1,0'"},
+      {"O15 hex", vertex("v 0x10 0 0"), malformed, ":4:", "'0x10'"},
+      {"O15 tail", vertex("v 1.0f 0 0"), malformed, ":4:", "'1.0f'"},
+      {"O15 index", triangle + "f 1.5 2 3", malformed, ":4:", "whole number"},
+      {"O18", triangle + "f 1 2 \\\n3", malformed, ":4:", "continuation"},
+      {"O19", triangle + std::string("f 1 2\0 3", 8), malformed, ":4:", "zero byte"},
+      {"O20", triangle + "# " + std::string(2 << 20, 'x'), ErrorKind::limit, ":4:", "too long"},
+      {"O21", triangle + "vt 0 0\nvn 0 0 1\nf 1/1/1 2/", malformed, ":6:", "texture coordinate index"},
+      {"O21 slash", triangle + "vt 0 0\nf 1/1 2/ 3", malformed, ":5:", "texture coordinate index"},
+      {"O21 slashes", triangle + "vt 0 0\nf 1/1/1/1 2 3", malformed, ":5:", "three indices"},
+      {"O21 mixed", triangle + "vt 0 0\nf 1/1 2/1 3", malformed, ":5:", "same kinds"},
+      {"O23", triangle + "vt nan 0\n" + face, malformed, ":4:", "'nan'"},
+      {"O23 none", triangle + "vt\n" + face, malformed, ":4:", "without numbers"},
+      {"normal", triangle + "vn 0 1\n" + face, malformed, ":4:", "three numbers"},
+      {"O28", "v 1 1 1\nv 1 1 1\nv 1 1 1\n" + face, ErrorKind::mismatch, ":", "no usable size"},
+      {"O28 tiny", "v 0 0 0\nv 1e-30 0 0\nv 0 1e-30 0\n" + face, ErrorKind::mismatch, ":", "no usable size"},
+      {"O28 huge", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\n" + face, ErrorKind::mismatch, ":", "no usable size"},
+      {"usemtl", triangle + "usemtl \n" + face, malformed, ":4:", "without a name"},
+      {"mtllib", triangle + "mtllib\n" + face, malformed, ":4:", "without a name"},
+  };
+  for (const Row& row : rows) {
+    INFO(row.id);
+    check_refused(row.kind, row.message, [&] { (void)parse(row.text); });
+    check_refused(row.kind, "a.obj" + std::string(row.position), [&] { (void)parse(row.text); });
+  }
+  const io::ObjLimits few{.records = 2};
+  check_refused(ErrorKind::limit, "a.obj:3: mesh is too large",
+                [&] { (void)io::parse_obj(triangle, "a.obj", few); });
+  const std::string groups = triangle + "g a\ng b\ng c\ng d\n" + face;
+  check_refused(ErrorKind::limit,
+                "a.obj:7:", [&] { (void)io::parse_obj(groups, "a.obj", {.records = 3}); });  // O20
+}
+
+TEST_CASE("every cut of an OBJ is refused or a shorter mesh", "[io][obj][bad_input]") {
+  const std::string whole = triangle + "vt .5 .25\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 3//1 2//1 1//1\n";
+  for (std::size_t length = 0; length <= whole.size(); ++length) {
+    INFO(length);
+    try {
+      const auto loaded = parse(whole.substr(0, length));
+      CHECK(loaded.mesh.faces.size() <= 2);
+      CHECK(loaded.mesh.faces[0] == Corners{0, 1, 2});
+    } catch (const tapestry::FileError& error) {
+      CHECK(error.kind() == ErrorKind::malformed);
+    }
+  }
+}
+
+TEST_CASE("material files are found beside the OBJ only", "[io][obj]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto read_with = [&](const std::string& library) {
+    return io::read_obj(
+        folder.write("a.obj", "mtllib " + library + "\n" + triangle + "usemtl body\nf 1 2 3\n"));
+  };
+  folder.write("a.mtl", "newmtl body\nKd .1 .2 .3\nnewmtl glass\nKd 1 1 1\n");
+  folder.write("b c.mtl", "newmtl body\nKd 1 0 0\n");
+  const auto loaded = read_with("a.mtl");
+  CHECK(loaded.warnings.empty());
+  CHECK(loaded.mesh.materials.size() == 2);
+  CHECK(loaded.mesh.materials[0].colour == std::array<float, 3>{0.1F, 0.2F, 0.3F});
+  CHECK(read_with("b c.mtl").mesh.materials[0].colour == std::array<float, 3>{1, 0, 0});
+  CHECK(read_with("a.mtl absent.mtl").mesh.materials.size() == 2);
+  std::filesystem::create_directory(folder.path("deep"));
+  const std::string below = folder.write("deep/a.obj", "mtllib ../a.mtl\n" + triangle + "f 1 2 3\n");
+  CHECK_THAT(io::read_obj(below).warnings.at(0), Catch::Contains("outside the folder"));              // O25
+  CHECK_THAT(read_with(folder.path("a.mtl")).warnings.at(0), Catch::Contains("outside the folder"));  // O25
+  CHECK_THAT(read_with("absent.mtl").warnings.at(0), Catch::Contains("a.obj:1:"));                    // O24
+  CHECK_THAT(read_with("absent.mtl").warnings.at(1), Catch::Contains("'body' is not defined"));       // O27
+  CHECK_THAT(read_with("deep").warnings.at(0), Catch::Contains("not there"));                         // O24
+  check_refused(ErrorKind::malformed, "folder", [&] { (void)io::read_obj(folder.path()); });          // O01
+}
+
+TEST_CASE("bad material files are refused with their line", "[io][mtl][bad_input]") {  // O26
+  const tapestry::test::TemporaryFolder folder;
+  std::vector<std::string> warnings;
+  const auto read = [&](const std::string& text) {
+    return io::read_mtl(folder.write("a.mtl", text), warnings);
+  };
+  for (const char* colour : {"nan 0 0", "0 0", "1,0 0 0", "1e999 0 0", "spectral file.rfl"})
+    check_refused(ErrorKind::malformed,
+                  "a.mtl:2:", [&] { (void)read("newmtl a\nKd " + std::string(colour)); });
+  check_refused(ErrorKind::malformed, "a.mtl:1:", [&] { (void)read("Kd 1 1 1\n"); });
+  check_refused(ErrorKind::malformed, "a.mtl:1:", [&] { (void)read("newmtl \n"); });
+  CHECK(warnings.empty());
+  const auto cut = read("\xEF\xBB\xBFnewmtl a b\r\nKd 2 -1 .5\r\nmap_Kd x.png\nd 7\nnewmtl a b\nKd 0 0 0\n");
+  REQUIRE(cut.size() == 1);
+  CHECK(cut[0].name == "a b");
+  CHECK(cut[0].colour == std::array<float, 3>{1, 0, 0.5F});
+  CHECK(warnings.size() == 2);
+}
+
+TEST_CASE("numbers do not depend on the locale", "[io][obj]") {  // O33
+  const std::string before = std::setlocale(LC_ALL, nullptr);
+  for (const char* name : {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8"}) std::setlocale(LC_ALL, name);
+  CHECK(parse("v 0.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3").mesh.positions[0][0] == 0.5);
+  std::setlocale(LC_ALL, before.c_str());
+}
+
+TEST_CASE("the real car is read as tinyobjloader reads it", "[io][obj]") {
+  const std::string path = TAPESTRY_SHARED "/data/mesh/audi_et_te.obj";
+  if (!std::filesystem::exists(path)) {
+    WARN("skipped: " << path << " is absent");
+    return;
+  }
+  const auto mesh = io::read_obj(path).mesh;
+  tinyobj::attrib_t attributes;
+  std::vector<tinyobj::shape_t> shapes;
+  std::vector<tinyobj::material_t> materials;
+  std::string warning, error;
+  REQUIRE(tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, path.c_str()));
+  REQUIRE(mesh.faces.size() == 23145);
+  CHECK(mesh.positions.size() * 3 == attributes.vertices.size());
+  CHECK(mesh.uvs.size() * 2 == attributes.texcoords.size());
+  CHECK(mesh.materials.size() == 6);
+  std::size_t differences = 0;
+  std::size_t face = 0;
+  for (const auto& shape : shapes) {
+    for (std::size_t corner = 0; corner < shape.mesh.indices.size(); ++corner) {
+      const auto& index = shape.mesh.indices[corner];
+      const std::size_t at = face + corner / 3;
+      differences += mesh.faces[at][corner % 3] != index.vertex_index ? 1 : 0;
+      differences += mesh.face_uvs[at][corner % 3] != index.texcoord_index ? 1 : 0;
+      differences += mesh.face_normals[at][corner % 3] != index.normal_index ? 1 : 0;
+    }
+    face += shape.mesh.indices.size() / 3;
+  }
+  for (std::size_t i = 0; i < attributes.vertices.size(); ++i)
+    differences += static_cast<float>(mesh.positions[i / 3][i % 3]) != attributes.vertices[i] ? 1 : 0;
+  CHECK(face == mesh.faces.size());
+  CHECK(differences == 0);
+}
