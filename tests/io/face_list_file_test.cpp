@@ -1,0 +1,61 @@
+#include <tapestry/io/face_list_file.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/refusal.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+using tapestry::ErrorKind;
+using tapestry::test::check_refused;
+
+TEST_CASE("a face list is read", "[io][face_list]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto list =
+      io::read_face_list(folder.write("f.txt", "\xEF\xBB\xBF# exterior\r\n3\r\n\r\n 1 \n3\n2"), 4);
+  CHECK(list.ids == std::vector<std::int64_t>{3, 1, 2});
+  REQUIRE(list.warnings.size() == 1);
+  CHECK_THAT(list.warnings[0], Catch::Contains("1 face numbers are repeated"));
+  const auto all = io::read_face_list(folder.write("f.txt", "1\n2\n"), 2);  // O31
+  CHECK_THAT(all.warnings.at(0), Catch::Contains("covers every face"));
+}
+
+TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30, O31
+  const tapestry::test::TemporaryFolder folder;
+  struct Row {
+    std::string content;
+    ErrorKind kind;
+    const char* text;
+  };
+  const Row rows[] = {
+      {"1\n0\n", ErrorKind::malformed, "f.txt:2: face number 0"},
+      {"-1\n", ErrorKind::malformed, "f.txt:1: face number is negative"},
+      {"1\n4\n9\n", ErrorKind::mismatch, "f.txt:2: face number beyond"},
+      {"1\n4\n9\n", ErrorKind::mismatch, "expected 1 to 3, found 3 numbers from 1 to 9"},
+      {"one\n", ErrorKind::malformed, "'one'"},
+      {"1.5\n", ErrorKind::malformed, "'1.5'"},
+      {"1 2\n", ErrorKind::malformed, "more than one word"},
+      {"99999999999999999999\n", ErrorKind::malformed, "not a whole number"},
+      {"", ErrorKind::mismatch, "face list is empty"},
+      {"\n# nothing\n", ErrorKind::mismatch, "face list is empty"},
+      {std::string("1\0\n", 3), ErrorKind::malformed, "zero byte"},
+  };
+  for (const Row& row : rows) {
+    INFO(row.content);
+    check_refused(row.kind, row.text,
+                  [&] { (void)io::read_face_list(folder.write("f.txt", row.content), 3); });
+  }
+}
+
+TEST_CASE("the published face list is read", "[io][face_list]") {
+  const std::string path = TAPESTRY_SHARED "/data/mesh/exterior_face.txt";
+  if (!std::filesystem::exists(path)) {
+    WARN("skipped: " << path << " is absent");
+    return;
+  }
+  CHECK(io::read_face_list(path, 23145).ids.size() == 6466);
+}

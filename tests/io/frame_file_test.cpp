@@ -1,0 +1,189 @@
+#include <tapestry/io/frame_file.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/refusal.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+using tapestry::Array;
+using tapestry::ErrorKind;
+using tapestry::test::check_refused;
+
+namespace {
+Array<std::uint8_t, 3> picture(std::size_t height, std::size_t width, std::size_t channels) {
+  Array<std::uint8_t, 3> image(tapestry::Extents<3>{height, width, channels});
+  for (std::size_t i = 0; i < image.size(); ++i) image.data()[i] = static_cast<std::uint8_t>(i);
+  return image;
+}
+
+/// Members of a frame file, each of which can be replaced.
+struct Members {
+  Array<std::uint8_t, 3> img = picture(2, 3, 3);
+  Array<double, 2> veh_trans = {{1, 2, 0.6}, {0, 90, 0}};
+  Array<double, 2> cam_trans = {{3, 4, 5}, {-45, -126.9, 0}};
+
+  [[nodiscard]] io::NpzWriter writer() const {
+    io::NpzWriter result;
+    result.add("img", img);
+    result.add("veh_trans", veh_trans);
+    result.add("cam_trans", cam_trans);
+    return result;
+  }
+};
+
+/// A camera that is turned about the vertical axis by the 3-4-5 angle.
+void add_camera(io::NpzWriter& writer, double scale = 1, double fov = 1) {
+  const Array<double, 2> matrix = {{0.6 * scale, 0.8, 0, 1}, {-0.8, 0.6, 0, 2}, {0, 0, 1, 3}};
+  writer.add("camera_matrix", matrix);
+  writer.add("camera_fov", std::vector<double>{fov, 0.5});
+}
+
+const tapestry::test::TemporaryFolder folder;
+
+io::Frame read(const io::NpzWriter& writer) {
+  writer.write(folder.path("frame.npz"));
+  return io::read_frame(folder.path("frame.npz"));
+}
+}  // namespace
+
+TEST_CASE("a CARLA frame is read with its channels swapped once", "[io][frame]") {
+  const io::Frame frame = read(Members{}.writer());
+  CHECK(frame.image(0, 0, 0) == 2);
+  CHECK(frame.image(0, 0, 2) == 0);
+  CHECK(frame.image(1, 2, 0) == 17);
+  CHECK(frame.vehicle_translation == std::array<double, 3>{1, 2, 0.6});
+  CHECK(frame.vehicle_rotation_deg == std::array<double, 3>{0, 90, 0});
+  CHECK(frame.camera_translation == std::array<double, 3>{3, 4, 5});
+  CHECK(frame.camera_rotation_deg == std::array<double, 3>{-45, -126.9, 0});
+  CHECK(frame.warnings.empty());
+  CHECK_FALSE((frame.has_camera || frame.has_light || frame.has_mask || frame.has_label));
+}
+
+TEST_CASE("a frame of our own comes back", "[io][frame]") {
+  io::NpzWriter writer;
+  writer.add("img", picture(2, 3, 3));
+  add_camera(writer);
+  io::Frame frame = read(writer);
+  CHECK(frame.has_camera);
+  CHECK(frame.camera.rotation[1] == std::array<double, 3>{-0.8, 0.6, 0});
+  CHECK(frame.camera.translation == std::array<double, 3>{1, 2, 3});
+  frame.has_light = frame.has_mask = frame.has_label = true;
+  frame.light = {0.5, 0.25, 0, 0, 1, 1, 0.9, 0.8};
+  frame.mask = Array<std::uint8_t, 2>{{0, 255, 0}, {1, 2, 3}};
+  frame.label = {1, 0.5, 0.25, 1, 0.125};
+  io::write_frame(folder.path("again.npz"), frame);
+  const io::Frame again = io::read_frame(folder.path("again.npz"));
+  CHECK((again.image == frame.image));
+  CHECK((again.mask == frame.mask));
+  CHECK(again.light == frame.light);
+  CHECK(again.label == frame.label);
+  CHECK(again.camera.rotation == frame.camera.rotation);
+  CHECK(again.camera.tan_half_fov_x == 1);
+  CHECK(again.camera.tan_half_fov_y == 0.5);
+  CHECK(io::frame_paths(folder.path()).size() >= 1);
+  frame.image = picture(2, 3, 4);
+  CHECK_THROWS_AS(io::write_frame(folder.path("again.npz"), frame), tapestry::ShapeError);
+}
+
+TEST_CASE("frames that cannot be are refused", "[io][frame][bad_input]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  struct Row {
+    const char* id;
+    io::NpzWriter writer;
+    const char* text;
+  };
+  const auto extended = [](auto add) {
+    auto writer = Members{}.writer();
+    add(writer);
+    return writer;
+  };
+  io::NpzWriter no_camera_pose, float_image, flat_image;
+  no_camera_pose.add("img", picture(2, 3, 3));
+  no_camera_pose.add("veh_trans", Members{}.veh_trans);
+  float_image.add("img", Array<float, 3>(tapestry::Extents<3>{1, 1, 3}, 0.0F));
+  flat_image.add("img", Array<std::uint8_t, 2>{{1, 2, 3}});
+  using Numbers = std::vector<double>;
+  const Row rows[] = {
+      {"N12", no_camera_pose, "'cam_trans' is missing; expected cam_trans, found img, veh_trans"},
+      {"N12 shape", Members{.cam_trans = {{1, 2}, {3, 4}, {5, 6}}}.writer(), "expected (2, 3), found (3, 2)"},
+      {"N13 channels", Members{.img = picture(2, 2, 4)}.writer(), "found u1 (2, 2, 4)"},
+      {"N13 empty", Members{.img = picture(0, 2, 3)}.writer(), "found u1 (0, 2, 3)"},
+      {"N13 type", float_image, "found f4 (1, 1, 3)"},
+      {"N13 axes", flat_image, "found u1 (1, 3)"},
+      {"N14 NaN", Members{.veh_trans = {{0, 0, nan}, {0, 0, 0}}}.writer(),
+       "veh_trans holds a value that is not"},
+      {"N14 distance", Members{.cam_trans = {{0, 0, 0}, {0, 0, 0}}}.writer(), "distance 0"},
+      {"I13", extended([](auto& to) {
+         to.add("mask", Array<std::uint8_t, 2>{{1, 2}});
+       }),
+       "found (1, 2)"},
+      {"N19 columns", extended([](auto& to) { to.add("label", Numbers(4, 0.5)); }),
+       "expected (5,), found (4,)"},
+      {"N19 width", extended([](auto& to) {
+         to.add("label", Numbers{1, .5, .5, 0, .5});
+       }),
+       "no box"},
+      {"N19 pixels", extended([](auto& to) {
+         to.add("label", Numbers{1, 50, .5, .5, .5});
+       }),
+       "no box"},
+      {"N19 class", extended([](auto& to) {
+         to.add("label", Numbers{-1, .5, .5, .5, .5});
+       }),
+       "no box"},
+      {"camera scaled", extended([](auto& to) { add_camera(to, 1.1); }), "no rotation"},
+      {"camera fov", extended([](auto& to) { add_camera(to, 1, 0); }), "no field of view"},
+      {"light", extended([](auto& to) { to.add("light", Numbers(3, 1.0)); }), "expected (8,)"},
+      {"camera half", extended([](auto& to) { to.add("camera_fov", Numbers(2, 1.0)); }),
+       "'camera_matrix' is missing"},
+  };
+  for (const Row& row : rows) {
+    INFO(row.id);
+    check_refused(ErrorKind::mismatch, row.text, [&] { (void)read(row.writer); });
+    check_refused(ErrorKind::mismatch, "frame.npz:", [&] { (void)read(row.writer); });
+  }
+}
+
+TEST_CASE("odd poses are noticed", "[io][frame]") {  // N14
+  const auto warning = [](const Array<double, 2>& pose) {
+    const auto warnings = read(Members{.cam_trans = pose}.writer()).warnings;
+    return warnings.empty() ? std::string("none") : warnings.back();
+  };
+  CHECK_THAT(warning({{3, 4, 5}, {-0.7854, -2.2143, 0}}), Catch::Contains("look like radians"));
+  CHECK_THAT(warning({{3, 4, 5}, {-45, 90, 0}}), Catch::Contains("past the vehicle"));
+  CHECK_THAT(warning({{0, 0, 5}, {-90, 0, 0}}), Catch::Contains("straight"));
+  CHECK_THAT(warning({{1, 0, 0}, {0, 180, 0}}), Catch::Contains("inside"));
+}
+
+TEST_CASE("a folder without frames is refused", "[io][frame]") {
+  const tapestry::test::TemporaryFolder empty;
+  check_refused(ErrorKind::mismatch, "holds no frame", [&] { (void)io::frame_paths(empty.path()); });
+  check_refused(ErrorKind::malformed, "cannot list", [&] { (void)io::frame_paths(empty.path("absent")); });
+}
+
+TEST_CASE("the real frames are read without a warning", "[io][frame]") {
+  const std::string real = TAPESTRY_SHARED "/data/carla";
+  if (!std::filesystem::exists(real)) {
+    WARN("skipped: " << real << " is absent");
+    return;
+  }
+  const auto paths = io::frame_paths(real);
+  CHECK(paths.size() == 6);
+  const io::Frame frame = io::read_frame(paths[0]);
+  CHECK(frame.warnings.empty());
+  CHECK((frame.image.shape() == tapestry::Extents<3>{800, 800, 3}));
+  double red = 0, blue = 0;  // the car in the middle is blue
+  for (std::size_t row = 380; row < 420; ++row) {
+    for (std::size_t column = 300; column < 500; ++column) {
+      red += frame.image(row, column, 0);
+      blue += frame.image(row, column, 2);
+    }
+  }
+  CHECK(blue > red);
+}

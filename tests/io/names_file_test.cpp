@@ -1,0 +1,37 @@
+#include <tapestry/io/names_file.hpp>
+
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/refusal.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+using tapestry::ErrorKind;
+using tapestry::test::check_refused;
+
+TEST_CASE("class names are read", "[io][names]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto names = io::read_class_names(folder.write("n",
+                                                       "\xEF\xBB\xBF"
+                                                       "car \r\ntraffic light\r\n\r\n\n"),
+                                          2);
+  CHECK(names == std::vector<std::string>{"car", "traffic light"});
+  CHECK(io::class_index(names, "traffic light") == 1);
+  check_refused(ErrorKind::mismatch, "there are car, traffic light",
+                [&] { (void)io::class_index(names, "Car"); });
+}
+
+TEST_CASE("bad lists of class names are refused", "[io][names][bad_input]") {  // G32
+  const tapestry::test::TemporaryFolder folder;
+  const auto read = [&](const std::string& content) {
+    return io::read_class_names(folder.write("n", content), 3);
+  };
+  check_refused(ErrorKind::mismatch, "expected 3, found 2", [&] { (void)read("a\nb\n"); });
+  check_refused(ErrorKind::malformed, "n:2: empty line", [&] { (void)read("a\n\nb\nc\n"); });
+  check_refused(ErrorKind::mismatch, "n:3: class name 'a' is repeated; found line 1",
+                [&] { (void)read("a\nb\na\n"); });
+  check_refused(ErrorKind::malformed, "no class names", [&] { (void)read("\n\n"); });
+  check_refused(ErrorKind::limit, "too long", [&] { (void)read(std::string(5000, 'x')); });
+}

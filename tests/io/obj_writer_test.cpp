@@ -1,0 +1,81 @@
+#include <tapestry/io/obj_writer.hpp>
+
+#include <limits>
+#include <string>
+#include <tapestry/io/obj_file.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+namespace geometry = tapestry::geometry;
+
+namespace {
+geometry::Mesh small_mesh() {
+  geometry::Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1.0 / 3, 0, 1e-7}, {0, 1, 0}, {-2, 1e5, 0.1}};
+  mesh.uvs = {{0, 0}, {2, 1}, {0.1, 0.7}};
+  mesh.normals = {{0, 0, 1}};
+  mesh.faces = {{0, 1, 2}, {1, 2, 3}, {2, 3, 0}};
+  mesh.face_uvs = {{0, 1, 2}, {-1, -1, -1}, {2, 1, 0}};
+  mesh.face_normals = {{0, 0, 0}, {0, 0, 0}, {-1, -1, -1}};
+  mesh.materials = {{"body lacquer", {0.1F, 0.25F, 1}}, {"paint", {0, 0, 0}}};
+  mesh.face_materials = {0, 1, -1};
+  mesh.groups = {"left", "right"};
+  mesh.face_groups = {0, 1, 1};
+  return mesh;
+}
+}  // namespace
+
+TEST_CASE("a mesh comes back to the bit", "[io][obj]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto mesh = small_mesh();
+  io::write_obj(folder.path("the car.obj"), mesh);
+  const auto loaded = io::read_obj(folder.path("the car.obj"));
+  CHECK(loaded.warnings.empty());
+  CHECK(loaded.mesh.positions == mesh.positions);
+  CHECK(loaded.mesh.uvs == mesh.uvs);
+  CHECK(loaded.mesh.normals == mesh.normals);
+  CHECK(loaded.mesh.faces == mesh.faces);
+  CHECK(loaded.mesh.face_uvs == mesh.face_uvs);
+  CHECK(loaded.mesh.face_normals == mesh.face_normals);
+  CHECK(loaded.mesh.groups == mesh.groups);
+  CHECK(loaded.mesh.face_groups == mesh.face_groups);
+  CHECK(loaded.mesh.face_materials == std::vector<std::int32_t>{0, 1, 2});  // without a material: "none"
+  CHECK(loaded.mesh.materials[0].name == "body lacquer");
+  CHECK(loaded.mesh.materials[0].colour == mesh.materials[0].colour);
+}
+
+TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto mesh = small_mesh();
+  const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
+  io::write_painted_obj(folder.path("car.obj"), mesh, {1, 0, 1}, texture, 2);
+  const auto loaded = io::read_obj(folder.path("car.obj"));
+  CHECK(loaded.warnings.empty());
+  CHECK(loaded.mesh.faces == mesh.faces);
+  CHECK(loaded.mesh.uvs == std::vector<std::array<double, 2>>{{0, 0}, {1, 1}, {0.05, 0.7}});
+  const auto name = [&](std::size_t face) {
+    return loaded.mesh.materials[static_cast<std::size_t>(loaded.mesh.face_materials[face])].name;
+  };
+  CHECK(name(0) == "paint_");  // "paint" is taken
+  CHECK(name(1) == "paint");
+  CHECK(name(2) == "paint_");
+  CHECK_THAT(folder.read("car.mtl"), Catch::Contains("map_Kd car.png"));
+  CHECK((io::read_image(folder.path("car.png")).shape() == tapestry::Extents<3>{2, 4, 3}));
+}
+
+TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {
+  const tapestry::test::TemporaryFolder folder;
+  auto mesh = small_mesh();
+  const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
+  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), mesh, {1}, texture), tapestry::ShapeError);
+  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), mesh, {1, 0, 1}, texture, 0),
+                  tapestry::DomainError);
+  mesh.positions[1][1] = std::numeric_limits<double>::infinity();
+  CHECK_THROWS_AS(io::write_obj(folder.path("car.obj"), mesh), tapestry::NumericError);
+  CHECK(std::filesystem::is_empty(folder.path()));
+  CHECK_THROWS_AS(io::write_obj(folder.path("absent/car.obj"), small_mesh()), tapestry::FileError);
+}
