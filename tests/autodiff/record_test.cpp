@@ -1,0 +1,209 @@
+#include <tapestry/autodiff/record.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/random_array.hpp"
+
+using tapestry::Array;
+using tapestry::ArrayVariable;
+using tapestry::DomainError;
+using tapestry::Tape;
+using tapestry::Variable;
+using tapestry::test::random_array;
+
+namespace {
+/// A user's operations: scale · x, and Σ x².
+template <class T>
+ArrayVariable<T, 1> scaled(const ArrayVariable<T, 1>& x, const Variable<T>& scale) {
+  Array<T, 1> value = x.value();
+  for (T& element : value.storage()) element *= scale.value();
+  return record_array(
+      value,
+      [x = x.shared_value(), scale = scale.value()](const Array<T, 1>& value_adjoint, Array<T, 1>* x_adjoint,
+                                                    T* scale_adjoint) {
+        for (std::size_t i = 0; i < value_adjoint.size(); ++i) {
+          if (x_adjoint != nullptr) (*x_adjoint)(i) += value_adjoint(i) * scale;
+          if (scale_adjoint != nullptr) *scale_adjoint += value_adjoint(i) * (*x)(i);
+        }
+      },
+      x, scale);
+}
+
+template <class T>
+Variable<T> sum_of_squares(const ArrayVariable<T, 1>& x) {
+  return record_scalar(
+      tapestry::test::dot(x.value(), x.value()),
+      [x = x.shared_value()](T value_adjoint, Array<T, 1>* x_adjoint) {
+        for (std::size_t i = 0; i < x->size(); ++i) (*x_adjoint)(i) += 2 * (*x)(i)*value_adjoint;
+      },
+      x);
+}
+}  // namespace
+
+TEMPLATE_TEST_CASE("user operations interleave with scalar statements", "[autodiff][record][gradient]", float,
+                   double) {
+  using T = TestType;
+  const auto x0 = random_array<T>({7}, 1);
+  const auto direction = tapestry::test::random_direction<T>({7}, 2);
+  const auto loss = [](const ArrayVariable<T, 1>& x, const Variable<T>& s) {
+    const Variable<T> first = sum_of_squares(scaled(x, s));
+    const Variable<T> factor = first * s + 1;
+    return Variable<T>(sum_of_squares(scaled(scaled(x, factor), Variable<T>(s * s))) / 8 + first);
+  };
+  Tape<T> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(x0);
+  const Variable<T> s = tape.input(T(0.5));
+  const Variable<T> root = loss(x, s);
+  tape.reverse(root);
+  tape.reverse(root);  // repeats
+  const auto value = [&](const Array<T, 1>& at) { return loss(at, T(0.5)).value(); };
+  const auto tolerance = tapestry::test::central_difference_tolerance(root.value());
+  CHECK(std::abs(tapestry::test::dot(x.adjoint(), direction) -
+                 tapestry::test::central_difference(value, x0, direction)) <= tolerance);
+  const T h = tapestry::test::central_difference_step<T>();
+  const T slope = (loss(x0, T(0.5) + h).value() - loss(x0, T(0.5) - h).value()) / (2 * h);
+  CHECK(std::abs(s.adjoint() - slope) <= 8 * tolerance);  // third derivative by s below 8 · value
+}
+
+TEST_CASE("an operation of passive inputs records nothing and needs no tape", "[autodiff][record]") {
+  const ArrayVariable<double, 1> x = random_array<double>({3}, 1);
+  CHECK_FALSE(scaled(x, Variable<double>(2.0)).is_active());
+  CHECK_FALSE(sum_of_squares(x).is_active());
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  CHECK_FALSE(scaled(x, Variable<double>(2.0)).is_active());
+  CHECK(tape.statement_count() == 0);
+}
+
+TEST_CASE("a passive input has no adjoint to add to", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Array<double, 1> values = {1, 2};
+  const Variable<double> s = tape.input(3.0);
+  const auto y = scaled<double>(values, s);
+  tape.reverse(y, values);
+  CHECK(s.adjoint() == 5);
+  bool saw_null = false;
+  const auto z = tapestry::record_scalar(
+      1.0,
+      [&](double, double* by_s, Array<double, 1>* by_plain, double* by_number) {
+        saw_null = by_s != nullptr && by_plain == nullptr && by_number == nullptr;
+      },
+      s * 2, values, 4);
+  tape.reverse(z);
+  CHECK(saw_null);
+}
+
+TEST_CASE("two inputs may be the same variable", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 1>{1, 2});
+  const auto product = tapestry::record_scalar(
+      5.0,
+      [x](double g, Array<double, 1>* left, Array<double, 1>* right) {
+        for (std::size_t i = 0; i < 2; ++i) {
+          (*left)(i) += g * x.value()(i);
+          (*right)(i) += g * x.value()(i);
+        }
+      },
+      x, x);
+  tape.reverse(product);
+  CHECK(x.adjoint() == Array<double, 1>{2, 4});
+}
+
+TEST_CASE("branches nobody asked about are not pulled back", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 1>{1, 2});
+  int calls = 0;
+  const auto count_array = [&](const Array<double, 1>&, Array<double, 1>*) { ++calls; };
+  const auto count_scalar = [&](double, Array<double, 1>*) { ++calls; };
+  const auto unused = record_array(x.value(), count_array, x);
+  const auto unused_scalar = tapestry::record_scalar(0.0, count_scalar, unused);
+  const Variable<double> used = sum_of_squares(x);
+  tape.reverse(Variable<double>(used + 0 * unused_scalar));
+  CHECK(calls == 0);
+  CHECK(unused.adjoint() == Array<double, 1>{0, 0});
+  CHECK(x.adjoint() == Array<double, 1>{2, 4});
+}
+
+TEST_CASE("a record refuses inputs of another tape and a missing tape", "[autodiff][record]") {
+  Tape<double> tape;
+  Tape<double> other;
+  const auto x = other.input(Array<double, 1>{1, 2});
+  CHECK_THROWS_AS(sum_of_squares(x), DomainError);
+  const auto scope = tape.activate();
+  CHECK_THROWS_AS(sum_of_squares(x), DomainError);
+  CHECK(tape.statement_count() == 0);
+  const auto y = tape.input(Array<double, 1>{1, 2});
+  tape.clear();
+  CHECK_THROWS_AS(sum_of_squares(y), DomainError);
+}
+
+TEST_CASE("a throwing pullback leaves the tape usable", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 1>{1, 2});
+  bool fails = true;
+  const auto y = tapestry::record_scalar(
+      3.0,
+      [&](double g, Array<double, 1>* by_x) {
+        if (fails) throw std::runtime_error("user");
+        (*by_x)(0) += g;
+      },
+      x);
+  CHECK_THROWS_AS(tape.reverse(y), std::runtime_error);
+  fails = false;
+  const Variable<double> z = y * 2;
+  tape.reverse(z);
+  CHECK(x.adjoint() == Array<double, 1>{2, 0});
+}
+
+TEST_CASE("a pullback cannot record on the tape it runs on, but may use its own", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(3.0);
+  const auto greedy = tapestry::record_scalar(
+      9.0, [&](double, double*) { static_cast<void>(tape.input(1.0)); }, x);
+  CHECK_THROWS_AS(tape.reverse(greedy), DomainError);
+  const auto formula = tapestry::record_scalar(
+      9.0, [x](double, double*) { static_cast<void>(Variable<double>(x * x)); }, x);
+  CHECK_THROWS_AS(tape.reverse(formula), DomainError);
+  const auto nested = tapestry::record_scalar(
+      9.0,
+      [x](double g, double* by_x) {
+        Tape<double> local;
+        const auto local_scope = local.activate();
+        const Variable<double> again = local.input(x.value());
+        local.reverse(Variable<double>(again * again), g);
+        *by_x += again.adjoint();
+      },
+      x);
+  tape.reverse(nested);
+  CHECK(x.adjoint() == 6);
+  CHECK(Variable<double>(x * x).is_active());
+}
+
+TEST_CASE("rewinding drops records and what they keep", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 1>{1, 2});
+  const auto position = tape.mark();
+  auto kept = std::make_shared<int>(1);
+  for (int step = 0; step < 3; ++step) {
+    const auto y = tapestry::record_scalar(
+        1.0, [kept](double g, Array<double, 1>* by_x) { (*by_x)(1) += g * *kept; }, x);
+    CHECK(kept.use_count() == 2);
+    tape.reverse(y);
+    CHECK(x.adjoint() == Array<double, 1>{0, 1});
+    tape.rewind(position);
+    CHECK(kept.use_count() == 1);
+  }
+  CHECK(tape.record_count() == 1);
+}
