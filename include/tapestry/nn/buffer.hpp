@@ -1,0 +1,56 @@
+#pragma once
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+
+namespace tapestry::nn {
+
+/// Memory for kernels: aligned to 64 bytes, not initialised, kept when resized to less, and followed by
+/// 128 readable zero bytes so that a kernel may load whole vectors past the last element.
+template <class T>
+class Buffer {
+ public:
+  Buffer() = default;
+  explicit Buffer(std::size_t count) { resize(count); }
+
+  /// Keeps no content. Memory grows only when `count` is larger than ever before.
+  void resize(std::size_t count) {
+    if (count > capacity_ || !memory_) {
+      memory_.reset();
+      capacity_ = 0;
+      const std::size_t bytes = (count * sizeof(T) + slack + 63) / 64 * 64;
+      void* const fresh = std::aligned_alloc(64, bytes);
+      if (fresh == nullptr) throw std::bad_alloc();
+      memory_.reset(static_cast<T*>(fresh));
+      capacity_ = count;
+      std::memset(static_cast<char*>(fresh) + count * sizeof(T), 0, bytes - count * sizeof(T));
+    }
+    size_ = count;
+  }
+
+  void clear() {
+    memory_.reset();
+    size_ = capacity_ = 0;
+  }
+
+  void fill_zero() { std::memset(data(), 0, size_ * sizeof(T)); }
+
+  [[nodiscard]] T* data() { return memory_.get(); }
+  [[nodiscard]] const T* data() const { return memory_.get(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+
+ private:
+  static constexpr std::size_t slack = 128;
+  struct Release {
+    void operator()(T* memory) const { std::free(memory); }
+  };
+  std::unique_ptr<T, Release> memory_;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+}  // namespace tapestry::nn

@@ -1,0 +1,139 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+
+namespace tapestry::nn {
+
+/// What happens to a sum before it is stored: out = leaky(sum + bias + (out if adds)).
+template <class T>
+struct Epilogue {
+  const T* bias = nullptr;  ///< one for each lane, readable up to whole vectors
+  bool adds = false;        ///< add to what is there
+  T slope = 1;              ///< factor of values at or below 0; 1 leaves everything as it is
+};
+
+/// A product of a small matrix, P rows, with a panel of weights: the core of every convolution.
+template <class T>
+struct ReduceArguments {
+  const T* in;
+  std::ptrdiff_t in_row_step;
+  std::ptrdiff_t in_outer_step;
+  std::ptrdiff_t in_inner_step;
+  const T* weights;  ///< [outer_count · inner_count, V · lanes]
+  std::size_t outer_count;
+  std::size_t inner_count;
+  T* out;
+  std::ptrdiff_t out_row_step;
+  std::size_t lane_count;  ///< of the V · lanes that are stored
+  Epilogue<T> end;
+};
+
+/// One row of a convolution of each channel with a filter of its own.
+template <class T>
+struct DepthwiseArguments {
+  const T* in;
+  std::ptrdiff_t in_pixel_step;
+  const std::ptrdiff_t* tap_offsets;  ///< from a pixel's origin in `in`
+  std::size_t tap_count;
+  const T* weights;         ///< [tap_count, weight_step]
+  std::size_t weight_step;  ///< channels rounded up to whole vectors
+  T* out;
+  std::ptrdiff_t out_pixel_step;
+  std::size_t pixel_count;
+  std::size_t channel_count;
+  Epilogue<T> end;
+};
+
+/// The kernels of one instruction set; see vector_kernels.inl for what each computes.
+template <class T>
+struct Kernels {
+  static constexpr std::size_t most_tile_rows = 12;
+  std::size_t lanes = 0;                                              ///< of one vector
+  std::size_t tile_rows = 0;                                          ///< largest P
+  void (*reduce[2][most_tile_rows])(const ReduceArguments<T>&) = {};  ///< [V − 1][P − 1]
+  void (*depthwise_row)(const DepthwiseArguments<T>&) = nullptr;
+  void (*depthwise_weight_adjoint_row)(const DepthwiseArguments<T>&, T*) = nullptr;
+  void (*add)(const T*, T*, std::size_t) = nullptr;
+  void (*leaky_adjoint)(const T*, T, T*, std::size_t) = nullptr;
+  void (*affine)(const T*, const T*, const T*, std::size_t, T, T*, std::size_t) = nullptr;
+  void (*combine)(const T*, const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
+  void (*periodic_sums)(const T*, const T*, const T*, std::size_t, T*, T*, std::size_t) = nullptr;
+};
+
+namespace portable {
+#define TAPESTRY_VECTOR_BYTES 16
+#define TAPESTRY_TILE_ROWS 6
+#include <tapestry/nn/vector_kernels.inl>
+#undef TAPESTRY_VECTOR_BYTES
+#undef TAPESTRY_TILE_ROWS
+}  // namespace portable
+
+#if defined(__x86_64__)
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx2,fma")
+#endif
+namespace avx2 {
+#define TAPESTRY_VECTOR_BYTES 32
+#define TAPESTRY_TILE_ROWS 6
+#include <tapestry/nn/vector_kernels.inl>
+#undef TAPESTRY_VECTOR_BYTES
+#undef TAPESTRY_TILE_ROWS
+}  // namespace avx2
+#if defined(__clang__)
+#pragma clang attribute pop
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma"))), \
+                             apply_to = function)
+#else
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512vl,avx2,fma")
+#endif
+namespace avx512 {
+#define TAPESTRY_VECTOR_BYTES 64
+#define TAPESTRY_TILE_ROWS 12
+#include <tapestry/nn/vector_kernels.inl>
+#undef TAPESTRY_VECTOR_BYTES
+#undef TAPESTRY_TILE_ROWS
+}  // namespace avx512
+#if defined(__clang__)
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif
+
+enum class InstructionSet { portable, avx2, avx512 };
+
+/// The best instruction set of this processor that the kernels are compiled for.
+[[nodiscard]] inline InstructionSet best_instruction_set() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512vl")) {
+    return InstructionSet::avx512;
+  }
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return InstructionSet::avx2;
+#endif
+  return InstructionSet::portable;
+}
+
+/// The kernels of one instruction set, which the processor must have.
+template <std::floating_point T>
+[[nodiscard]] Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
+#if defined(__x86_64__)
+  if (set == InstructionSet::avx512) return avx512::make_kernels<T>();
+  if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
+#endif
+  return portable::make_kernels<T>();
+}
+
+/// The kernels that everything uses, chosen once. Results differ in rounding between instruction sets.
+template <std::floating_point T>
+[[nodiscard]] const Kernels<T>& kernels() {
+  static const Kernels<T> chosen = kernels_of<T>(best_instruction_set());
+  return chosen;
+}
+
+}  // namespace tapestry::nn

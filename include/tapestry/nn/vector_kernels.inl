@@ -1,0 +1,223 @@
+// Kernels for one instruction set; vector_kernels.hpp includes this file once for each of them, inside a
+// namespace of its own and with TAPESTRY_VECTOR_BYTES and TAPESTRY_TILE_ROWS set. Generic vectors must be
+// parsed under the target they are meant for, so nothing here may be a lambda or come from outside.
+
+template <class T>
+struct Vector {
+  static constexpr std::size_t lanes = TAPESTRY_VECTOR_BYTES / sizeof(T);
+  typedef T Register __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
+  typedef T Memory __attribute__((vector_size(TAPESTRY_VECTOR_BYTES), aligned(sizeof(T)), may_alias));
+};
+
+template <class T>
+using Register = typename Vector<T>::Register;
+
+template <class T>
+inline const typename Vector<T>::Memory& at(const T* values) {
+  return *reinterpret_cast<const typename Vector<T>::Memory*>(values);
+}
+template <class T>
+inline typename Vector<T>::Memory& at(T* values) {
+  return *reinterpret_cast<typename Vector<T>::Memory*>(values);
+}
+
+/// Writes `count` ≤ lanes leading values of a sum: out = leaky(sum + bias + (out if it adds)).
+template <class T>
+inline void store(const Epilogue<T>& end, const Register<T>& sum, std::size_t first, T* out,
+                  std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  Register<T> value = sum;
+  if (end.bias != nullptr) value += at(end.bias + first);
+  if (count >= lanes) {
+    if (end.adds) value += at(out);
+    if (end.slope != T(1)) value = value > T(0) ? value : value * end.slope;
+    at(out) = value;
+    return;
+  }
+  T partial[lanes];
+  at(&partial[0]) = value;
+  for (std::size_t i = 0; i < count; ++i) {
+    const T x = end.adds ? partial[i] + out[i] : partial[i];
+    out[i] = x > 0 ? x : x * end.slope;
+  }
+}
+
+/// out[p, lane] = Σ_r in[p, r] · weights[r, lane] for P rows and V registers of lanes; the reduction runs
+/// over outer_count runs of inner_count values.
+template <class T, int V, int P>
+void reduce_tile(const ReduceArguments<T>& a) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  Register<T> sum[P][V];
+#pragma GCC unroll 16
+  for (int p = 0; p < P; ++p)
+#pragma GCC unroll 2
+    for (int v = 0; v < V; ++v) sum[p][v] = Register<T>{};
+  const T* weights = a.weights;
+  const std::ptrdiff_t row = a.in_row_step;
+  for (std::size_t outer = 0; outer < a.outer_count; ++outer) {
+    const T* in = a.in + static_cast<std::ptrdiff_t>(outer) * a.in_outer_step;
+    for (std::size_t inner = 0; inner < a.inner_count; ++inner) {
+      Register<T> weight[V];
+#pragma GCC unroll 2
+      for (int v = 0; v < V; ++v) weight[v] = at(weights + static_cast<std::size_t>(v) * lanes);
+#pragma GCC unroll 16
+      for (int p = 0; p < P; ++p)
+#pragma GCC unroll 2
+        for (int v = 0; v < V; ++v) sum[p][v] += weight[v] * in[p * row];
+      in += a.in_inner_step;
+      weights += static_cast<std::size_t>(V) * lanes;
+    }
+  }
+#pragma GCC unroll 16
+  for (int p = 0; p < P; ++p)
+#pragma GCC unroll 2
+    for (int v = 0; v < V; ++v) {
+      const std::size_t first = static_cast<std::size_t>(v) * lanes;
+      if (first < a.lane_count)
+        store<T>(a.end, sum[p][v], first, a.out + p * a.out_row_step + first, a.lane_count - first);
+    }
+}
+
+/// out[x, c] = Σ_t in[x, tap t, c] · weights[t, c] for P pixels and one register of channels.
+template <class T, int P>
+inline void depthwise_tile(const DepthwiseArguments<T>& a, const T* in, T* out, std::size_t channel) {
+  Register<T> sum[P];
+#pragma GCC unroll 8
+  for (int p = 0; p < P; ++p) sum[p] = Register<T>{};
+  for (std::size_t t = 0; t < a.tap_count; ++t) {
+    const Register<T> weight = at(a.weights + t * a.weight_step + channel);
+    const T* tap = in + a.tap_offsets[t] + channel;
+#pragma GCC unroll 8
+    for (int p = 0; p < P; ++p) sum[p] += weight * at(tap + p * a.in_pixel_step);
+  }
+#pragma GCC unroll 8
+  for (int p = 0; p < P; ++p)
+    store<T>(a.end, sum[p], channel, out + p * a.out_pixel_step + channel, a.channel_count - channel);
+}
+
+template <class T>
+void depthwise_row(const DepthwiseArguments<T>& a) {
+  for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
+    std::size_t x = 0;
+    const T* in = a.in;
+    T* out = a.out;
+    for (; x + 6 <= a.pixel_count; x += 6, in += 6 * a.in_pixel_step, out += 6 * a.out_pixel_step)
+      depthwise_tile<T, 6>(a, in, out, channel);
+    for (; x < a.pixel_count; ++x, in += a.in_pixel_step, out += a.out_pixel_step)
+      depthwise_tile<T, 1>(a, in, out, channel);
+  }
+}
+
+/// weights_adjoint[t, c] += Σ_x in[x, tap t, c] · out_adjoint[x, c]; here `weights` is the adjoint's base
+/// and `out` the adjoint of the output, which is only read.
+template <class T>
+void depthwise_weight_adjoint_row(const DepthwiseArguments<T>& a, T* weights_adjoint) {
+  for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
+    for (std::size_t t = 0; t < a.tap_count; ++t) {
+      Register<T> sum{};
+      Register<T> sum_odd{};
+      const T* in = a.in + a.tap_offsets[t] + channel;
+      const T* adjoint = a.out + channel;
+      std::size_t x = 0;
+      for (; x + 2 <= a.pixel_count; x += 2, in += 2 * a.in_pixel_step, adjoint += 2 * a.out_pixel_step) {
+        sum += at(in) * at(adjoint);
+        sum_odd += at(in + a.in_pixel_step) * at(adjoint + a.out_pixel_step);
+      }
+      if (x < a.pixel_count) sum += at(in) * at(adjoint);
+      at(weights_adjoint + t * a.weight_step + channel) += sum + sum_odd;
+    }
+  }
+}
+
+/// to[i] += from[i]
+template <class T>
+void add(const T* from, T* to, std::size_t count) {
+  std::size_t i = 0;
+  for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) at(to + i) += at(from + i);
+  for (; i < count; ++i) to[i] += from[i];
+}
+
+/// adjoint[i] *= slope where value[i] is not above 0
+template <class T>
+void leaky_adjoint(const T* value, T slope, T* adjoint, std::size_t count) {
+  std::size_t i = 0;
+  for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) {
+    const Register<T> a = at(adjoint + i);
+    at(adjoint + i) = at(value + i) > T(0) ? a : a * slope;
+  }
+  for (; i < count; ++i) adjoint[i] *= value[i] > 0 ? T(1) : slope;
+}
+
+/// out[i] = leaky(scale[i mod period] · in[i] + shift[i mod period])
+template <class T>
+void affine(const T* in, const T* scale, const T* shift, std::size_t period, T slope, T* out,
+            std::size_t count) {
+  for (std::size_t begin = 0; begin < count; begin += period) {
+    const std::size_t run = count - begin < period ? count - begin : period;
+    std::size_t i = 0;
+    for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes) {
+      const Register<T> value = at(scale + i) * at(in + begin + i) + at(shift + i);
+      at(out + begin + i) = value > T(0) ? value : value * slope;
+    }
+    for (; i < run; ++i) {
+      const T value = scale[i] * in[begin + i] + shift[i];
+      out[begin + i] = value > 0 ? value : value * slope;
+    }
+  }
+}
+
+/// adjoint[i] = a[i mod period] · adjoint[i] + b[i mod period] · value[i] + c[i mod period]
+template <class T>
+void combine(const T* value, const T* a, const T* b, const T* c, std::size_t period, T* adjoint,
+             std::size_t count) {
+  for (std::size_t begin = 0; begin < count; begin += period) {
+    const std::size_t run = count - begin < period ? count - begin : period;
+    std::size_t i = 0;
+    for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes)
+      at(adjoint + begin + i) =
+          at(a + i) * at(adjoint + begin + i) + at(b + i) * at(value + begin + i) + at(c + i);
+    for (; i < run; ++i) adjoint[begin + i] = a[i] * adjoint[begin + i] + b[i] * value[begin + i] + c[i];
+  }
+}
+
+/// sums[i mod period] += x[i] and products[i mod period] += x[i] · (y[i] − origin[i mod period])
+template <class T>
+void periodic_sums(const T* x, const T* y, const T* origin, std::size_t period, T* sums, T* products,
+                   std::size_t count) {
+  for (std::size_t begin = 0; begin < count; begin += period) {
+    const std::size_t run = count - begin < period ? count - begin : period;
+    std::size_t i = 0;
+    for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes) {
+      const Register<T> value = at(x + begin + i);
+      at(sums + i) += value;
+      at(products + i) += value * (at(y + begin + i) - at(origin + i));
+    }
+    for (; i < run; ++i) {
+      sums[i] += x[begin + i];
+      products[i] += x[begin + i] * (y[begin + i] - origin[i]);
+    }
+  }
+}
+
+template <class T, int V, int P>
+void fill_rows(Kernels<T>& kernels) {
+  kernels.reduce[V - 1][P - 1] = &reduce_tile<T, V, P>;
+  if constexpr (P > 1) fill_rows<T, V, P - 1>(kernels);
+}
+
+template <class T>
+Kernels<T> make_kernels() {
+  Kernels<T> kernels;
+  kernels.lanes = Vector<T>::lanes;
+  kernels.tile_rows = TAPESTRY_TILE_ROWS;
+  fill_rows<T, 1, TAPESTRY_TILE_ROWS>(kernels);
+  fill_rows<T, 2, TAPESTRY_TILE_ROWS>(kernels);
+  kernels.depthwise_row = &depthwise_row<T>;
+  kernels.depthwise_weight_adjoint_row = &depthwise_weight_adjoint_row<T>;
+  kernels.add = &add<T>;
+  kernels.leaky_adjoint = &leaky_adjoint<T>;
+  kernels.affine = &affine<T>;
+  kernels.combine = &combine<T>;
+  kernels.periodic_sums = &periodic_sums<T>;
+  return kernels;
+}

@@ -1,0 +1,180 @@
+#include <tapestry/nn/convolution.hpp>
+#include <tapestry/nn/convolution_weight_adjoint.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+
+namespace nn = tapestry::nn;
+
+namespace {
+template <class T>
+nn::Buffer<T> random_buffer(std::size_t count, std::uint64_t seed) {
+  nn::Buffer<T> buffer(count);
+  tapestry::Random random(seed);
+  for (std::size_t i = 0; i < count; ++i) buffer.data()[i] = static_cast<T>(random.uniform(-1, 1));
+  return buffer;
+}
+
+/// Calls visit(input index, weight index, output index) for every product of a convolution of one image.
+template <class Visit>
+void for_each_product(const nn::ConvolutionShape& s, Visit visit) {
+  for (std::size_t oy = 0; oy < s.rows.output; ++oy)
+    for (std::size_t ox = 0; ox < s.columns.output; ++ox)
+      for (std::size_t m = 0; m < s.out_channels; ++m)
+        for (std::size_t ty = 0; ty < s.rows.taps; ++ty)
+          for (std::size_t tx = 0; tx < s.columns.taps; ++tx) {
+            const auto y =
+                static_cast<std::ptrdiff_t>(oy * s.rows.stride + ty * s.rows.spacing) - s.rows.padding;
+            const auto x = static_cast<std::ptrdiff_t>(ox * s.columns.stride + tx * s.columns.spacing) -
+                           s.columns.padding;
+            if (y < 0 || x < 0 || y >= static_cast<std::ptrdiff_t>(s.rows.input) ||
+                x >= static_cast<std::ptrdiff_t>(s.columns.input))
+              continue;
+            const std::size_t pixel =
+                static_cast<std::size_t>(y) * s.columns.input + static_cast<std::size_t>(x);
+            for (std::size_t i = 0; i < s.group_in(); ++i) {
+              const std::size_t c = m / s.group_out() * s.group_in() + i;
+              visit(pixel * s.in_channels + c,
+                    ((m * s.group_in() + i) * s.rows.taps + ty) * s.columns.taps + tx,
+                    (oy * s.columns.output + ox) * s.out_channels + m);
+            }
+          }
+}
+
+template <class T>
+double largest_difference(const nn::Buffer<T>& found, const std::vector<double>& expected) {
+  REQUIRE(found.size() == expected.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const double difference = std::abs(static_cast<double>(found.data()[i]) - expected[i]);
+    if (!(difference <= largest)) largest = difference;
+  }
+  return largest;
+}
+
+std::vector<nn::ConvolutionShape> shapes() {
+  return {nn::square_convolution(1, 1, 3, 5, 3, 1, 1),
+          nn::square_convolution(1, 1, 255, 3, 1, 1, 0),
+          nn::square_convolution(7, 5, 3, 16, 3, 2, 1),
+          nn::square_convolution(13, 13, 5, 255, 1, 1, 0),
+          nn::square_convolution(6, 9, 24, 40, 3, 1, 1),
+          nn::square_convolution(9, 8, 300, 33, 3, 1, 1),
+          nn::square_convolution(8, 8, 256, 17, 3, 2, 1),
+          nn::square_convolution(8, 11, 12, 18, 3, 1, 1, 1, 3),
+          nn::square_convolution(11, 8, 20, 20, 5, 1, 2, 1, 20),
+          nn::square_convolution(12, 9, 33, 33, 3, 2, 1, 1, 33),
+          nn::square_convolution(9, 9, 4, 6, 3, 1, 2, 2),
+          nn::square_convolution(10, 9, 4, 6, 3, 2, 2, 2),
+          nn::square_convolution(10, 10, 6, 7, 3, 3, 0),
+          nn::square_convolution(9, 10, 6, 7, 1, 2, 0),
+          nn::square_convolution(20, 30, 8, 8, 1, 1, 0),
+          nn::square_convolution(7, 7, 3, 4, 7, 2, 3),
+          nn::square_convolution(3, 3, 2, 2, 5, 1, 4)};
+}
+
+template <class T>
+void check_shape(const nn::ConvolutionShape& s, std::size_t images) {
+  CAPTURE(s.rows.input, s.columns.input, s.in_channels, s.out_channels, s.rows.taps, s.rows.stride, s.groups);
+  const auto in = random_buffer<T>(images * s.in_size(), 1);
+  const auto weights = random_buffer<T>(s.weight_count(), 2);
+  const auto bias = random_buffer<T>(s.out_channels, 3);
+  const auto adjoint = random_buffer<T>(images * s.out_size(), 4);
+  std::vector<double> out_expected(images * s.out_size());
+  std::vector<double> in_adjoint_expected(images * s.in_size());
+  std::vector<double> weights_adjoint_expected(s.weight_count());
+  for (std::size_t n = 0; n < images; ++n) {
+    const std::size_t a = n * s.in_size();
+    const std::size_t b = n * s.out_size();
+    for (std::size_t o = 0; o < s.out_size(); ++o)
+      out_expected[b + o] = static_cast<double>(bias.data()[o % s.out_channels]);
+    for_each_product(s, [&](std::size_t i, std::size_t w, std::size_t o) {
+      const auto x = static_cast<double>(in.data()[a + i]);
+      const auto g = static_cast<double>(adjoint.data()[b + o]);
+      out_expected[b + o] += x * static_cast<double>(weights.data()[w]);
+      in_adjoint_expected[a + i] += g * static_cast<double>(weights.data()[w]);
+      weights_adjoint_expected[w] += g * x;
+    });
+  }
+  for (double& value : out_expected) value = value > 0 ? value : value * 0.125;
+  for (double& value : in_adjoint_expected) value += 1;
+  for (double& value : weights_adjoint_expected) value += 1;
+
+  // Sums of at most `longest` products below 1 wander off by about ε·longest; 8 covers the worst of all.
+  const std::size_t longest = std::max(
+      {s.group_in() * s.taps(), s.group_out() * s.taps(), images * s.rows.output * s.columns.output});
+  const double tolerance =
+      8 * static_cast<double>(longest + 1) * static_cast<double>(std::numeric_limits<T>::epsilon());
+  const auto weight_at = [&](std::size_t i) { return weights.data()[i]; };
+  nn::Buffer<T> out(images * s.out_size());
+  out.fill_zero();
+  nn::convolve<T>(nn::pack_convolution<T>(s, weight_at), images, in.data(), {bias.data(), false, T(0.125)},
+                  out.data(), s.out_size());
+  CHECK(largest_difference(out, out_expected) <= tolerance);
+
+  nn::Buffer<T> in_adjoint(images * s.in_size());
+  for (std::size_t i = 0; i < in_adjoint.size(); ++i) in_adjoint.data()[i] = 1;
+  for (const auto& part : nn::pack_convolution_adjoint<T>(s, weight_at))
+    nn::convolve<T>(part, images, adjoint.data(), {nullptr, true, 1}, in_adjoint.data(), s.in_size());
+  CHECK(largest_difference(in_adjoint, in_adjoint_expected) <= tolerance);
+
+  nn::Buffer<T> weights_adjoint(s.weight_count());
+  nn::Buffer<T> partial;
+  for (std::size_t i = 0; i < weights_adjoint.size(); ++i) weights_adjoint.data()[i] = 1;
+  nn::convolution_weight_adjoint<T>(s, images, in.data(), adjoint.data(), partial, weights_adjoint.data());
+  CHECK(largest_difference(weights_adjoint, weights_adjoint_expected) <= tolerance);
+}
+}  // namespace
+
+TEMPLATE_TEST_CASE("convolution and its adjoints equal the sums of their definition", "[nn][convolution]",
+                   float, double) {
+  for (const auto& shape : shapes()) check_shape<TestType>(shape, 2);
+  check_shape<TestType>(nn::square_convolution(5, 6, 9, 10, 3, 1, 1), 7);
+}
+
+TEST_CASE("an adjoint that covers its input overwrites all of it", "[nn][convolution]") {
+  for (const auto& s : shapes()) {
+    if (!nn::adjoint_covers_input(s)) continue;
+    const auto weights = random_buffer<float>(s.weight_count(), 2);
+    const auto adjoint = random_buffer<float>(s.out_size(), 4);
+    nn::Buffer<float> in_adjoint(s.in_size());
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 0; i < s.in_size(); ++i) in_adjoint.data()[i] = nan;
+    for (const auto& part :
+         nn::pack_convolution_adjoint<float>(s, [&](std::size_t i) { return weights.data()[i]; }))
+      nn::convolve<float>(part, 1, adjoint.data(), {}, in_adjoint.data(), s.in_size());
+    bool is_finite = true;
+    for (std::size_t i = 0; i < s.in_size(); ++i)
+      is_finite = is_finite && std::isfinite(in_adjoint.data()[i]);
+    CHECK(is_finite);
+  }
+}
+
+TEST_CASE("every instruction set of this machine computes the same tile", "[nn][vector_kernels]") {
+  const auto in = random_buffer<double>(12 * 40, 1);
+  const auto weights = random_buffer<double>(40 * 16, 2);
+  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set) {
+    const auto kernels = nn::kernels_of<double>(static_cast<nn::InstructionSet>(set));
+    for (std::size_t registers = 1; registers <= 2; ++registers)
+      for (std::size_t rows = 1; rows <= kernels.tile_rows; ++rows) {
+        const std::size_t width = registers * kernels.lanes;
+        nn::Buffer<double> out(rows * width);
+        nn::ReduceArguments<double> tile{
+            in.data(), 40, 20, 1, weights.data(), 2, 20, out.data(), static_cast<std::ptrdiff_t>(width),
+            width - 1, {}};
+        out.fill_zero();
+        kernels.reduce[registers - 1][rows - 1](tile);
+        for (std::size_t p = 0; p < rows; ++p)
+          for (std::size_t lane = 0; lane < width; ++lane) {
+            double expected = 0;
+            for (std::size_t r = 0; r < 40; ++r)
+              expected += in.data()[p * 40 + r] * weights.data()[r * width + lane] * (lane + 1 < width);
+            CHECK(std::abs(out.data()[p * width + lane] - expected) < 1e-13);
+          }
+      }
+  }
+}
