@@ -25,9 +25,11 @@ class Barycentric {
               2 * camera.tan_half_fov_y / static_cast<double>(sample_rows)},
         first_{step_[0] / 2 - camera.tan_half_fov_x, step_[1] / 2 - camera.tan_half_fov_y} {}
 
-  /// Sets the face that at() is about; corners in view space.
+  /// Sets the face that at() is about, of always the same mesh; corners in view space.
   void select(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
               std::int32_t face) {
+    if (face == face_) return;
+    face_ = face;
     std::array<geometry::Vector3, 3> corners;
     for (std::size_t k = 0; k < 3; ++k) {
       corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[static_cast<std::size_t>(face)][k])];
@@ -42,14 +44,14 @@ class Barycentric {
                                 first_[1] + step_[1] * static_cast<double>(row), 1};
     std::array<double, 3> weight{geometry::dot(ray, cross_[0]), geometry::dot(ray, cross_[1]),
                                  geometry::dot(ray, cross_[2])};
-    const double sum = weight[0] + weight[1] + weight[2];
+    const double inverse_sum = 1 / (weight[0] + weight[1] + weight[2]);
     double clamped_sum = 0;
     for (double& value : weight) {
-      value = std::max(value / sum, 0.0);
+      value = std::max(value * inverse_sum, 0.0);
       clamped_sum += value;
     }
     if (!(clamped_sum >= 0.5 && clamped_sum <= 1e6)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
-    for (double& value : weight) value /= clamped_sum;
+    for (double& value : weight) value *= 1 / clamped_sum;
     return weight;
   }
 
@@ -57,6 +59,7 @@ class Barycentric {
   std::array<double, 2> step_;
   std::array<double, 2> first_;
   std::array<geometry::Vector3, 3> cross_{};
+  std::int32_t face_ = -1;
 };
 
 }  // namespace tapestry::raster

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>

@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <utility>
