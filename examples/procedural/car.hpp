@@ -2,7 +2,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "car_body.hpp"
 #include "car_shape.hpp"
@@ -35,23 +38,25 @@ inline void add_wheel(MeshBuilder& builder, const Point& outer, double radius, c
                                                 {0.93, 0.21},
                                                 {0.0, 0.21}}};
   const double sign = outer[1] > 0 ? 1 : -1;
-  const auto vertex = [&](const Step& step, std::size_t sector) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(sector % sectors) / double(sectors);
-    return builder.vertex({outer[0] + step.radius * radius * std::cos(angle), outer[1] - sign * step.depth,
-                           outer[2] + step.radius * radius * std::sin(angle)});
-  };
-  for (std::size_t ring = 0; ring + 1 < profile.size(); ++ring)
+  std::vector<std::int32_t> inner, ring(sectors);
+  for (std::size_t step = 0; step < profile.size(); ++step) {
     for (std::size_t sector = 0; sector < sectors; ++sector) {
-      const bool gap = ring == 1 && sector % 4 >= 2;
-      const std::int32_t material = ring >= 3 ? materials.tyre : gap ? materials.trim : materials.rim;
-      const std::array<std::int32_t, 4> corners{
-          vertex(profile[ring], sector), vertex(profile[ring], sector + 1),
-          vertex(profile[ring + 1], sector + 1), vertex(profile[ring + 1], sector)};
-      if (sign < 0)
-        builder.quad({corners[0], corners[3], corners[2], corners[1]}, material);
-      else
-        builder.quad(corners, material);
+      const double angle = 2 * std::numbers::pi * static_cast<double>(sector) / static_cast<double>(sectors);
+      const double r = profile[step].radius * radius;
+      ring[sector] = builder.vertex({outer[0] + r * std::cos(angle), outer[1] - sign * profile[step].depth,
+                                     outer[2] + r * std::sin(angle)});
     }
+    for (std::size_t sector = 0; step > 0 && sector < sectors; ++sector) {
+      const std::size_t next = (sector + 1) % sectors;
+      const bool gap = step == 2 && sector % 4 >= 2;
+      const std::int32_t material = step >= 4 ? materials.tyre : gap ? materials.trim : materials.rim;
+      if (sign < 0)
+        builder.quad({inner[sector], ring[sector], ring[next], inner[next]}, material);
+      else
+        builder.quad({inner[sector], inner[next], ring[next], ring[sector]}, material);
+    }
+    inner = ring;
+  }
 }
 
 inline void add_mirrors(MeshBuilder& builder, const CarShape& shape, std::int32_t material) {
@@ -60,6 +65,30 @@ inline void add_mirrors(MeshBuilder& builder, const CarShape& shape, std::int32_
   const double z = shape.belt(x) + 0.04;
   builder.box({x - 0.06, y - 0.05, z}, {x + 0.05, y + 0.13, z + 0.13}, material);
   builder.box({x - 0.06, -y - 0.13, z}, {x + 0.05, -y + 0.05, z + 0.13}, material);
+}
+/// Rounds to tenths of a millimetre, uv to 10⁻⁴, so that the mesh's file is short and exact.
+inline void round_coordinates(geometry::Mesh& mesh) {
+  for (Point& position : mesh.positions)
+    for (double& coordinate : position) coordinate = std::round(coordinate * 1e4) / 1e4;
+  for (Uv& uv : mesh.uvs)
+    for (double& coordinate : uv) coordinate = std::round(coordinate * 1e4) / 1e4;
+}
+
+/// Drops the uv coordinates that no face uses.
+inline void drop_unused_uvs(geometry::Mesh& mesh) {
+  std::vector<std::int32_t> place(mesh.uvs.size(), -1);
+  std::vector<Uv> used;
+  for (geometry::Corners& corners : mesh.face_uvs)
+    for (std::int32_t& uv : corners) {
+      if (uv < 0) continue;
+      std::int32_t& index = place[static_cast<std::size_t>(uv)];
+      if (index < 0) {
+        index = static_cast<std::int32_t>(used.size());
+        used.push_back(mesh.uvs[static_cast<std::size_t>(uv)]);
+      }
+      uv = index;
+    }
+  mesh.uvs = std::move(used);
 }
 }  // namespace detail
 
@@ -88,6 +117,8 @@ inline void add_mirrors(MeshBuilder& builder, const CarShape& shape, std::int32_
   detail::add_mirrors(builder, shape, materials.trim);
   for (Point& position : builder.mesh().positions)
     for (std::size_t axis = 0; axis < 3; ++axis) position[axis] *= options.stretch[axis];
+  detail::drop_unused_uvs(builder.mesh());
+  detail::round_coordinates(builder.mesh());
   return std::move(builder.mesh());
 }
 

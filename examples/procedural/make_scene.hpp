@@ -123,8 +123,9 @@ inline void add_vehicles(SceneBuilder& builder, const StreetPlan& plan, const Sc
       const double along = random.uniform(-28, 28);
       const double across = random.uniform(-1, 1) * (plan.half_width - 1.1);
       const Point place = plan.pose({along, across, 0});
-      const double heading = (random.chance(0.5) ? 0 : std::numbers::pi) + 0.06 * random.normal() +
-                             (plan.half_width > 8 && random.chance(0.5) ? std::numbers::pi / 2 : 0);
+      double heading = 0.06 * random.normal();
+      if (random.chance(0.5)) heading += std::numbers::pi;
+      if (plan.half_width > 8 && random.chance(0.5)) heading += std::numbers::pi / 2;
       if (!builder.in_view(place[0], place[1], 0) || !builder.is_free(place[0], place[1], 2.4)) continue;
       const Pose pose{place[0], place[1], plan.pose.yaw_rad + heading};
       CarOptions car;
@@ -181,7 +182,11 @@ inline void add_occluder(SceneBuilder& builder, Random& random) {
   const double side = random.uniform(-1.7, 1.7) * (1 - range / length);
   const Pose pose{(eye[0] * range - eye[1] * side) / length, (eye[1] * range + eye[0] * side) / length,
                   random.uniform(0, 2 * std::numbers::pi)};
-  place_prop(builder, any_prop(random, random.chance(0.15)), pose);
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    const Prop prop = any_prop(random, random.chance(0.15));
+    if (prop.radius * length / (length - range) > 0.8) continue;  // as wide as it looks at the car
+    return place_prop(builder, prop, pose);
+  }
 }
 
 inline void set_sky(Scene& scene, Random& random) {

@@ -90,9 +90,10 @@ class PaintPattern {
                                           : random.uniform();
     scale_ = std::exp(random.uniform(std::log(0.08), std::log(0.9)));
     grey_ = kind == PaintKind::soft_noise && random.chance(0.15);
-    if (kind == PaintKind::patches)
-      for (std::size_t i = 0; i < 24 + random.index(60); ++i)
-        centres_.push_back({random.uniform(-2.5, 2.5), random.uniform(-1, 1), random.uniform(0.2, 1.9)});
+    if (kind != PaintKind::patches) return;
+    const std::size_t centre_count = 24 + random.index(60);
+    for (std::size_t i = 0; i < centre_count; ++i)
+      centres_.push_back({random.uniform(-2.5, 2.5), random.uniform(-1, 1), random.uniform(0.2, 1.9)});
   }
 
   [[nodiscard]] Colour operator()(const Point& point) const {

@@ -226,7 +226,8 @@ class Shader {
       const Colour sum = shader(samples.data(), samples.size(), row, column);
       for (std::size_t c = 0; c < 3; ++c) {
         float value = sum[c] / 4;
-        if (scene.sensor_noise > 0) value += static_cast<float>(scene.sensor_noise * detail::nearly_normal(noise));
+        if (scene.sensor_noise > 0)
+          value += static_cast<float>(scene.sensor_noise * detail::nearly_normal(noise));
         picture.image(row, column, c) = std::clamp(value, 0.0F, 1.0F);
       }
     }

@@ -93,8 +93,9 @@ inline void add_patches(MeshBuilder& builder, const StreetPlan& plan, Random& ra
   const std::size_t count = random.index(7);
   for (std::size_t i = 0; i < count; ++i) {
     const auto patch = builder.material("", scaled(plan.road, random.uniform(0.7, 1.2)));
-    add_rectangle(builder, random.uniform(-12, 12), random.uniform(-1, 1) * (plan.half_width - 0.6),
-                  random.uniform(0.2, 2.5), random.uniform(0.2, 0.55), 0.01, patch);
+    const double x = random.uniform(-12, 12), y = random.uniform(-1, 1) * (plan.half_width - 0.6);
+    const double half_x = random.uniform(0.2, 2.5), half_y = random.uniform(0.2, 0.55);
+    add_rectangle(builder, x, y, half_x, half_y, 0.01, patch);
   }
   if (random.chance(0.3)) {  // tyre tracks
     const auto track = builder.material("", scaled(plan.road, random.uniform(0.8, 0.95)));
