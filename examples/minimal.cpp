@@ -1,4 +1,5 @@
 // One tape; a scalar, an array, and an operation of our own with its pullback.
+#include <cmath>
 #include <cstdio>
 #include <tapestry/autodiff/array_functions.hpp>
 

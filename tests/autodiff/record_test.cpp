@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <stdexcept>
+#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
@@ -206,4 +207,35 @@ TEST_CASE("rewinding drops records and what they keep", "[autodiff][record]") {
     CHECK(kept.use_count() == 1);
   }
   CHECK(tape.record_count() == 1);
+}
+
+TEST_CASE("an operation may have several results", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 1>{1, 2, 3});
+  int calls = 0;
+  const auto split = tapestry::record_arrays<double, 1>(
+      {{1, 2}, {3}, {1, 2, 3}},
+      [&](const std::vector<const Array<double, 1>*>& parts, Array<double, 1>* by_x) {
+        ++calls;
+        CHECK(parts[2] == nullptr);
+        for (std::size_t i = 0; i < 3; ++i) {
+          const Array<double, 1>* const part = parts[i / 2];
+          if (part != nullptr) (*by_x)(i) += (*part)(i % 2);
+        }
+      },
+      x);
+  CHECK(tape.record_count() == 2);
+  tape.reverse(Variable<double>(2 * sum_of_squares(split[0]) + sum_of_squares(split[1])));
+  CHECK(x.adjoint() == Array<double, 1>{4, 8, 6});
+  tape.reverse(sum_of_squares(split[1]));
+  CHECK(x.adjoint() == Array<double, 1>{0, 0, 6});
+  CHECK(calls == 2);
+  tape.reverse(sum_of_squares(x));
+  CHECK(calls == 2);
+  tape.clear();
+  CHECK_THROWS_AS(split[0].adjoint(), DomainError);
+  CHECK_FALSE(tapestry::record_arrays<double, 1>(
+                  {{1}}, [](auto&&...) {}, x.value())[0]
+                  .is_active());
 }

@@ -8,6 +8,7 @@
 #include <tapestry/core/array.hpp>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace tapestry {
 namespace detail {
@@ -92,6 +93,36 @@ class ScalarRecord final : public TapeRecord<T> {
   std::tuple<Slots...> slots_;
 };
 
+/// An operation whose results are several arrays.
+template <class T, std::size_t Rank, class Pullback, class... Slots>
+class ArraysRecord final : public TapeRecord<T> {
+ public:
+  using Adjoints = std::vector<std::shared_ptr<ArrayAdjoint<T, Rank>>>;
+  ArraysRecord(Adjoints adjoints, Pullback pullback, Slots... slots)
+      : adjoints_(std::move(adjoints)), pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
+  ~ArraysRecord() override {
+    for (const auto& adjoint : adjoints_) adjoint->detach();
+  }
+  void pull_back(T* scalar_adjoints, std::size_t) override {
+    std::vector<const Array<T, Rank>*> touched;
+    bool any = false;
+    for (const auto& adjoint : adjoints_) {
+      touched.push_back(adjoint->is_touched() ? &adjoint->read() : nullptr);
+      any = any || touched.back() != nullptr;
+    }
+    if (!any) return;
+    std::apply([&](const auto&... slots) { pullback_(touched, slots.adjoint(scalar_adjoints)...); }, slots_);
+  }
+  void forget_adjoint() noexcept override {
+    for (const auto& adjoint : adjoints_) adjoint->forget();
+  }
+
+ private:
+  Adjoints adjoints_;
+  Pullback pullback_;
+  std::tuple<Slots...> slots_;
+};
+
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 [[nodiscard]] ArrayVariable<T, Rank> record_array_slots(std::shared_ptr<const Array<T, Rank>> value,
                                                         Pullback pullback, Slots... slots) {
@@ -103,6 +134,25 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
   const Link link =
       state.append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slots)...));
   return {std::move(value), std::move(adjoint), link};
+}
+
+template <class T, std::size_t Rank, class Pullback, class... Slots>
+[[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_arrays_slots(std::vector<Array<T, Rank>> values,
+                                                                      Pullback pullback, Slots... slots) {
+  std::vector<ArrayVariable<T, Rank>> results;
+  for (Array<T, Rank>& value : values) results.emplace_back(std::move(value));
+  if (!(slots.link.is_active() || ...)) return results;
+  TapeState<T>& state = TapeState<T>::require_active();
+  require_own_slots(state, slots...);
+  using Record = ArraysRecord<T, Rank, Pullback, Slots...>;
+  typename Record::Adjoints adjoints;
+  for (const auto& result : results)
+    adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape()));
+  const Link link =
+      state.append_record(std::make_unique<Record>(adjoints, std::move(pullback), std::move(slots)...));
+  for (std::size_t i = 0; i < results.size(); ++i)
+    results[i] = ArrayVariable<T, Rank>(results[i].shared_value(), adjoints[i], link);
+  return results;
 }
 
 template <class T, class Pullback, class... Slots>
@@ -143,6 +193,16 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
                                                   Pullback pullback, const Inputs&... inputs) {
   return detail::record_array_slots<T, Rank>(std::move(value), std::move(pullback),
                                              detail::slot_of<T>(inputs)...);
+}
+
+/// The same for several results of one operation, such as the heads of a network. The tape calls
+/// pullback(const std::vector<const Array<T, Rank>*>& value_adjoints, input_adjoint*...), where the adjoint
+/// of a result that nothing depends on is null.
+template <class T, std::size_t Rank, class Pullback, class... Inputs>
+[[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_arrays(std::vector<Array<T, Rank>> values,
+                                                                Pullback pullback, const Inputs&... inputs) {
+  return detail::record_arrays_slots<T, Rank>(std::move(values), std::move(pullback),
+                                              detail::slot_of<T>(inputs)...);
 }
 
 /// Puts an operation with a scalar result and its pullback on the active tape. As record_array(), but the
