@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/file_source.hpp>
 #include <tapestry/io/png_scan.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::io {
@@ -65,16 +67,16 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
 
 /// Reads a PNG as RGB, [H, W, 3]. The file's content decides what it is, not its name.
 ///
-/// Every kind of PNG is converted: grey is repeated in the three channels, palettes are looked up, 1 to 4
-/// bits are scaled to 0-255, of 16 bits the upper 8 are kept. Transparency is dropped and colours are taken
-/// as stored (PNG does not premultiply); colour profiles and gamma are ignored.
+/// Every kind of PNG is converted: grey is repeated in the three channels, palettes are looked up (black
+/// beyond their end), 1 to 4 bits are scaled to 0-255, of 16 bits the upper 8 are kept. Transparency is
+/// dropped and colours are taken as stored (PNG does not premultiply); colour profiles and gamma are ignored.
 ///
 /// \throws FileError: malformed (not a PNG, damaged, checksums included), limit (over 16,384 a side or 64
 /// Mpx)
 [[nodiscard]] inline Array<std::uint8_t, 3> read_image(const std::string& path) {
-  const std::string file = read_text_file(path, png_file_limit);
+  std::string file = read_text_file(path, png_file_limit);
   const PngHeader header = scan_png(file, path);
-  const auto pixels = detail::decode_png_8(file, 3);
+  const auto pixels = detail::decode_png_8(with_whole_palette(std::move(file), header), 3);
   detail::require_decoded(pixels, header.height * header.width * 3, path);
   Array<std::uint8_t, 3> image(Extents<3>{header.height, header.width, 3});
   std::copy(pixels.begin(), pixels.end(), image.data());
@@ -85,9 +87,9 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
 /// (77 R + 150 G + 29 B) / 256; transparency is dropped. No threshold is applied. Throws as read_image()
 /// does.
 [[nodiscard]] inline Array<float, 2> read_mask(const std::string& path) {
-  const std::string file = read_text_file(path, png_file_limit);
+  std::string file = read_text_file(path, png_file_limit);
   const PngHeader header = scan_png(file, path);
-  const auto pixels = detail::decode_png_16(file, 1);
+  const auto pixels = detail::decode_png_16(with_whole_palette(std::move(file), header), 1);
   detail::require_decoded(pixels, header.height * header.width, path);
   Array<float, 2> mask(Extents<2>{header.height, header.width});
   for (std::size_t i = 0; i < pixels.size(); ++i) mask.data()[i] = static_cast<float>(pixels[i]) / 65535.0F;

@@ -63,9 +63,10 @@ inline void check_mtl(std::string_view text, const std::string& path, std::vecto
   std::istringstream stream(text);
   tinyobj::LoadMtl(&index, &parsed, &stream, &warning, &error);
   std::vector<geometry::Material> materials;
-  for (const auto& material : parsed) {
-    const auto same_name = [&](const geometry::Material& other) { return other.name == material.name; };
-    if (material.name.empty() || std::any_of(materials.begin(), materials.end(), same_name)) continue;
+  for (std::size_t i = 0; i < parsed.size(); ++i) {
+    const auto& material = parsed[i];
+    if (material.name.empty() || index.at(material.name) != static_cast<int>(i))
+      continue;  // an earlier one counts
     std::array<float, 3> colour{};
     for (std::size_t c = 0; c < 3; ++c)
       colour[c] = std::clamp(static_cast<float>(material.diffuse[c]), 0.0F, 1.0F);

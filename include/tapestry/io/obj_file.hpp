@@ -84,6 +84,8 @@ class ObjParser {
   }
 
   void warn(const std::string& what) {
+    constexpr std::size_t most = 100;  // a broken file could fill memory with them
+    if (loaded_.warnings.size() >= most) return;
     loaded_.warnings.push_back(lines_.path() + ":" + std::to_string(lines_.number()) + ": " + what);
   }
 
@@ -176,7 +178,7 @@ class ObjParser {
     const auto next = static_cast<std::int32_t>(loaded_.mesh.materials.size());
     const auto [found, added] = material_indices_.try_emplace(std::string(name), next);
     if (added) {
-      loaded_.mesh.materials.push_back({std::string(name), geometry::Material{}.colour});
+      append(loaded_.mesh.materials, {std::string(name), geometry::Material{}.colour});
       warn("material " + in_quotes(name) + " is not defined before; it gets a default colour");
     }
     return found->second;

@@ -24,6 +24,8 @@ struct PngHeader {
   unsigned bits = 0;         ///< a channel
   unsigned colour_type = 0;  ///< 0 grey, 2 RGB, 3 palette, 4 grey and alpha, 6 RGB and alpha
   bool interlaced = false;
+  std::size_t palette_at = 0;    ///< offset of the palette's chunk, 0 without one
+  std::size_t palette_size = 0;  ///< bytes of its content
 };
 
 namespace detail {
@@ -36,7 +38,6 @@ class PngScan {
   PngHeader scan() {
     using namespace std::string_view_literals;
     if (!file_.starts_with("\x89PNG\r\n\x1a\n"sv)) not_a_png();
-    bool palette = false;
     bool ended = false;
     for (std::size_t at = 8; !ended;) {
       const std::size_t size = chunk_size(at);
@@ -44,14 +45,19 @@ class PngScan {
       const std::string_view content = file_.substr(at + 8, size);
       if ((at == 8) != (type == "IHDR")) fail(at, "PNG does not begin with its one header chunk");
       if (type == "IHDR") read_header(content);
-      if (type == "PLTE") palette = true;
+      if (type == "PLTE") {
+        if (size == 0 || size % 3 != 0 || size > 768 || header_.palette_at != 0)
+          fail(at, "PNG palette is damaged");
+        header_.palette_at = at;
+        header_.palette_size = size;
+      }
       if (type == "IDAT") pieces_.push_back(content);
       if (type[0] < 'a' && type != "IHDR" && type != "PLTE" && type != "IDAT" && type != "IEND")
         fail(at, "PNG has an unknown chunk that must not be skipped");
       ended = type == "IEND";
       at += size + 12;
     }
-    if (header_.colour_type == 3 && !palette) fail(33, "PNG lacks its palette");
+    if (header_.colour_type == 3 && header_.palette_at == 0) fail(33, "PNG lacks its palette");
     if (pieces_.empty()) fail(33, "PNG has no picture data");
     check_picture();
     return header_;
@@ -203,6 +209,15 @@ class PngScan {
 /// \throws FileError: malformed, limit (over 16,384 a side or 64 Mpx)
 [[nodiscard]] inline PngHeader scan_png(std::string_view file, const std::string& path) {
   return detail::PngScan(file, path).scan();
+}
+
+/// A verified PNG in which a palette has all its 256 entries, black where the file has none: stb would read
+/// what happens to lie in memory for a pixel beyond the palette. Checksums are no longer right.
+[[nodiscard]] inline std::string with_whole_palette(std::string file, const PngHeader& header) {
+  if (header.palette_at == 0 || header.palette_size == 768) return file;
+  file.insert(header.palette_at + 8 + header.palette_size, 768 - header.palette_size, '\0');
+  file.replace(header.palette_at, 4, std::string("\0\0\3\0", 4));
+  return file;
 }
 
 }  // namespace tapestry::io

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -130,8 +131,8 @@ class ZipArchive {
     if (member.method != 0 && member.method != 8)
       fail(at + 10, "member '" + member.name + "' is packed by an unknown method",
            "0 (stored) or 8 (deflate)", std::to_string(member.method));
-    for (const Member& other : members_)
-      if (other.name == member.name) fail(at, "two members are named '" + member.name + "'", "", "");
+    if (!names_.insert(bytes_.substr(at + entry_size, name_size)).second)
+      fail(at, "two members are named '" + member.name + "'", "", "");
     require_plausible(member, at);
     members_.push_back(std::move(member));
     return next;
@@ -194,6 +195,7 @@ class ZipArchive {
   std::string_view bytes_;
   std::string path_;
   std::vector<Member> members_;
+  std::unordered_set<std::string_view> names_;
 };
 
 }  // namespace tapestry::io
