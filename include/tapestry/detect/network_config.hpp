@@ -30,7 +30,7 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     if (config.layers[i].kind != LayerKind::yolo) continue;
     for (const std::size_t earlier : heads) {
-      if (shapes[earlier].reduction == shapes[i].reduction) {
+      if (shapes[earlier].row_reduction == shapes[i].row_reduction) {
         throw misfit(config, i, "another [yolo] layer has the same grid", "one head for each scale",
                      "the one on line " + std::to_string(config.layers[earlier].line));
       }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <utility>
 
 namespace tapestry::nn {
 
@@ -14,6 +15,16 @@ class Buffer {
  public:
   Buffer() = default;
   explicit Buffer(std::size_t count) { resize(count); }
+  Buffer(Buffer&& other) noexcept
+      : memory_(std::move(other.memory_)),
+        size_(std::exchange(other.size_, 0)),
+        capacity_(std::exchange(other.capacity_, 0)) {}
+  Buffer& operator=(Buffer&& other) noexcept {
+    memory_ = std::move(other.memory_);
+    size_ = std::exchange(other.size_, 0);
+    capacity_ = std::exchange(other.capacity_, 0);
+    return *this;
+  }
 
   /// Keeps no content. Memory grows only when `count` is larger than ever before.
   void resize(std::size_t count) {

@@ -14,7 +14,8 @@ struct FeatureShape {
   std::size_t channels = 0;
   std::size_t height = 0;
   std::size_t width = 0;
-  double reduction = 1;  ///< input pixels per cell along an edge
+  double row_reduction = 1;     ///< input pixels per cell, downwards
+  double column_reduction = 1;  ///< and to the right
 
   [[nodiscard]] std::size_t size() const { return channels * height * width; }
 };
@@ -70,7 +71,8 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
   const std::size_t extent = layer.dilation * (layer.size - 1) + 1;
   shape.height = window_count(config, index, shape.height, padding, extent);
   shape.width = window_count(config, index, shape.width, padding, extent);
-  shape.reduction *= static_cast<double>(layer.stride);
+  shape.row_reduction *= static_cast<double>(layer.stride);
+  shape.column_reduction *= static_cast<double>(layer.stride);
   if (is_pool) return;
   if (shape.channels % layer.groups != 0 || layer.filters % layer.groups != 0) {
     throw misfit(config, index, "groups=" + std::to_string(layer.groups) + " does not divide its channels",
@@ -115,13 +117,13 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
                      " classes do not match the filters before it",
                  std::to_string(needed) + " channels", std::to_string(shape.channels));
   }
-  const auto fits = [&](std::size_t input, std::size_t cells) {
-    return static_cast<double>(cells) * shape.reduction == static_cast<double>(input);
+  const auto fits = [](std::size_t input, std::size_t cells, double reduction) {
+    return static_cast<double>(cells) * reduction == static_cast<double>(input);
   };
-  if (!fits(height, shape.height) || !fits(width, shape.width)) {
+  if (!fits(height, shape.height, shape.row_reduction) || !fits(width, shape.width, shape.column_reduction)) {
     throw misfit(
         config, index, "the input does not divide into its cells",
-        "height and width that are multiples of " + std::to_string(static_cast<long>(shape.reduction)),
+        "height and width that are multiples of " + std::to_string(static_cast<long>(shape.row_reduction)),
         std::to_string(height) + " x " + std::to_string(width));
   }
 }
@@ -139,7 +141,8 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
     case LayerKind::upsample:
       shape.height *= layer.stride;
       shape.width *= layer.stride;
-      shape.reduction /= static_cast<double>(layer.stride);
+      shape.row_reduction /= static_cast<double>(layer.stride);
+      shape.column_reduction /= static_cast<double>(layer.stride);
       break;
     case LayerKind::route:
       return joined_shape(config, index, shapes);
@@ -154,7 +157,8 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
       }
       break;
     case LayerKind::avgpool:
-      shape.reduction *= static_cast<double>(shape.height);
+      shape.row_reduction *= static_cast<double>(shape.height);
+      shape.column_reduction *= static_cast<double>(shape.width);
       shape.height = shape.width = 1;
       break;
     case LayerKind::softmax:
@@ -182,7 +186,7 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
                             std::to_string(height) + " x " + std::to_string(width), ErrorKind::limit);
   }
   std::vector<FeatureShape> shapes;
-  FeatureShape image{config.channels, height, width, 1};
+  FeatureShape image{config.channels, height, width};
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     const LayerConfig& layer = config.layers[i];
     for (const std::size_t input : inputs_of(config, i)) {

@@ -1,0 +1,205 @@
+#pragma once
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/detect/head.hpp>
+#include <tapestry/detect/network/backward.hpp>
+#include <tapestry/detect/network/forward.hpp>
+#include <tapestry/detect/network/graph.hpp>
+#include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/network/prepared_weights.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/weight_file.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::detect {
+
+/// A detector of the YOLO-V3 family as Darknet describes it: forward, and backward to its input or to its
+/// parameters. Batch normalisation adds nn::batch_norm_epsilon inside the root; dropout passes everything
+/// on in every mode. Results are the same bits for any number of threads.
+template <std::floating_point T>
+class Network {
+ public:
+  /// \param input_height, input_width  of the pictures, in pixels; 0 takes the cfg's own
+  /// \throws FileError (mismatch or limit) if the layers do not fit that size
+  explicit Network(NetworkConfig config, std::size_t input_height = 0, std::size_t input_width = 0)
+      : graph_(detail::make_graph(std::move(config), input_height, input_width)),
+        parameters_(graph_.layout.count) {
+    for (const ParameterBlock& block : graph_.layout.blocks)
+      if (block.role == ParameterRole::scale || block.role == ParameterRole::variance) fill(block, 1);
+  }
+
+  [[nodiscard]] std::size_t input_height() const { return graph_.height; }
+  [[nodiscard]] std::size_t input_width() const { return graph_.width; }
+  [[nodiscard]] const std::vector<Head>& heads() const { return graph_.heads; }
+  [[nodiscard]] const NetworkConfig& config() const { return graph_.config; }
+  [[nodiscard]] const ParameterLayout& layout() const { return graph_.layout; }
+
+  /// Weights normal with variance 2 / (inputs of a filter), biases 0, batch normalisation the identity.
+  /// Source: He et al., "Delving deep into rectifiers" (2015), eq. 10.
+  void initialise(Random& random) {
+    for (const ParameterBlock& block : graph_.layout.blocks) {
+      fill(block, block.role == ParameterRole::scale || block.role == ParameterRole::variance ? T(1) : T(0));
+      if (block.role != ParameterRole::weight) continue;
+      const auto fan_in = static_cast<double>(block.count / graph_.config.layers[block.layer].filters);
+      const double deviation = std::sqrt(2 / fan_in);
+      for (std::size_t i = 0; i < block.count; ++i)
+        parameters_[block.offset + i] = static_cast<T>(deviation * random.normal());
+    }
+    cache_.forget();
+  }
+
+  /// Reads a Darknet weight file; errors as read_weight_file(), and then nothing changes.
+  /// \returns remarks on suspicious values
+  std::vector<std::string> read_weights(const std::string& path, const WeightFileOptions& options = {}) {
+    WeightFile file = read_weight_file(path, graph_.config, graph_.layout, options);
+    parameters_.assign(file.parameters.begin(), file.parameters.end());
+    images_seen_ = file.images_seen;
+    cache_.forget();
+    return std::move(file.warnings);
+  }
+
+  /// Writes a Darknet weight file, rounding to float; errors as write_weight_file().
+  void write_weights(const std::string& path) const {
+    std::vector<float> rounded;
+    rounded.reserve(parameters_.size());
+    for (const T value : parameters_) rounded.push_back(static_cast<float>(value));
+    write_weight_file(path, images_seen_, rounded);
+  }
+
+  [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }
+  void set_images_seen(std::uint64_t count) { images_seen_ = count; }
+
+  /// All parameters in the order of layout(), running statistics included. Once they have been handed out
+  /// for writing, every pass first compares them with those it prepared.
+  [[nodiscard]] std::vector<T>& parameters() {
+    cache_.watch();
+    return parameters_;
+  }
+  [[nodiscard]] const std::vector<T>& parameters() const { return parameters_; }
+
+  /// The same network in another precision.
+  template <std::floating_point U>
+  [[nodiscard]] Network<U> cast() const {
+    Network<U> other(graph_.config, graph_.height, graph_.width);
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+      other.parameters_[i] = static_cast<U>(parameters_[i]);
+    other.images_seen_ = images_seen_;
+    return other;
+  }
+
+  /// The same network for pictures of another size; errors as the constructor.
+  [[nodiscard]] Network resized(std::size_t input_height, std::size_t input_width) const {
+    Network other(graph_.config, input_height, input_width);
+    other.parameters_ = parameters_;
+    other.images_seen_ = images_seen_;
+    return other;
+  }
+
+  /// Logits of every head for a batch of pictures.
+  ///
+  /// \param images  [N, 3, H, W], RGB in [0, 1], N at least 1
+  /// \param pass    takes the logits, and what `mode` says is kept
+  /// \throws ShapeError unless images have the network's extents
+  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const {
+    if (images.shape(0) == 0) throw ShapeError("Network::forward: a batch of no images");
+    require_shape("Network::forward", "images", images,
+                  {images.shape(0), graph_.config.channels, graph_.height, graph_.width});
+    const auto weights = cache_.forward(graph_, parameters_, mode != Mode::training);
+    pass.mode = mode;
+    pass.images = images.shape(0);
+    pass.logits.resize(graph_.heads.size());
+    detail::ForwardPass<T>(graph_, parameters_, *weights, pass).run(images.data());
+  }
+
+  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, [N, 3, H, W].
+  /// \param pass  of forward() in another mode than inference; may be used again
+  /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
+  void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
+                     Array<T, 4>& images_adjoint) const {
+    require_pass("Network::input_adjoint", pass, logits_adjoint);
+    require_shape("Network::input_adjoint", "images_adjoint", images_adjoint,
+                  {pass.images, graph_.config.channels, graph_.height, graph_.width});
+    backward(pass, logits_adjoint, images_adjoint.data(), nullptr);
+  }
+
+  /// Adds (∂logits/∂parameters)ᵀ · logits_adjoint to parameters_adjoint, in the order of layout(); nothing
+  /// is added for running statistics.
+  /// \param pass  of forward() in Mode::training
+  void parameter_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
+                         std::vector<T>& parameters_adjoint) const {
+    require_pass("Network::parameter_adjoint", pass, logits_adjoint);
+    if (pass.mode != Mode::training)
+      throw DomainError("Network::parameter_adjoint: the pass was not for training");
+    if (parameters_adjoint.size() != parameters_.size()) {
+      throw ShapeError("Network::parameter_adjoint: parameters_adjoint is [" +
+                       std::to_string(parameters_adjoint.size()) + "], expected [" +
+                       std::to_string(parameters_.size()) + "]");
+    }
+    backward(pass, logits_adjoint, nullptr, parameters_adjoint.data());
+  }
+
+  /// Moves running means and variances a part of the way to those of a training pass:
+  /// running ← (1 − momentum)·running + momentum·batch, the variance unbiased.
+  void update_running_statistics(const Pass<T>& pass, double momentum = 0.1) {
+    if (pass.mode != Mode::training)
+      throw DomainError("Network::update_running_statistics: not a training pass");
+    for (std::size_t i = 0; i < graph_.config.layers.size(); ++i) {
+      if (!graph_.config.layers[i].batch_normalize) continue;
+      const auto& statistics = pass.layers[i].statistics;
+      const auto count = static_cast<double>(pass.images * graph_.shapes[i].height * graph_.shapes[i].width);
+      const double unbias = count > 1 ? count / (count - 1) : 1;
+      const auto move = [&](T& running, double batch) {
+        running = static_cast<T>((1 - momentum) * static_cast<double>(running) + momentum * batch);
+      };
+      for (std::size_t c = 0; c < statistics.mean.size(); ++c) {
+        move(parameters_[graph_.layout.layers[i].mean + c], statistics.mean[c]);
+        move(parameters_[graph_.layout.layers[i].variance + c], statistics.variance[c] * unbias);
+      }
+    }
+    cache_.forget();
+  }
+
+ private:
+  template <std::floating_point U>
+  friend class Network;
+
+  void fill(const ParameterBlock& block, T value) {
+    for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
+  }
+
+  void require_pass(const char* operation, const Pass<T>& pass,
+                    const std::vector<Array<T, 4>>& logits_adjoint) const {
+    if (pass.mode == Mode::inference || pass.layers.size() != graph_.image() + 1) {
+      throw DomainError(std::string(operation) +
+                        ": the pass kept nothing; run forward() for a gradient first");
+    }
+    if (logits_adjoint.size() != graph_.heads.size()) {
+      throw ShapeError(std::string(operation) + ": logits_adjoint has " +
+                       std::to_string(logits_adjoint.size()) + " arrays, expected " +
+                       std::to_string(graph_.heads.size()));
+    }
+    for (std::size_t h = 0; h < graph_.heads.size(); ++h)
+      require_shape(operation, "logits_adjoint", logits_adjoint[h], pass.logits[h].shape());
+  }
+
+  void backward(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint, T* images_adjoint,
+                T* parameters_adjoint) const {
+    const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
+    detail::BackwardPass<T>(graph_, parameters_, *weights, pass)
+        .run(logits_adjoint, images_adjoint, parameters_adjoint);
+  }
+
+  detail::Graph graph_;
+  std::vector<T> parameters_;
+  std::uint64_t images_seen_ = 0;
+  mutable detail::WeightCache<T> cache_;
+};
+
+}  // namespace tapestry::detect

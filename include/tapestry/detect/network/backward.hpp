@@ -1,0 +1,180 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <tapestry/detect/network/forward.hpp>
+#include <tapestry/nn/convolution_weight_adjoint.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::detect::detail {
+
+/// One backward pass, from the last layer to the first. Adjoints of values are made by the first reader
+/// that reaches them and added to by the others.
+template <class T>
+class BackwardPass {
+ public:
+  BackwardPass(const Graph& graph, const std::vector<T>& parameters, const AdjointWeights<T>& weights,
+               Pass<T>& pass)
+      : graph_(graph),
+        parameters_(parameters),
+        weights_(weights),
+        pass_(pass),
+        adjoints_(graph.image() + 1) {}
+
+  /// Adds to images_adjoint, [N, C, H, W], and to parameters_adjoint, each unless null.
+  void run(const std::vector<Array<T, 4>>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
+    wants_image_ = images_adjoint != nullptr;
+    parameters_adjoint_ = parameters_adjoint;
+    std::size_t head = graph_.heads.size();
+    for (std::size_t i = graph_.image(); i-- > 0;) {
+      if (graph_.config.layers[i].kind == LayerKind::yolo) {
+        --head;
+        read_logits(graph_.head_values[head], logits_adjoint[head]);
+      }
+      if (!graph_.makes_value(i) || adjoints_[i].empty()) continue;
+      run_layer(i);
+      pass_.workspace.give(std::move(adjoints_[i]));
+    }
+    auto& image = adjoints_[graph_.image()];
+    if (wants_image_ && !image.empty()) {
+      const FeatureShape& shape = graph_.shapes.back();
+      nn::channels_first(pass_.images, shape.channels, shape.height * shape.width, image.data(),
+                         images_adjoint, true);
+    }
+    pass_.workspace.give(std::move(image));
+    pass_.workspace.give(std::move(partial_));
+  }
+
+ private:
+  [[nodiscard]] std::size_t size_of(std::size_t value) const {
+    return pass_.images * graph_.shapes[value].size();
+  }
+  [[nodiscard]] std::size_t pixels_of(std::size_t value) const {
+    return pass_.images * graph_.shapes[value].height * graph_.shapes[value].width;
+  }
+
+  /// The adjoint of a value to add to; zero if nothing has been added before.
+  [[nodiscard]] T* summed_adjoint(std::size_t value) {
+    if (adjoints_[value].empty()) {
+      adjoints_[value] = pass_.workspace.take(size_of(value));
+      adjoints_[value].fill_zero();
+    }
+    return adjoints_[value].data();
+  }
+
+  void read_logits(std::size_t value, const Array<T, 4>& logits_adjoint) {
+    const FeatureShape& shape = graph_.shapes[value];
+    auto last = pass_.workspace.take(size_of(value));
+    nn::channels_last(pass_.images, shape.channels, shape.height * shape.width, logits_adjoint.data(),
+                      last.data());
+    add_whole(value, std::move(last));
+  }
+
+  /// Adds a buffer that nobody else needs.
+  void add_whole(std::size_t value, nn::Buffer<T>&& adjoint) {
+    if (adjoints_[value].empty()) {
+      adjoints_[value] = std::move(adjoint);
+      return;
+    }
+    nn::add(adjoint.data(), adjoints_[value].data(), size_of(value));
+    pass_.workspace.give(std::move(adjoint));
+  }
+
+  void run_layer(std::size_t i) {
+    const LayerConfig& layer = graph_.config.layers[i];
+    const std::size_t input = graph_.inputs[i].front();
+    const FeatureShape& in = graph_.shapes[input];
+    T* const adjoint = adjoints_[i].data();
+    switch (layer.kind) {
+      case LayerKind::convolutional:
+        convolve_adjoint(i, input, adjoint);
+        break;
+      case LayerKind::maxpool:
+        nn::max_pool_adjoint(graph_.pooling(i), pass_.images, pass_.layers[i].choice.data(), adjoint,
+                             summed_adjoint(input));
+        break;
+      case LayerKind::upsample:
+        nn::upsample_adjoint(pass_.images, in.height, in.width, in.channels, layer.stride, adjoint,
+                             summed_adjoint(input));
+        break;
+      case LayerKind::route:
+        join_adjoint(i, adjoint);
+        break;
+      case LayerKind::shortcut:
+        activation_adjoint(i, adjoint);
+        for (std::size_t k = 1; k < graph_.inputs[i].size(); ++k)
+          nn::add(adjoint, summed_adjoint(graph_.inputs[i][k]), size_of(i));
+        add_whole(input, std::move(adjoints_[i]));
+        break;
+      case LayerKind::avgpool:
+        nn::average_pool_adjoint(pass_.images, in.height * in.width, in.channels, adjoint,
+                                 summed_adjoint(input));
+        break;
+      case LayerKind::softmax:
+        nn::softmax_adjoint(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature,
+                            pass_.layers[i].output.data(), adjoint, summed_adjoint(input));
+        break;
+      case LayerKind::yolo:
+      case LayerKind::dropout:
+        break;  // makes no value
+    }
+  }
+
+  void activation_adjoint(std::size_t i, T* adjoint) {
+    const nn::Activation activation = graph_.config.layers[i].activation;
+    const auto& state = pass_.layers[i];
+    const T* kept = nn::slope_needs_argument(activation) ? state.argument.data() : state.output.data();
+    nn::activation_adjoint(activation, kept, adjoint, size_of(i));
+  }
+
+  void convolve_adjoint(std::size_t i, std::size_t input, T* adjoint) {
+    const LayerConfig& layer = graph_.config.layers[i];
+    activation_adjoint(i, adjoint);
+    T* const own_adjoint = parameters_adjoint_;
+    const ConvolutionParameters& own = graph_.layout.layers[i];
+    if (pass_.mode == Mode::training && layer.batch_normalize) {
+      const auto& state = pass_.layers[i];
+      nn::batch_norm_adjoint(state.statistics, parameters_.data() + own.scale, state.unnormalised.data(),
+                             pixels_of(i), adjoint,
+                             own_adjoint != nullptr ? own_adjoint + own.scale : nullptr,
+                             own_adjoint != nullptr ? own_adjoint + own.bias : nullptr);
+    } else if (own_adjoint != nullptr) {
+      nn::bias_adjoint(adjoint, pixels_of(i), layer.filters, own_adjoint + own.bias);
+    }
+    const nn::ConvolutionShape shape = graph_.convolution(i);
+    if (own_adjoint != nullptr) {
+      nn::convolution_weight_adjoint(shape, pass_.images, pass_.layers[input].output.data(), adjoint,
+                                     partial_, own_adjoint + own.weight);
+    }
+    if (input == graph_.image() && !wants_image_) return;
+    const bool is_first = adjoints_[input].empty();
+    const bool overwrites = is_first && nn::adjoint_covers_input(shape);
+    if (overwrites) adjoints_[input] = pass_.workspace.take(size_of(input));
+    T* const in_adjoint = overwrites ? adjoints_[input].data() : summed_adjoint(input);
+    for (const auto& part : weights_.convolutions[i])
+      nn::convolve<T>(part, pass_.images, adjoint, {nullptr, !overwrites, T(1)}, in_adjoint, shape.in_size());
+  }
+
+  void join_adjoint(std::size_t i, const T* adjoint) {
+    const LayerConfig& layer = graph_.config.layers[i];
+    for (const std::size_t value : graph_.inputs[i]) {
+      const std::size_t channels = graph_.shapes[value].channels;
+      const std::size_t count = channels / layer.groups;
+      copy_channels(adjoint, graph_.shapes[i].channels, summed_adjoint(value) + layer.group * count, channels,
+                    count, pixels_of(i), true);
+      adjoint += count;
+    }
+  }
+
+  const Graph& graph_;
+  const std::vector<T>& parameters_;
+  const AdjointWeights<T>& weights_;
+  Pass<T>& pass_;
+  std::vector<nn::Buffer<T>> adjoints_;
+  nn::Buffer<T> partial_;
+  bool wants_image_ = false;
+  T* parameters_adjoint_ = nullptr;
+};
+
+}  // namespace tapestry::detect::detail

@@ -1,0 +1,191 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/network/graph.hpp>
+#include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/network/prepared_weights.hpp>
+#include <tapestry/nn/batch_norm.hpp>
+#include <tapestry/nn/convolution.hpp>
+#include <tapestry/nn/layout.hpp>
+#include <tapestry/nn/pointwise.hpp>
+#include <tapestry/nn/pooling.hpp>
+#include <tapestry/nn/reduction.hpp>
+#include <tapestry/nn/upsample.hpp>
+#include <vector>
+
+namespace tapestry::detect::detail {
+
+/// Copies channels between activations: `count` channels of [pixels, from_pitch] to [pixels, to_pitch].
+template <class T>
+void copy_channels(const T* from, std::size_t from_pitch, T* to, std::size_t to_pitch, std::size_t count,
+                   std::size_t pixels, bool adds) {
+  constexpr std::size_t block = 1024;
+  parallel_for(block_count(pixels, block), [&](std::size_t b) {
+    const BlockRange range = block_range(b, pixels, block);
+    for (std::size_t p = range.begin; p < range.end; ++p) {
+      if (adds) {
+        nn::kernels<T>().add(from + p * from_pitch, to + p * to_pitch, count);
+      } else {
+        std::memcpy(to + p * to_pitch, from + p * from_pitch, count * sizeof(T));
+      }
+    }
+  });
+}
+
+/// One forward pass, layer by layer.
+template <class T>
+class ForwardPass {
+ public:
+  ForwardPass(const Graph& graph, const std::vector<T>& parameters, const ForwardWeights<T>& weights,
+              Pass<T>& pass)
+      : graph_(graph), parameters_(parameters), weights_(weights), pass_(pass) {}
+
+  void run(const T* images) {
+    const FeatureShape& image = graph_.shapes.back();
+    recycle();
+    T* const input = make_output(graph_.image());
+    nn::channels_last(pass_.images, image.channels, image.height * image.width, images, input);
+    std::size_t head = 0;
+    for (std::size_t i = 0; i < graph_.config.layers.size(); ++i) {
+      if (graph_.makes_value(i)) run_layer(i);
+      if (graph_.config.layers[i].kind == LayerKind::yolo) write_logits(i, head++);
+      for (const std::size_t value : graph_.inputs[i]) release_if_done(value, i);
+      if (graph_.makes_value(i) && graph_.last_use[i] == 0) release_if_done(i, 0);
+    }
+  }
+
+ private:
+  void recycle() {
+    for (auto& state : pass_.layers) {
+      pass_.workspace.give(std::move(state.output));
+      pass_.workspace.give(std::move(state.unnormalised));
+      pass_.workspace.give(std::move(state.argument));
+    }
+    pass_.layers.resize(graph_.image() + 1);
+  }
+
+  [[nodiscard]] std::size_t size_of(std::size_t value) const {
+    return pass_.images * graph_.shapes[value].size();
+  }
+  [[nodiscard]] std::size_t pixels_of(std::size_t value) const {
+    return pass_.images * graph_.shapes[value].height * graph_.shapes[value].width;
+  }
+  [[nodiscard]] const T* output_of(std::size_t value) const { return pass_.layers[value].output.data(); }
+  [[nodiscard]] T* make_output(std::size_t value) {
+    pass_.layers[value].output = pass_.workspace.take(size_of(value));
+    return pass_.layers[value].output.data();
+  }
+
+  /// True if the adjoint will ask for a value's output: for an activation's slope, softmax, or weights.
+  [[nodiscard]] bool keeps_output(std::size_t value) const {
+    if (pass_.mode == Mode::inference) return false;
+    if (pass_.mode == Mode::training) return true;
+    if (value == graph_.image()) return false;
+    const LayerConfig& layer = graph_.config.layers[value];
+    return layer.kind == LayerKind::softmax ||
+           (layer.activation != nn::Activation::linear && !nn::slope_needs_argument(layer.activation));
+  }
+
+  void release_if_done(std::size_t value, std::size_t layer) {
+    if (graph_.last_use[value] != layer || keeps_output(value)) return;
+    pass_.workspace.give(std::move(pass_.layers[value].output));
+  }
+
+  void run_layer(std::size_t i) {
+    const LayerConfig& layer = graph_.config.layers[i];
+    const FeatureShape& in = graph_.shapes[graph_.inputs[i].front()];
+    const T* from = output_of(graph_.inputs[i].front());
+    T* const to = make_output(i);
+    switch (layer.kind) {
+      case LayerKind::convolutional:
+        convolve(i, from, to);
+        break;
+      case LayerKind::maxpool: {
+        const auto choice_count = pass_.mode == Mode::inference ? 0 : size_of(i);
+        pass_.layers[i].choice.resize(choice_count);
+        nn::max_pool(graph_.pooling(i), pass_.images, from, to,
+                     choice_count > 0 ? pass_.layers[i].choice.data() : nullptr);
+        break;
+      }
+      case LayerKind::upsample:
+        nn::upsample(pass_.images, in.height, in.width, in.channels, layer.stride, from, to);
+        break;
+      case LayerKind::route:
+        join(i, to);
+        break;
+      case LayerKind::shortcut:
+        std::memcpy(to, from, size_of(i) * sizeof(T));
+        for (std::size_t k = 1; k < graph_.inputs[i].size(); ++k)
+          nn::add(output_of(graph_.inputs[i][k]), to, size_of(i));
+        activate(i, to);
+        break;
+      case LayerKind::avgpool:
+        nn::average_pool(pass_.images, in.height * in.width, in.channels, from, to);
+        break;
+      case LayerKind::softmax:
+        nn::softmax(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature, from,
+                    to);
+        break;
+      case LayerKind::yolo:
+      case LayerKind::dropout:
+        break;  // makes no value
+    }
+  }
+
+  void convolve(std::size_t i, const T* from, T* to) {
+    const LayerConfig& layer = graph_.config.layers[i];
+    const bool is_leaky = nn::is_piecewise_linear(layer.activation);
+    const T slope = is_leaky ? nn::negative_slope<T>(layer.activation) : T(1);
+    const std::size_t size = graph_.shapes[i].size();
+    if (pass_.mode != Mode::training || !layer.batch_normalize) {
+      nn::convolve<T>(weights_.convolutions[i], pass_.images, from, {weights_.biases[i].data(), false, slope},
+                      to, size);
+    } else {
+      auto& state = pass_.layers[i];
+      const ConvolutionParameters& own = graph_.layout.layers[i];
+      state.unnormalised = pass_.workspace.take(size_of(i));
+      nn::convolve<T>(weights_.convolutions[i], pass_.images, from, {}, state.unnormalised.data(), size);
+      state.statistics = nn::batch_statistics(state.unnormalised.data(), pixels_of(i), layer.filters);
+      nn::batch_norm(state.statistics, parameters_.data() + own.scale, parameters_.data() + own.bias,
+                     state.unnormalised.data(), pixels_of(i), slope, to);
+    }
+    if (!is_leaky) activate(i, to);
+  }
+
+  void activate(std::size_t i, T* values) {
+    const nn::Activation activation = graph_.config.layers[i].activation;
+    if (pass_.mode != Mode::inference && nn::slope_needs_argument(activation)) {
+      pass_.layers[i].argument = pass_.workspace.take(size_of(i));
+      std::memcpy(pass_.layers[i].argument.data(), values, size_of(i) * sizeof(T));
+    }
+    nn::activate(activation, values, size_of(i));
+  }
+
+  void join(std::size_t i, T* to) {
+    const LayerConfig& layer = graph_.config.layers[i];
+    for (const std::size_t value : graph_.inputs[i]) {
+      const std::size_t channels = graph_.shapes[value].channels;
+      const std::size_t count = channels / layer.groups;
+      copy_channels(output_of(value) + layer.group * count, channels, to, graph_.shapes[i].channels, count,
+                    pixels_of(i), false);
+      to += count;
+    }
+  }
+
+  void write_logits(std::size_t i, std::size_t head) {
+    const FeatureShape& shape = graph_.shapes[i];
+    auto& logits = pass_.logits[head];
+    logits.resize({pass_.images, shape.channels, shape.height, shape.width});
+    nn::channels_first(pass_.images, shape.channels, shape.height * shape.width,
+                       output_of(graph_.inputs[i].front()), logits.data(), false);
+  }
+
+  const Graph& graph_;
+  const std::vector<T>& parameters_;
+  const ForwardWeights<T>& weights_;
+  Pass<T>& pass_;
+};
+
+}  // namespace tapestry::detect::detail

@@ -1,0 +1,76 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <tapestry/detect/head.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/nn/convolution_geometry.hpp>
+#include <tapestry/nn/pooling.hpp>
+#include <vector>
+
+namespace tapestry::detect::detail {
+
+/// A network at one input size, with layers that only pass something on (dropout, yolo, a route of one
+/// whole layer) seen through. Values are numbered by the layer that makes them; the image comes last.
+struct Graph {
+  NetworkConfig config;
+  std::size_t height = 0;
+  std::size_t width = 0;
+  std::vector<FeatureShape> shapes{};              ///< of each value, the image included
+  std::vector<std::size_t> value_of{};             ///< the value that a layer's output is
+  std::vector<std::vector<std::size_t>> inputs{};  ///< values that each layer reads
+  std::vector<std::size_t> last_use{};             ///< layer that reads each value last
+  ParameterLayout layout{};
+  std::vector<Head> heads{};
+  std::vector<std::size_t> head_values{};  ///< the value that each head's logits are
+
+  [[nodiscard]] std::size_t image() const { return config.layers.size(); }
+  [[nodiscard]] bool makes_value(std::size_t layer) const { return value_of[layer] == layer; }
+
+  [[nodiscard]] nn::ConvolutionShape convolution(std::size_t i) const {
+    const LayerConfig& layer = config.layers[i];
+    const FeatureShape& in = shapes[inputs[i].front()];
+    return nn::square_convolution(in.height, in.width, in.channels, layer.filters, layer.size, layer.stride,
+                                  layer.padding, layer.dilation, layer.groups);
+  }
+
+  [[nodiscard]] nn::PoolingShape pooling(std::size_t i) const {
+    const LayerConfig& layer = config.layers[i];
+    const FeatureShape& in = shapes[inputs[i].front()];
+    const FeatureShape& out = shapes[i];
+    return {in.height,   in.width,   out.height,   out.width,
+            in.channels, layer.size, layer.stride, layer.padding / 2};
+  }
+};
+
+/// \throws FileError as infer_shapes()
+[[nodiscard]] inline Graph make_graph(NetworkConfig config, std::size_t height, std::size_t width) {
+  Graph graph;
+  graph.config = std::move(config);
+  graph.height = height == 0 ? graph.config.height : height;
+  graph.width = width == 0 ? graph.config.width : width;
+  graph.shapes = infer_shapes(graph.config, graph.height, graph.width);
+  graph.layout = parameter_layout(graph.config, graph.shapes);
+  graph.shapes.push_back({graph.config.channels, graph.height, graph.width});
+  const std::size_t count = graph.config.layers.size();
+  graph.last_use.assign(count + 1, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const LayerConfig& layer = graph.config.layers[i];
+    std::vector<std::size_t> inputs;
+    for (const std::size_t input : inputs_of(graph.config, i)) inputs.push_back(graph.value_of[input]);
+    if (inputs.empty()) inputs.push_back(graph.image());
+    const bool passes_on = layer.kind == LayerKind::dropout || layer.kind == LayerKind::yolo ||
+                           (layer.kind == LayerKind::route && inputs.size() == 1 && layer.groups == 1);
+    graph.value_of.push_back(passes_on ? inputs.front() : i);
+    if (layer.kind == LayerKind::yolo) {
+      graph.heads.push_back(
+          {layer.classes, graph.shapes[i].height, graph.shapes[i].width, layer.anchors, layer.scale_x_y});
+      graph.head_values.push_back(inputs.front());
+    }
+    for (const std::size_t input : inputs) graph.last_use[input] = i;
+    graph.inputs.push_back(std::move(inputs));
+  }
+  return graph;
+}
+
+}  // namespace tapestry::detect::detail

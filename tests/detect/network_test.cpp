@@ -1,0 +1,395 @@
+#include <tapestry/detect/network.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+
+namespace detect = tapestry::detect;
+using tapestry::Array;
+using tapestry::test::random_array;
+
+namespace {
+/// Every layer type, smooth activations only, so that central differences meet no kink but maxpool's.
+const std::string every_layer = R"(
+[net]
+width=16
+height=16
+[convolutional]
+filters=6
+size=3
+stride=2
+pad=1
+batch_normalize=1
+activation=mish
+[convolutional]
+filters=6
+size=3
+pad=1
+groups=6
+batch_normalize=1
+activation=swish
+[convolutional]
+filters=6
+size=1
+activation=logistic
+[shortcut]
+from=-3
+activation=linear
+[dropout]
+probability=.2
+[maxpool]
+size=2
+stride=2
+[convolutional]
+filters=8
+size=3
+pad=1
+groups=2
+batch_normalize=1
+activation=linear
+[maxpool]
+size=2
+stride=1
+[maxpool]
+size=5
+stride=1
+[route]
+layers=-1,-3
+[softmax]
+groups=4
+temperature=2
+[convolutional]
+filters=14
+size=1
+activation=linear
+[yolo]
+mask=0,1
+anchors=4,5, 9,8
+classes=2
+num=2
+[route]
+layers=-4
+groups=2
+group_id=1
+[upsample]
+stride=2
+[route]
+layers=-1,3
+[convolutional]
+filters=14
+size=5
+pad=1
+activation=linear
+[yolo]
+mask=0,1
+anchors=2,3, 3,2
+classes=2
+num=2
+)";
+
+/// The same with the activations of real detectors, and an average pool for a one-cell head.
+const std::string real_layers = R"(
+[net]
+width=32
+height=32
+[convolutional]
+filters=16
+size=3
+stride=2
+pad=1
+batch_normalize=1
+activation=leaky
+[convolutional]
+filters=24
+size=3
+stride=2
+pad=1
+batch_normalize=1
+activation=relu
+[convolutional]
+filters=24
+size=1
+batch_normalize=1
+activation=leaky
+[shortcut]
+from=-2
+activation=leaky
+[convolutional]
+filters=18
+size=1
+activation=linear
+[yolo]
+mask=0,1,2
+anchors=4,5, 9,8, 12,10
+classes=1
+num=3
+[route]
+layers=-3
+[avgpool]
+[convolutional]
+filters=18
+size=1
+activation=linear
+[yolo]
+mask=0,1,2
+anchors=4,5, 9,8, 12,10
+classes=1
+num=3
+)";
+
+/// Network with random weights, shifts, scales and running statistics.
+template <class T>
+detect::Network<T> random_network(const std::string& cfg, std::uint64_t seed = 1) {
+  detect::Network<T> network(detect::parse_network_config(cfg, "some.cfg"));
+  tapestry::Random random(seed);
+  network.initialise(random);
+  auto& parameters = network.parameters();
+  for (const auto& block : network.layout().blocks) {
+    if (block.role == detect::ParameterRole::weight) continue;
+    const bool is_positive =
+        block.role == detect::ParameterRole::scale || block.role == detect::ParameterRole::variance;
+    for (std::size_t i = 0; i < block.count; ++i)
+      parameters[block.offset + i] =
+          static_cast<T>(random.uniform(is_positive ? 0.5 : -0.3, is_positive ? 1.5 : 0.3));
+  }
+  return network;
+}
+
+template <class T>
+std::vector<Array<T, 4>> random_like(const std::vector<Array<T, 4>>& arrays, std::uint64_t seed) {
+  std::vector<Array<T, 4>> result = arrays;
+  tapestry::Random random(seed);
+  for (auto& array : result)
+    for (auto& value : array.storage()) value = static_cast<T>(random.uniform(-1, 1));
+  return result;
+}
+
+template <class T>
+double dot(const std::vector<Array<T, 4>>& a, const std::vector<Array<T, 4>>& b) {
+  double sum = 0;
+  for (std::size_t h = 0; h < a.size(); ++h)
+    for (std::size_t i = 0; i < a[h].size(); ++i)
+      sum += static_cast<double>(a[h].data()[i]) * static_cast<double>(b[h].data()[i]);
+  return sum;
+}
+
+template <class T>
+double relative_distance(const std::vector<T>& a, const std::vector<double>& b) {
+  double difference = 0;
+  double norm = 0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    difference += (static_cast<double>(a[i]) - b[i]) * (static_cast<double>(a[i]) - b[i]);
+    norm += b[i] * b[i];
+  }
+  return std::sqrt(difference / norm);
+}
+
+template <class T>
+std::vector<T> flat(const Array<T, 4>& array) {
+  return {array.data(), array.data() + array.size()};
+}
+
+/// Rounding of f, a sum of some hundred terms, is below 1e-12 and divided by the step.
+const double step_length = 1e-4;
+const double rounding = 1e-8;
+
+/// Fourth-order central difference of f at 0, of a function of the step.
+template <class Function>
+double central_difference(Function f, double h) {
+  return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h);
+}
+}  // namespace
+
+TEST_CASE("the input gradient agrees with central differences", "[detect][network][gradient]") {
+  const auto network = random_network<double>(every_layer);
+  const auto images = random_array<double>({2, 3, 16, 16}, 2);
+  for (const auto mode : {detect::Mode::input_gradient, detect::Mode::training}) {
+    detect::Pass<double> pass;
+    network.forward(images, pass, mode);
+    REQUIRE(pass.logits.size() == 2);
+    const auto adjoint = random_like(pass.logits, 3);
+    auto gradient = tapestry::zeros<double, 4>({2, 3, 16, 16});
+    for (int half = 0; half < 2; ++half) network.input_adjoint(pass, adjoint, gradient);  // adjoints add
+    tapestry::Random random(4);
+    for (int trial = 0; trial < 12; ++trial) {
+      const std::size_t i = random.index(images.size());
+      const auto value = [&](double step) {
+        auto moved = images;
+        moved.data()[i] += step;
+        detect::Pass<double> other;
+        network.forward(moved, other, mode);
+        return dot(other.logits, adjoint);
+      };
+      CHECK(gradient.data()[i] / 2 ==
+            Approx(central_difference(value, step_length)).epsilon(1e-7).margin(rounding));
+    }
+  }
+}
+
+TEST_CASE("the parameter gradient agrees with central differences", "[detect][network][gradient]") {
+  auto network = random_network<double>(every_layer);
+  const auto images = random_array<double>({3, 3, 16, 16}, 2);
+  detect::Pass<double> pass;
+  network.forward(images, pass, detect::Mode::training);
+  const auto adjoint = random_like(pass.logits, 3);
+  std::vector<double> gradient(network.parameters().size());
+  for (int half = 0; half < 2; ++half) network.parameter_adjoint(pass, adjoint, gradient);
+  tapestry::Random random(4);
+  for (const auto& block : network.layout().blocks) {
+    const std::size_t i = block.offset + random.index(block.count);
+    const double kept = network.parameters()[i];
+    const auto value = [&](double step) {
+      network.parameters()[i] = kept + step;
+      detect::Pass<double> other;
+      network.forward(images, other, detect::Mode::training);
+      return dot(other.logits, adjoint);
+    };
+    CAPTURE(block.layer, static_cast<int>(block.role));
+    CHECK(gradient[i] / 2 == Approx(central_difference(value, step_length)).epsilon(1e-7).margin(rounding));
+    network.parameters()[i] = kept;
+  }
+}
+
+TEST_CASE("float follows double", "[detect][network]") {
+  const auto network = random_network<double>(real_layers);
+  const auto images = random_array<double>({2, 3, 32, 32}, 2);
+  const auto single = network.cast<float>();
+  detect::Pass<double> pass;
+  detect::Pass<float> single_pass;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  single.forward(tapestry::cast<float>(images), single_pass, detect::Mode::input_gradient);
+  const auto adjoint = random_like(pass.logits, 3);
+  std::vector<Array<float, 4>> single_adjoint;
+  for (std::size_t h = 0; h < 2; ++h) {
+    CHECK(relative_distance(flat(single_pass.logits[h]), flat(pass.logits[h])) < 2e-6);
+    single_adjoint.push_back(tapestry::cast<float>(adjoint[h]));
+  }
+  auto gradient = tapestry::zeros<double, 4>({2, 3, 32, 32});
+  auto single_gradient = tapestry::zeros<float, 4>({2, 3, 32, 32});
+  network.input_adjoint(pass, adjoint, gradient);
+  single.input_adjoint(single_pass, single_adjoint, single_gradient);
+  CHECK(relative_distance(flat(single_gradient), flat(gradient)) < 3e-6);
+}
+
+TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][network]") {
+  auto network = random_network<float>(real_layers);
+  const auto images = random_array<float>({7, 3, 32, 32}, 2);
+  const auto run = [&](int threads) {
+    tapestry::limit_threads(threads);
+    detect::Pass<float> pass;
+    network.forward(images, pass, detect::Mode::training);
+    const auto adjoint = random_like(pass.logits, 3);
+    auto gradient = tapestry::zeros<float, 4>({7, 3, 32, 32});
+    std::vector<float> parameters_adjoint(network.parameters().size());
+    network.input_adjoint(pass, adjoint, gradient);
+    network.parameter_adjoint(pass, adjoint, parameters_adjoint);
+    auto bits = flat(gradient);
+    bits.insert(bits.end(), parameters_adjoint.begin(), parameters_adjoint.end());
+    for (const auto& logits : pass.logits)
+      bits.insert(bits.end(), logits.data(), logits.data() + logits.size());
+    return bits;
+  };
+  const int threads = tapestry::thread_count();
+  const auto one = run(1);
+  CHECK(one == run(2));
+  CHECK(one == run(3));
+  tapestry::limit_threads(threads);
+
+  detect::Pass<float> all;
+  detect::Pass<float> single;
+  network.forward(images, all);
+  for (std::size_t n = 0; n < 7; ++n) {
+    Array<float, 4> image({1, 3, 32, 32});
+    std::copy_n(images.data() + n * image.size(), image.size(), image.data());
+    network.forward(image, single);  // the pass is used again
+    for (std::size_t h = 0; h < 2; ++h)
+      CHECK(std::equal(single.logits[h].data(), single.logits[h].data() + single.logits[h].size(),
+                       all.logits[h].data() + n * single.logits[h].size()));
+  }
+}
+
+TEST_CASE("inference and gradient passes give the same logits", "[detect][network]") {
+  const auto network = random_network<float>(every_layer);
+  const auto images = random_array<float>({1, 3, 16, 16}, 2);
+  detect::Pass<float> inference;
+  detect::Pass<float> gradient;
+  network.forward(images, inference);
+  network.forward(images, gradient, detect::Mode::input_gradient);
+  for (std::size_t h = 0; h < 2; ++h) CHECK(flat(inference.logits[h]) == flat(gradient.logits[h]));
+}
+
+TEST_CASE("running statistics of one batch reproduce the training pass", "[detect][network]") {
+  auto network = random_network<double>(real_layers);
+  const auto images = random_array<double>({4, 3, 32, 32}, 2);
+  detect::Pass<double> training;
+  network.forward(images, training, detect::Mode::training);
+  network.update_running_statistics(training, 1);  // take the batch's own
+  detect::Pass<double> inference;
+  network.forward(images, inference);
+  // The running variance is unbiased: n/(n−1) with n = 4·8·8 in the smallest normalised layer.
+  CHECK(relative_distance(flat(inference.logits[0]), flat(training.logits[0])) < 1.0 / (4 * 8 * 8 - 1));
+}
+
+TEST_CASE("NaN and infinity in a picture stay visible", "[detect][network]") {
+  const auto network = random_network<float>(every_layer);
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    auto images = random_array<float>({1, 3, 16, 16}, 2);
+    images(0, 1, 7, 7) = bad;
+    detect::Pass<float> pass;
+    network.forward(images, pass);
+    const auto logits = flat(pass.logits[1]);
+    CHECK(std::any_of(logits.begin(), logits.end(), [](float x) { return !std::isfinite(x); }));
+  }
+}
+
+TEST_CASE("parameters that change are noticed by the next pass", "[detect][network]") {
+  auto network = random_network<float>(real_layers);
+  const auto images = random_array<float>({1, 3, 32, 32}, 2);
+  auto& parameters = network.parameters();
+  detect::Pass<float> before;
+  detect::Pass<float> after;
+  network.forward(images, before);
+  parameters[0] += 0.5F;
+  network.forward(images, after);
+  CHECK(flat(before.logits[0]) != flat(after.logits[0]));
+}
+
+TEST_CASE("a network of one pixel works", "[detect][network]") {
+  const std::string cfg =
+      "[net]\nwidth=1\nheight=1\n[convolutional]\nfilters=255\nsize=3\npad=1\nactivation=leaky\n[maxpool]"
+      "\nsize=2\n"
+      "stride=1\n[convolutional]\nfilters=7\nactivation=linear\n[yolo]\nclasses=2\nanchors=1,1\n";
+  const auto network = random_network<double>(cfg);
+  const auto images = random_array<double>({1, 3, 1, 1}, 2);
+  detect::Pass<double> pass;
+  network.forward(images, pass, detect::Mode::training);
+  CHECK(pass.logits[0].shape() == tapestry::Extents<4>{1, 7, 1, 1});
+  std::vector<double> gradient(network.parameters().size());
+  network.parameter_adjoint(pass, pass.logits, gradient);
+  CHECK(std::all_of(gradient.begin(), gradient.end(), [](double x) { return std::isfinite(x); }));
+}
+
+TEST_CASE("a network names the arguments that do not fit", "[detect][network]") {
+  auto network = random_network<float>(real_layers);
+  detect::Pass<float> pass;
+  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({0, 3, 32, 32}), pass),
+                    "Network::forward: a batch of no images");
+  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({1, 3, 32, 64}), pass),
+                    "Network::forward: images is [1, 3, 32, 64], expected [1, 3, 32, 32]");
+  const auto images = random_array<float>({1, 3, 32, 32}, 2);
+  network.forward(images, pass);
+  auto gradient = tapestry::zeros<float, 4>({1, 3, 32, 32});
+  std::vector<float> parameters_adjoint(network.parameters().size());
+  CHECK_THROWS_AS(network.input_adjoint(pass, pass.logits, gradient), tapestry::DomainError);
+  network.forward(images, pass, detect::Mode::input_gradient);
+  CHECK_THROWS_AS(network.input_adjoint(pass, {}, gradient), tapestry::ShapeError);
+  CHECK_THROWS_AS(network.parameter_adjoint(pass, pass.logits, parameters_adjoint), tapestry::DomainError);
+  CHECK_THROWS_AS(network.update_running_statistics(pass), tapestry::DomainError);
+  CHECK_THROWS_AS(network.resized(30, 32), tapestry::FileError);
+  CHECK(network.resized(64, 96).heads()[0].grid_width == 24);
+}
