@@ -55,16 +55,15 @@ void describe(CLI::App& app, Options& o) {
 }
 
 /// First weights, with objectness near 0.01: most candidates of a picture are background.
-void initialise(detect::Network<float>& network, const detect::NetworkConfig& config, std::uint64_t seed) {
+void initialise(detect::Network<float>& network, std::uint64_t seed) {
   Random random(seed);
   network.initialise(random);
-  const auto layout = detect::parameter_layout(
-      config, detect::infer_shapes(config, network.input_height(), network.input_width()));
-  for (std::size_t i = 1; i < config.layers.size(); ++i) {
-    if (config.layers[i].kind != detect::LayerKind::yolo) continue;
-    const std::size_t depth = 5 + config.layers[i].classes;
-    for (std::size_t anchor = 0; anchor < config.layers[i].anchors.size(); ++anchor)
-      network.parameters()[layout.layers[i - 1].bias + anchor * depth + loss::objectness_channel] = -4.6F;
+  const auto& layers = network.config().layers;
+  for (std::size_t i = 1; i < layers.size(); ++i) {
+    if (layers[i].kind != detect::LayerKind::yolo) continue;
+    for (std::size_t anchor = 0; anchor < layers[i].anchors.size(); ++anchor)
+      network.parameters()[network.layout().layers[i - 1].bias + anchor * (5 + layers[i].classes) +
+                           loss::objectness_channel] = -4.6F;
   }
 }
 
@@ -167,9 +166,11 @@ class Trainer {
     loss::yolo_training_adjoint(network_.heads(), pass_.logits, truths_, network_.input_height(),
                                 network_.input_width(), {}, 1.0F, logits_adjoint);
     gradient_.assign(network_.parameters().size(), 0.0F);
+    network_.update_running_statistics(pass_, 0.03);
     network_.parameter_adjoint(pass_, logits_adjoint, gradient_);
     adam_.set_learning_rate(scheduled_rate(options_, index));
     adam_.step(network_.parameters(), gradient_);
+    network_.set_images_seen(network_.images_seen() + options_.batch);
     return terms;
   }
 
@@ -187,14 +188,13 @@ class Trainer {
 int train(const Options& options) {
   using Clock = std::chrono::steady_clock;
   const StopSignal stop;
-  const auto config = detect::read_network_config(options.cfg);
-  detect::Network<float> network(config, options.size, options.size);
+  detect::Network<float> network(detect::read_network_config(options.cfg), options.size, options.size);
   if (network.input_height() != network.input_width())
     throw Error(ErrorKind::mismatch, options.cfg + ": the input must be square, or --size given");
   for (const auto& head : network.heads())
     if (head.classes != 3) throw Error(ErrorKind::mismatch, options.cfg + ": heads must have 3 classes");
   if (options.weights.empty())
-    initialise(network, config, options.seed);
+    initialise(network, options.seed);
   else
     network.read_weights(options.weights);
 
