@@ -1,0 +1,406 @@
+// The main job: optimises a camouflage for a car against a detector, and measures what it does.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <tapestry/camouflage/checkpoint.hpp>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/obj_writer.hpp>
+#include <vector>
+
+#include "support/inputs.hpp"
+#include "support/measurement.hpp"
+#include "support/program.hpp"
+#include "support/progress.hpp"
+#include "support/report.hpp"
+#include "support/run_folder.hpp"
+#include "support/settings.hpp"
+#include "support/stop_signal.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::examples;
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  SceneSettings scene;
+  DetectorSettings detector;
+  OptimisationSettings optimisation;
+  std::string output;
+  int threads = 0;
+  std::size_t checkpoint_steps = 50;
+  std::size_t keep_mib = 4096;
+  bool resume = false;
+  bool check = false;
+  bool profile = false;
+};
+
+void describe(CLI::App& app, Options& options) {
+  add_options(app, options.scene);
+  add_options(app, options.detector);
+  add_options(app, options.optimisation);
+  app.add_option("--output", options.output, "run folder; runs/camouflage-001, -002, ... when left out");
+  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it")
+      ->capture_default_str();
+  app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints")
+      ->capture_default_str();
+  app.add_option("--keep-mib", options.keep_mib,
+                 "memory for prepared views, MiB; those beyond are prepared anew")
+      ->capture_default_str();
+  app.add_flag("--resume", options.resume,
+               "go on with the run in --output; settings not given are taken from it");
+  app.add_flag("--check", options.check, "only check every input, report all problems, and leave");
+  app.add_flag("--profile", options.profile, "print where the time of a step went");
+}
+
+Json settings_json(const Options& options) {
+  Json json = Json::object();
+  add_json(json, options.scene);
+  add_json(json, options.detector);
+  add_json(json, options.optimisation);
+  return json;
+}
+
+void validate(const Options& options) {
+  const auto& o = options.optimisation;
+  require_choice("--smooth-over", o.smooth_over, {"picture", "texture"});
+  require_choice("--start", o.start, {"random", "zero", "own"});
+  require_choice("--mask", options.scene.mask, {"auto", "silhouette", "file"});
+  require_choice("--texture", options.scene.texture, {"atlas", "cube"});
+  (void)loss::adversarial_loss_by_name(o.loss);
+  const auto require = [](bool holds, const char* message) {
+    if (!holds) throw Error(ErrorKind::usage, message);
+  };
+  require(o.batch > 0, "--batch must be at least 1");
+  require(std::isfinite(o.learning_rate) && o.learning_rate > 0, "--learning-rate must be above 0");
+  require(options.detector.confidence >= 0 && options.detector.confidence <= 1,
+          "--confidence lies in 0 to 1");
+  require(options.detector.nms >= 0 && options.detector.nms <= 1, "--nms lies in 0 to 1");
+  require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
+  require(options.threads >= 0, "--threads must be at least 0");
+  const auto samples = options.scene.samples;
+  require(samples == 1 || samples == 2 || samples == 4 || samples == 8, "--samples is 1, 2, 4 or 8");
+  require(options.scene.texels <= 8192, "--texels must be at most 8192");
+}
+
+/// The views of a store that show the car, with a warning for each that does not.
+std::vector<std::size_t> usable_views(camouflage::ViewStore<float>& store,
+                                      std::vector<std::string>& warnings) {
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    const auto view = store.view(i);
+    if (view->visible_pixels > 0)
+      usable.push_back(i);
+    else
+      warnings.push_back("frame " + view->name + " does not show the car and is left out");
+  }
+  return usable;
+}
+
+camouflage::ObjectiveOptions objective_options(const Options& options, std::size_t class_index) {
+  const auto& o = options.optimisation;
+  camouflage::ObjectiveOptions objective;
+  objective.kind = loss::adversarial_loss_by_name(o.loss);
+  objective.weights.iou = o.iou;
+  objective.weights.objectness = o.objectness;
+  objective.weights.classification = o.classification;
+  objective.weights.max_score = o.max_score;
+  objective.smoothness = o.smoothness;
+  objective.smooth_texture = o.smooth_over == "texture";
+  objective.class_index = class_index;
+  return objective;
+}
+
+Array<float, 2> start_texture(const Options& options, const camouflage::PaintedMesh& car) {
+  const std::size_t count = car.layout.texel_count(car.mesh);
+  if (options.optimisation.start == "zero") return zeros<float, 2>({count, 3});
+  if (options.optimisation.start == "own")
+    return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
+  Random random = Random(options.optimisation.seed).fork(0x7374617274ULL);
+  return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
+}
+
+std::string history_csv(const std::vector<camouflage::ObjectiveTerms>& history) {
+  std::string text = "step,iou,objectness,classification,max_score,smoothness,total\n";
+  char line[256];
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    const auto& t = history[i];
+    std::snprintf(line, sizeof line, "%zu,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", i + 1, t.iou, t.objectness,
+                  t.classification, t.max_score, t.smoothness, t.total);
+    text += line;
+  }
+  return text;
+}
+
+/// One run in its folder.
+class Run {
+ public:
+  Run(Options options, Inputs inputs, std::string resume_command)
+      : options_(std::move(options)),
+        inputs_(std::move(inputs)),
+        resume_command_(std::move(resume_command)),
+        train_(inputs_.car.painted, store_settings(),
+               frame_loaders(inputs_.frames.train, options_.scene.mask)),
+        test_(inputs_.car.painted, store_settings(), frame_loaders(inputs_.frames.test, options_.scene.mask)),
+        objective_(inputs_.detector.network, inputs_.car.painted.layout,
+                   objective_options(options_, inputs_.class_index)) {}
+
+  int execute() {
+    const auto start = Clock::now();
+    const auto usable_train = usable_views(train_, inputs_.warnings);
+    auto& test = test_store();
+    const auto usable_test = inputs_.frames.held_out ? usable_views(test, inputs_.warnings) : usable_train;
+    for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
+    if (usable_train.empty() || usable_test.empty())
+      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
+    auto& epochs = options_.optimisation.epochs;
+    if (epochs == 0) epochs = std::max<std::size_t>(5, block_count(2400, usable_train.size()));
+    open_folder();
+
+    camouflage::TrainingOptions training_options;
+    training_options.epochs = epochs;
+    training_options.batch = options_.optimisation.batch;
+    training_options.seed = options_.optimisation.seed;
+    training_options.adam.learning_rate = options_.optimisation.learning_rate;
+    camouflage::Training<float> training(objective_, train_, usable_train,
+                                         start_texture(options_, inputs_.car.painted), training_options);
+    if (options_.resume) restore(training);
+    if (!optimise(training)) return StopSignal::exit_code();
+    report(training, test, usable_test, start);
+    return 0;
+  }
+
+ private:
+  [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
+    return {inputs_.detector.network.input_height(), inputs_.detector.network.input_width(),
+            options_.scene.samples, options_.keep_mib << 20U};
+  }
+
+  [[nodiscard]] camouflage::ViewStore<float>& test_store() {
+    return inputs_.frames.held_out ? test_ : train_;
+  }
+  [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
+
+  [[nodiscard]] std::vector<std::string> input_paths() const {
+    std::vector<std::string> paths{options_.scene.mesh, options_.detector.cfg, options_.detector.weights};
+    for (const auto& optional : {options_.detector.names, options_.scene.faces})
+      if (!optional.empty()) paths.push_back(optional);
+    paths.insert(paths.end(), inputs_.frames.train.begin(), inputs_.frames.train.end());
+    if (inputs_.frames.held_out)
+      paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
+    return paths;
+  }
+
+  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
+  void open_folder() {
+    Json manifest{{"program", "camouflage"},
+                  {"version", TAPESTRY_VERSION_TEXT},
+                  {"compiler", __VERSION__},
+                  {"seed", options_.optimisation.seed},
+                  {"options", settings_json(options_)},
+                  {"held_out", inputs_.frames.held_out},
+                  {"inputs", input_hashes(input_paths())}};
+    settings_ = Json{{"options", manifest["options"]}, {"inputs", manifest["inputs"]}}.dump();
+    if (options_.resume) {
+      const Json saved = read_json(path("manifest.json"));
+      std::string changed;
+      for (const auto& input : manifest["inputs"])
+        if (std::find(saved["inputs"].begin(), saved["inputs"].end(), input) == saved["inputs"].end())
+          changed += (changed.empty() ? "" : ", ") + input["path"].get<std::string>();
+      if (!changed.empty())
+        throw Error(ErrorKind::in_use, options_.output + ": cannot resume, inputs have changed: " + changed);
+      return;
+    }
+    write_text(path("manifest.json"), manifest.dump(2) + "\n");
+  }
+
+  void restore(camouflage::Training<float>& training) const {
+    if (!std::filesystem::exists(path("checkpoint.npz"))) return;  // stopped before the first one
+    auto checkpoint = camouflage::read_checkpoint<float>(path("checkpoint.npz"));
+    if (checkpoint.settings != settings_)
+      throw Error(ErrorKind::in_use, path("checkpoint.npz") + ": belongs to a run with other settings");
+    training.restore(std::move(checkpoint.state));
+  }
+
+  void save(const camouflage::Training<float>& training) const {
+    camouflage::write_checkpoint(path("checkpoint.npz"), training.state(), settings_);
+    write_text(path("history.csv"), history_csv(training.history()));
+  }
+
+  /// \returns false when a signal stopped it after saving
+  bool optimise(camouflage::Training<float>& training) {
+    ProgressLine progress;
+    const auto start = Clock::now();
+    std::size_t images = 0;
+    const std::size_t first = training.steps_taken();
+    while (!training.finished()) {
+      try {
+        images += training.step();
+      } catch (const NumericError&) {
+        save(training);  // the state before the step: the last good one
+        throw;
+      }
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      show(progress, training, images, seconds, first);
+      if (StopSignal::arrived()) {
+        save(training);
+        std::cerr << "\nstopped; saved after step " << training.steps_taken() << ". Resume with\n  "
+                  << resume_command_ << '\n';
+        return false;
+      }
+      if (training.steps_taken() % options_.checkpoint_steps == 0) save(training);
+    }
+    save(training);
+    optimise_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+    if (options_.profile) print_profile(training.steps_taken() - first);
+    return true;
+  }
+
+  static void show(ProgressLine& progress, const camouflage::Training<float>& training, std::size_t images,
+                   double seconds, std::size_t first) {
+    const auto& terms = training.history().back();
+    const auto done = static_cast<double>(training.steps_taken() - first);
+    const auto left = static_cast<double>(training.step_count() - training.steps_taken());
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "step %llu/%zu  loss %.4f  iou %.3f  obj %.3f  cls %.3f  max %.3f  smooth %.1f  %.1f "
+                  "images/s  %s left",
+                  static_cast<unsigned long long>(training.steps_taken()), training.step_count(), terms.total,
+                  terms.iou, terms.objectness, terms.classification, terms.max_score, terms.smoothness,
+                  static_cast<double>(images) / seconds, duration_text(seconds / done * left).c_str());
+    progress.show(text, training.finished());
+  }
+
+  void print_profile(std::size_t steps) {
+    const auto& t = objective_.times();
+    const std::vector<std::pair<const char*, double>> parts{{"render", t.render},
+                                                            {"composite", t.compose},
+                                                            {"detector forward", t.detector_forward},
+                                                            {"detector backward", t.detector_backward},
+                                                            {"losses", t.losses},
+                                                            {"update", t.update}};
+    const double total = optimise_seconds_;
+    double accounted = 0;
+    std::printf("time of a step, %zu steps\n", steps);
+    for (const auto& [name, seconds] : parts) {
+      std::printf("  %-18s %9.3f ms  %5.1f %%\n", name, 1e3 * seconds / static_cast<double>(steps),
+                  100 * seconds / total);
+      accounted += seconds;
+    }
+    std::printf("  %-18s %9.3f ms  %5.1f %%\n", "other",
+                1e3 * (total - accounted) / static_cast<double>(steps), 100 * (total - accounted) / total);
+    const double outside = 1 - (t.detector_forward + t.detector_backward) / total;
+    std::printf("  outside the detector %.1f %%\n", 100 * outside);
+  }
+
+  void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
+              const std::vector<std::size_t>& usable, Clock::time_point start) {
+    const auto colours = camouflage::texture_colours(training.parameter());
+    const auto clean_colours = camouflage::own_colours<float>(inputs_.car.painted);
+    Meter meter(inputs_.detector.network, inputs_.class_index, options_.detector);
+    std::vector<Bitmap> before;
+    std::vector<Bitmap> after;
+    RunReport report;
+    report.photo = measure("photo", meter, test, usable, nullptr);
+    report.clean = measure("clean", meter, test, usable, &clean_colours, &before);
+    report.adversarial = measure("adversarial", meter, test, usable, &colours, &after);
+    for (const auto& control : make_controls(colours.shape(0), options_.optimisation.seed))
+      report.controls.push_back(measure(control.name, meter, test, usable, &control.colours));
+    report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial.found);
+    write_textures(training.parameter(), colours);
+    const std::size_t columns = before.size() > 12 ? 8 : 3;
+    io::write_image(path("before.png"), contact_sheet(before, columns));
+    io::write_image(path("after.png"), contact_sheet(after, columns));
+    report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    report.held_out = inputs_.frames.held_out;
+    report.history = training.history();
+    report.options = settings_json(options_);
+    write_text(path("report.html"), report_html(report));
+    write_text(path("metrics.json"), metrics_json(report).dump(2) + "\n");
+    std::cout << summary_text(report) << "report: " << path("report.html") << '\n';
+  }
+
+  void write_textures(const Array<float, 2>& parameter, const Array<float, 2>& colours) const {
+    const auto& car = inputs_.car.painted;
+    io::NpzWriter raw;
+    raw.add("parameter", parameter);
+    raw.add("colours", colours);
+    raw.write(path("texture.npz"));
+    const auto atlas = camouflage::atlas_of<float>(car, colours);
+    io::write_image(path("texture.png"), atlas);
+    io::write_painted_obj(path("painted.obj"), car.mesh, car.painted, atlas, car.layout.u_extent);
+  }
+
+  Options options_;
+  Inputs inputs_;
+  std::string resume_command_;
+  camouflage::ViewStore<float> train_;
+  camouflage::ViewStore<float> test_;
+  camouflage::Objective<float> objective_;
+  std::string settings_;
+  double optimise_seconds_ = 0;
+};
+
+/// A folder that already holds a run is only touched to resume it.
+void claim_folder(const CLI::App& app, Options& options) {
+  if (options.output.empty()) {
+    if (options.resume) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
+    options.output = next_free_folder("runs/camouflage");
+  }
+  const std::string manifest = options.output + "/manifest.json";
+  const bool holds_run = std::filesystem::exists(manifest);
+  if (holds_run && !options.resume)
+    throw Error(ErrorKind::in_use,
+                options.output + " already holds a run; give --resume to go on with it, or another --output");
+  if (!holds_run && options.resume)
+    throw FileError(ErrorKind::malformed, {manifest, "", "no run to resume: the file is missing"});
+  if (!options.resume) return;
+  const Json saved = read_json(manifest);
+  if (!saved.contains("options") || !saved.contains("inputs"))
+    throw FileError(ErrorKind::malformed, {manifest, "", "not the manifest of a run"});
+  std::vector<std::string> differing;
+  adopt_saved(app, saved["options"], options.scene, differing);
+  adopt_saved(app, saved["options"], options.detector, differing);
+  adopt_saved(app, saved["options"], options.optimisation, differing);
+  if (differing.empty()) return;
+  std::string list;
+  for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
+  throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
+}
+
+int check_only(const Options& options) {
+  const auto problems = check_inputs(options.scene, options.detector);
+  for (const auto& problem : problems) std::cerr << "error: " << problem.what() << '\n';
+  if (problems.empty()) std::cout << "all inputs are sound\n";
+  return problems.empty() ? 0 : static_cast<int>(problems.front().kind());
+}
+
+int camouflage_main(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Optimises a full-coverage camouflage for a car against a detector, for robustness research, and "
+      "measures it beside the untouched photo, the clean car, random noise and solid colours.");
+  describe(app, options);
+  if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
+  return run_program([&] {
+    validate(options);
+    if (options.threads > 0) limit_threads(options.threads);
+    if (options.check) return check_only(options);
+    const StopSignal stop_signal;
+    claim_folder(app, options);
+    Inputs inputs = load_inputs(options.scene, options.detector);
+    make_writable_folder(options.output);
+    const io::RunLock lock(options.output);
+    const std::string resume = shell_words(1, argv) + " --resume --output " + options.output;
+    return Run(std::move(options), std::move(inputs), resume).execute();
+  });
+}
+}  // namespace
+
+int main(int argc, char** argv) { return camouflage_main(argc, argv); }

@@ -1,0 +1,138 @@
+// Measures a finished camouflage: with the detector it was made for, or with another one.
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/io/npz_file.hpp>
+
+#include "support/inputs.hpp"
+#include "support/measurement.hpp"
+#include "support/program.hpp"
+#include "support/report.hpp"
+#include "support/run_folder.hpp"
+#include "support/settings.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::examples;
+
+struct Options {
+  std::string run;
+  SceneSettings scene;
+  DetectorSettings detector;
+  std::vector<double> sweep{0.05, 0.1, 0.25, 0.5, 0.75};
+  std::string output;
+  std::uint64_t seed = 1;
+  int threads = 0;
+  bool clean_only = false;
+};
+
+void describe(CLI::App& app, Options& options) {
+  app.add_option("--run", options.run,
+                 "run folder of camouflage; its settings apply where none are given here");
+  add_options(app, options.scene);
+  add_options(app, options.detector);
+  app.add_option("--sweep", options.sweep, "confidence thresholds at which P@0.5 is listed as well");
+  app.add_option("--output", options.output,
+                 "folder for metrics.json and contact sheets; nothing is written when left out");
+  app.add_option("--seed", options.seed, "seed of the random-noise control")->capture_default_str();
+  app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
+  app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
+}
+
+/// Settings of the run, for those not given; a detector given here replaces the run's altogether.
+void adopt_run(const CLI::App& app, Options& options) {
+  const Json saved = read_json(options.run + "/manifest.json");
+  if (!saved.contains("options"))
+    throw FileError(ErrorKind::malformed, {options.run + "/manifest.json", "", "not the manifest of a run"});
+  std::vector<std::string> differing;
+  adopt_saved(app, saved["options"], options.scene, differing);
+  const bool other_detector = app.get_option("--cfg")->count() > 0;
+  if (!other_detector) adopt_saved(app, saved["options"], options.detector, differing);
+}
+
+std::vector<std::size_t> usable_views(camouflage::ViewStore<float>& store) {
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < store.size(); ++i)
+    if (store.view(i)->visible_pixels > 0) usable.push_back(i);
+  return usable;
+}
+
+void print_sweep(const Options& options, const Inputs& inputs, camouflage::ViewStore<float>& store,
+                 const std::vector<std::size_t>& usable, const std::vector<Control>& textures,
+                 Json& metrics) {
+  std::printf("P@0.5 by confidence threshold\n  %-12s", "");
+  for (const double threshold : options.sweep) std::printf(" %7.2f", threshold);
+  std::printf("\n");
+  const auto row = [&](const std::string& name, const Array<float, 2>* colours) {
+    std::printf("  %-12s", name.c_str());
+    for (const double threshold : options.sweep) {
+      auto settings = options.detector;
+      settings.confidence = threshold;
+      Meter meter(inputs.detector.network, inputs.class_index, settings);
+      const auto result = measure(name, meter, store, usable, colours);
+      std::printf(" %5.1f %%", 100 * result.rate.p_at_50);
+      metrics["sweep"][name].push_back({{"confidence", threshold}, {"p_at_50", result.rate.p_at_50}});
+    }
+    std::printf("\n");
+  };
+  row("photo", nullptr);
+  for (const auto& texture : textures) row(texture.name, &texture.colours);
+}
+
+int run(const CLI::App& app, Options& options) {
+  if (options.run.empty() && !options.clean_only)
+    throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
+  if (!options.run.empty()) adopt_run(app, options);
+  if (options.threads > 0) limit_threads(options.threads);
+  if (!options.output.empty()) make_writable_folder(options.output);
+  const Inputs inputs = load_inputs(options.scene, options.detector);
+  const auto& car = inputs.car.painted;
+  const auto& network = inputs.detector.network;
+  camouflage::ViewStore<float> store(
+      car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
+      frame_loaders(inputs.frames.test, options.scene.mask));
+  const auto usable = usable_views(store);
+  std::vector<Control> textures{{"clean", camouflage::own_colours<float>(car)}};
+  if (!options.clean_only) {
+    const auto file = io::NpzFile::read(options.run + "/texture.npz");
+    textures.push_back({"adversarial", file.array<float, 2>("colours")});
+    require_shape("evaluate", "texture", textures.back().colours, {car.layout.texel_count(car.mesh), 3});
+  }
+  Meter meter(network, inputs.class_index, options.detector);
+  RunReport report;
+  std::vector<Bitmap> sheet;
+  report.photo = measure("photo", meter, store, usable, nullptr);
+  report.clean = measure("clean", meter, store, usable, &textures.front().colours);
+  const auto& shown = textures.back();
+  report.adversarial = measure(shown.name, meter, store, usable, &shown.colours, &sheet);
+  for (const auto& control : make_controls(car.layout.texel_count(car.mesh), options.seed))
+    report.controls.push_back(measure(control.name, meter, store, usable, &control.colours));
+  report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial.found);
+  report.held_out = inputs.frames.held_out;
+  add_json(report.options, options.scene);
+  add_json(report.options, options.detector);
+  report.options["seed"] = options.seed;
+  std::cout << summary_text(report);
+  Json metrics = metrics_json(report);
+  print_sweep(options, inputs, store, usable, textures, metrics);
+  if (options.output.empty()) return 0;
+  io::write_image(options.output + "/" + shown.name + ".png",
+                  contact_sheet(sheet, sheet.size() > 12 ? 8 : 3));
+  write_text(options.output + "/metrics.json", metrics.dump(2) + "\n");
+  std::cout << "written: " << options.output << "/metrics.json\n";
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Measures how often a detector finds a car: the untouched photo, the clean car, a camouflage and the "
+      "controls; with --cfg, how well a camouflage transfers to another detector.");
+  describe(app, options);
+  if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
+  return run_program([&] { return run(app, options); });
+}

@@ -1,0 +1,62 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <tapestry/core/array.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <vector>
+
+namespace tapestry::examples {
+
+using Bitmap = Array<std::uint8_t, 3>;  // [H, W, 3], RGB
+
+/// A picture with components in [0, 1] as bytes; `picture` points at height · width · 3 values.
+template <class T>
+Bitmap bitmap_of(const T* picture, std::size_t height, std::size_t width) {
+  Bitmap bitmap(Extents<3>{height, width, 3});
+  for (std::size_t i = 0; i < bitmap.size(); ++i) {
+    const double value = std::clamp(static_cast<double>(picture[i]), 0.0, 1.0);
+    bitmap.data()[i] = static_cast<std::uint8_t>(std::lround(255 * value));
+  }
+  return bitmap;
+}
+
+/// Draws the outline of a box, two pixels wide, inside the picture.
+inline void draw_box(Bitmap& bitmap, const detect::Box& box, const std::array<std::uint8_t, 3>& colour) {
+  const auto height = static_cast<long>(bitmap.shape(0));
+  const auto width = static_cast<long>(bitmap.shape(1));
+  const auto pixel = [](double value, long last) { return std::clamp(std::lround(value), 0L, last); };
+  const long left = pixel(box.cx - box.w / 2, width - 1);
+  const long right = pixel(box.cx + box.w / 2 - 1, width - 1);
+  const long top = pixel(box.cy - box.h / 2, height - 1);
+  const long bottom = pixel(box.cy + box.h / 2 - 1, height - 1);
+  for (long y = top; y <= bottom; ++y)
+    for (long x = left; x <= right; ++x) {
+      const bool edge = y - top < 2 || bottom - y < 2 || x - left < 2 || right - x < 2;
+      for (std::size_t c = 0; edge && c < 3; ++c)
+        bitmap(static_cast<std::size_t>(y), static_cast<std::size_t>(x), c) = colour[c];
+    }
+}
+
+/// Pictures side by side on white with a small gap, `columns` to a row; all of one size.
+inline Bitmap contact_sheet(const std::vector<Bitmap>& pictures, std::size_t columns) {
+  if (pictures.empty()) return Bitmap(Extents<3>{1, 1, 3}, std::uint8_t(255));
+  constexpr std::size_t gap = 4;
+  columns = std::min(columns, pictures.size());
+  const std::size_t rows = (pictures.size() + columns - 1) / columns;
+  const std::size_t height = pictures.front().shape(0);
+  const std::size_t width = pictures.front().shape(1);
+  auto sheet = filled<std::uint8_t, 3>({rows * (height + gap) + gap, columns * (width + gap) + gap, 3},
+                                       std::uint8_t(255));
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const std::size_t top = gap + i / columns * (height + gap);
+    const std::size_t left = gap + i % columns * (width + gap);
+    for (std::size_t y = 0; y < height; ++y)
+      std::copy_n(&pictures[i](y, 0, 0), 3 * width, &sheet(top + y, left, 0));
+  }
+  return sheet;
+}
+
+}  // namespace tapestry::examples

@@ -1,0 +1,296 @@
+#pragma once
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/io/face_list_file.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/names_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <utility>
+#include <vector>
+
+#include "settings.hpp"
+
+namespace tapestry::examples {
+
+namespace fs = std::filesystem;
+
+/// The files that stand in for inputs the user leaves out.
+struct BundledAssets {
+  std::string folder = TAPESTRY_ASSETS;
+
+  [[nodiscard]] std::string mesh() const { return folder + "/car_sedan.obj"; }
+  [[nodiscard]] std::string frames() const { return folder + "/frames"; }
+  [[nodiscard]] std::string cfg() const { return folder + "/detector.cfg"; }
+  [[nodiscard]] std::string weights() const { return folder + "/detector.weights"; }
+  [[nodiscard]] std::string names() const { return folder + "/detector.names"; }
+};
+
+/// Names the bundled files where the user named none.
+inline void fill_in_bundled(SceneSettings& scene) {
+  const BundledAssets bundled;
+  if (scene.mesh.empty()) {
+    scene.mesh = bundled.mesh();
+    if (scene.material.empty() && scene.faces.empty()) scene.material = {"body"};
+  }
+  if (scene.frames.empty()) scene.frames = bundled.frames();
+  if (scene.texels == 0) scene.texels = scene.texture == "cube" ? 6 : 256;
+}
+
+inline void fill_in_bundled(DetectorSettings& detector) {
+  const BundledAssets bundled;
+  if (detector.cfg.empty() && detector.weights.empty()) {
+    detector.cfg = bundled.cfg();
+    detector.weights = bundled.weights();
+    if (detector.names.empty()) detector.names = bundled.names();
+  }
+  if (detector.cfg.empty() || detector.weights.empty())
+    throw Error(ErrorKind::usage, "--cfg and --weights go together; --" +
+                                      std::string(detector.cfg.empty() ? "cfg" : "weights") + " is missing");
+}
+
+/// A network with its weights and the names of its classes.
+struct Detector {
+  detect::Network<float> network;
+  std::vector<std::string> names;  ///< may be empty: classes are then known by number only
+  std::vector<std::string> warnings;
+};
+
+inline Detector load_detector(const DetectorSettings& settings) {
+  auto config = detect::read_network_config(settings.cfg);
+  auto warnings = config.warnings;
+  Detector detector{
+      detect::Network<float>(std::move(config), settings.size, settings.size), {}, std::move(warnings)};
+  detector.network.read_weights(settings.weights);
+  if (detector.network.heads().empty())
+    throw FileError(ErrorKind::mismatch, {settings.cfg, "", "the network has no [yolo] section"});
+  if (!settings.names.empty())
+    detector.names = io::read_class_names(settings.names, detector.network.heads().front().classes);
+  return detector;
+}
+
+/// The class that is the car, by name or, without names, by number.
+inline std::size_t class_index_of(const DetectorSettings& settings, const Detector& detector) {
+  if (!detector.names.empty()) return io::class_index(detector.names, settings.class_name);
+  const std::string& text = settings.class_name;
+  const bool is_number =
+      !text.empty() && text.size() < 6 &&
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  if (!is_number)
+    throw Error(ErrorKind::usage, "--class '" + text + "' needs --names; without them it must be a number");
+  const std::size_t index = std::stoul(text);
+  const std::size_t classes = detector.network.heads().front().classes;
+  if (index >= classes)
+    throw Error(ErrorKind::mismatch,
+                "--class " + text + ": the detector has " + std::to_string(classes) + " classes");
+  return index;
+}
+
+/// The car as painted, before any frame is known.
+struct Car {
+  camouflage::PaintedMesh painted;
+  std::vector<std::string> warnings;
+};
+
+inline raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::Mesh& mesh) {
+  raster::TextureLayout layout{};
+  layout.kind = settings.texture == "cube" ? raster::TextureKind::cube : raster::TextureKind::atlas;
+  layout.height = settings.texels;
+  layout.width = 2 * settings.texels;
+  layout.u_extent = 2;
+  layout.texels_per_edge = settings.texels;
+  if (layout.kind == raster::TextureKind::atlas && mesh.uvs.empty())
+    throw FileError(ErrorKind::mismatch, {settings.mesh, "", "no texture coordinates, which an atlas needs",
+                                          "vt records, or --texture cube"});
+  return layout;
+}
+
+inline Car load_car(const SceneSettings& settings) {
+  require_choice("--texture", settings.texture, {"atlas", "cube"});
+  auto loaded = io::read_obj(settings.mesh);
+  Car car;
+  car.warnings = loaded.warnings;
+  if (!settings.faces.empty() && !settings.material.empty())
+    throw Error(ErrorKind::usage, "--faces and --material cannot be given together");
+  if (settings.faces.empty() && settings.material.empty())
+    throw Error(ErrorKind::usage, "--mesh needs --material or --faces to say what is painted");
+  if (settings.faces.empty()) {
+    car.painted.painted = geometry::faces_by_material(loaded.mesh, settings.material);
+  } else {
+    const auto list = io::read_face_list(settings.faces, loaded.mesh.faces.size());
+    car.warnings.insert(car.warnings.end(), list.warnings.begin(), list.warnings.end());
+    car.painted.painted = geometry::faces_by_ids(loaded.mesh, list.ids);
+  }
+  car.painted.layout = layout_of(settings, loaded.mesh);
+  car.painted.mesh = std::move(loaded.mesh);
+  return car;
+}
+
+/// Paths of a folder's frames, in order of name with numbers by value (data2 before data10).
+inline std::vector<std::string> list_frames(const std::string& folder) {
+  std::error_code failure;
+  std::vector<std::string> paths;
+  for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end; entry.increment(failure))
+    if (entry->path().extension() == ".npz") paths.push_back(entry->path().string());
+  if (failure)
+    throw FileError(ErrorKind::malformed, {folder, "", "cannot list the folder: " + failure.message()});
+  const auto key = [](const std::string& path) {
+    std::string text;
+    const std::string stem = fs::path(path).stem().string();
+    for (std::size_t i = 0; i < stem.size();) {
+      std::size_t digits = i;
+      while (digits < stem.size() && std::isdigit(static_cast<unsigned char>(stem[digits])) != 0) ++digits;
+      if (digits > i) text += std::string(20 - std::min<std::size_t>(20, digits - i), '0');
+      digits = std::max(digits, i + 1);
+      text += stem.substr(i, digits - i);
+      i = digits;
+    }
+    return text;
+  };
+  std::sort(paths.begin(), paths.end(),
+            [&](const auto& a, const auto& b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+  return paths;
+}
+
+/// The frames to optimise on and those to measure on; the same when the folder is not divided.
+struct FrameLists {
+  std::vector<std::string> train;
+  std::vector<std::string> test;
+  bool held_out = false;
+};
+
+inline FrameLists find_frames(const std::string& folder) {
+  FrameLists lists;
+  lists.held_out = fs::is_directory(folder + "/train") && fs::is_directory(folder + "/test");
+  lists.train = list_frames(lists.held_out ? folder + "/train" : folder);
+  lists.test = lists.held_out ? list_frames(folder + "/test") : lists.train;
+  if (lists.train.empty() || lists.test.empty())
+    throw FileError(ErrorKind::mismatch, {folder, "", "no frames (.npz) in the folder"});
+  return lists;
+}
+
+/// maskN.png beside dataN.npz.
+inline std::string mask_path_of(const std::string& frame) {
+  const fs::path path(frame);
+  std::string stem = path.stem().string();
+  if (stem.rfind("data", 0) == 0) stem = stem.substr(4);
+  return (path.parent_path() / ("mask" + stem + ".png")).string();
+}
+
+inline Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& frame) {
+  const auto grey = io::read_mask(path);
+  if (grey.shape(0) != frame.image.shape(0) || grey.shape(1) != frame.image.shape(1)) {
+    const auto text = [](std::size_t height, std::size_t width) {
+      return std::to_string(width) + "x" + std::to_string(height);
+    };
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "mask of another size than its frame",
+                     text(frame.image.shape(0), frame.image.shape(1)), text(grey.shape(0), grey.shape(1))});
+  }
+  Array<std::uint8_t, 2> mask(grey.shape());
+  for (std::size_t i = 0; i < mask.size(); ++i) mask.data()[i] = grey.data()[i] > 0 ? 1 : 0;
+  return mask;
+}
+
+/// Reads one frame and gives it its camera, light and mask. Frames of the simulator carry a pose and see
+/// a car normalised to length 2; our own carry the camera itself and see it in metres.
+inline camouflage::Frame load_frame(const std::string& path, const std::string& mask_rule) {
+  auto stored = io::read_frame(path);
+  camouflage::Frame frame;
+  frame.name = fs::path(path).stem().string();
+  if (stored.has_camera) {
+    frame.camera = stored.camera;
+  } else {
+    frame.camera = geometry::carla_camera(stored.vehicle_translation, stored.vehicle_rotation_deg,
+                                          stored.camera_translation, stored.camera_rotation_deg);
+  }
+  if (stored.has_light) {
+    const auto& light = stored.light;
+    frame.light = {light[0], light[1], {light[2], light[3], light[4]}, {light[5], light[6], light[7]}};
+  }
+  if (mask_rule == "auto" && stored.has_mask) frame.mask = stored.mask;
+  if (mask_rule == "file") frame.mask = mask_from_file(mask_path_of(path), stored);
+  frame.image = std::move(stored.image);
+  return frame;
+}
+
+/// Whether the frames see a car normalised to length 2 instead of one in metres.
+inline bool wants_normalised_car(const std::string& frame) { return !io::read_frame(frame).has_camera; }
+
+inline std::vector<camouflage::ViewStore<float>::Loader> frame_loaders(const std::vector<std::string>& paths,
+                                                                       const std::string& mask_rule) {
+  std::vector<camouflage::ViewStore<float>::Loader> loaders;
+  for (const auto& path : paths) loaders.push_back([path, mask_rule] { return load_frame(path, mask_rule); });
+  return loaders;
+}
+
+/// Everything a run reads, checked.
+struct Inputs {
+  Detector detector;
+  std::size_t class_index = 0;
+  Car car;
+  FrameLists frames;
+  std::vector<std::string> warnings;
+};
+
+/// Tries every input and collects all complaints instead of stopping at the first.
+class ProblemList {
+ public:
+  template <class Action>
+  void attempt(Action action) {
+    try {
+      action();
+    } catch (const Error& error) {
+      problems_.push_back(error);
+    }
+  }
+  [[nodiscard]] const std::vector<Error>& problems() const { return problems_; }
+
+ private:
+  std::vector<Error> problems_;
+};
+
+inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
+  fill_in_bundled(scene);
+  fill_in_bundled(detector);
+  require_choice("--mask", scene.mask, {"auto", "silhouette", "file"});
+  Inputs inputs{load_detector(detector), 0, load_car(scene), find_frames(scene.frames), {}};
+  inputs.class_index = class_index_of(detector, inputs.detector);
+  if (wants_normalised_car(inputs.frames.train.front()))
+    inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
+  inputs.warnings = inputs.detector.warnings;
+  inputs.warnings.insert(inputs.warnings.end(), inputs.car.warnings.begin(), inputs.car.warnings.end());
+  return inputs;
+}
+
+/// Checks every input and returns all problems found.
+inline std::vector<Error> check_inputs(SceneSettings scene, DetectorSettings detector) {
+  ProblemList list;
+  list.attempt([&] { fill_in_bundled(scene); });
+  list.attempt([&] { require_choice("--mask", scene.mask, {"auto", "silhouette", "file"}); });
+  list.attempt([&] {
+    fill_in_bundled(detector);
+    const auto loaded = load_detector(detector);
+    (void)class_index_of(detector, loaded);
+  });
+  list.attempt([&] { (void)load_car(scene); });
+  FrameLists frames;
+  list.attempt([&] { frames = find_frames(scene.frames); });
+  std::vector<std::string> paths = frames.train;
+  if (frames.held_out) paths.insert(paths.end(), frames.test.begin(), frames.test.end());
+  for (const auto& path : paths) list.attempt([&] { (void)load_frame(path, scene.mask); });
+  return list.problems();
+}
+
+}  // namespace tapestry::examples

@@ -1,0 +1,88 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/camouflage/training.hpp>
+#include <tapestry/io/npz_file.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::camouflage {
+
+/// The layout of checkpoint files; a reader refuses newer ones.
+inline constexpr std::uint64_t checkpoint_format = 1;
+
+namespace detail {
+inline constexpr std::size_t history_columns = 6;
+
+inline std::array<double, history_columns> row_of(const ObjectiveTerms& terms) {
+  return {terms.iou, terms.objectness, terms.classification, terms.max_score, terms.smoothness, terms.total};
+}
+
+inline ObjectiveTerms terms_of(const double* row) { return {row[0], row[1], row[2], row[3], row[4], row[5]}; }
+}  // namespace detail
+
+/// Writes a checkpoint that NumPy can read too; atomically, so that the previous one survives any
+/// interruption. The archive's checksums guard every member.
+///
+/// \param settings  text that identifies the run's settings, compared on resume
+/// \throws FileError (write)
+template <class T>
+void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings) {
+  Array<double, 2> history(Extents<2>{state.history.size(), detail::history_columns});
+  for (std::size_t i = 0; i < state.history.size(); ++i) {
+    const auto row = detail::row_of(state.history[i]);
+    for (std::size_t j = 0; j < row.size(); ++j) history(i, j) = row[j];
+  }
+  io::NpzWriter file;
+  file.add("format", checkpoint_format);
+  file.add("settings", std::string_view(settings));
+  file.add("step", state.step);
+  file.add("parameter", state.parameter);
+  file.add("adam_step", state.adam.step);
+  file.add("adam_first_moment", state.adam.first_moment);
+  file.add("adam_second_moment", state.adam.second_moment);
+  file.add("history", history);
+  file.write(path);
+}
+
+/// A checkpoint as it was written.
+template <class T>
+struct Checkpoint {
+  TrainingState<T> state;
+  std::string settings;
+};
+
+/// \throws FileError: malformed (damaged), mismatch (a newer format, or members that do not fit each other)
+template <class T>
+[[nodiscard]] Checkpoint<T> read_checkpoint(const std::string& path) {
+  const auto file = io::NpzFile::read(path);
+  const auto number = [&](const char* name) {
+    const auto values = file.get(name).template as<std::uint64_t>();
+    if (values.size() != 1)
+      throw FileError(ErrorKind::mismatch, {path, "", std::string(name) + " is not one number"});
+    return values.front();
+  };
+  const std::uint64_t format = number("format");
+  if (format != checkpoint_format)
+    throw FileError(ErrorKind::mismatch, {path, "", "checkpoint of another format",
+                                          std::to_string(checkpoint_format), std::to_string(format)});
+  Checkpoint<T> checkpoint;
+  const auto settings = file.get("settings").template as<std::uint8_t>();
+  checkpoint.settings.assign(settings.begin(), settings.end());
+  auto& state = checkpoint.state;
+  state.step = number("step");
+  state.parameter = file.template array<T, 2>("parameter");
+  state.adam.step = number("adam_step");
+  state.adam.first_moment = file.get("adam_first_moment").template as<T>();
+  state.adam.second_moment = file.get("adam_second_moment").template as<T>();
+  const auto history = file.template array<double, 2>("history");
+  if (history.shape(0) != state.step || history.shape(1) != detail::history_columns)
+    throw FileError(ErrorKind::mismatch, {path, "", "history does not fit the step number"});
+  for (std::size_t i = 0; i < history.shape(0); ++i)
+    state.history.push_back(detail::terms_of(history.data() + i * detail::history_columns));
+  return checkpoint;
+}
+
+}  // namespace tapestry::camouflage

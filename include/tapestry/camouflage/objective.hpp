@@ -1,0 +1,285 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/camouflage/profile.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <tapestry/loss/smoothness.hpp>
+#include <vector>
+
+namespace tapestry::camouflage {
+
+/// μ = 1 stands for this factor before the sum of squared colour steps. The paper prints μ = 1 and its
+/// published program multiplies the sum by 1e-4; without the factor the sum, some thousands at 416
+/// pixels, drowns adversarial terms that never exceed ten.
+inline constexpr double smoothness_unit = 1e-4;
+
+struct ObjectiveOptions {
+  loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
+  loss::AdversarialWeights weights{};  ///< α, β, γ of the paper
+  double smoothness = 1;               ///< μ, in units of smoothness_unit
+  bool smooth_texture = false;         ///< steps are counted over the texture atlas instead of the picture
+  std::size_t class_index = 0;         ///< the class that the car should no longer be found as
+};
+
+/// The terms of one minibatch, before their weights, averaged over its views.
+struct ObjectiveTerms {
+  double iou = 0;
+  double objectness = 0;
+  double classification = 0;
+  double max_score = 0;
+  double smoothness = 0;  ///< sum of squared colour steps
+  double total = 0;       ///< with weights: what is minimised
+};
+
+/// The whole pipeline as one function on the tape:
+///
+///   parameter → colours → render → compose → detector → adversarial loss + μ · smoothness.
+///
+/// Source: FCA (AAAI 2022), eq. 2-7 and Algorithm 1. The network's weights, the frames and the cameras
+/// are passive and record nothing.
+template <class T>
+class Objective {
+ public:
+  using Views = std::span<const View<T>* const>;
+
+  /// The network must outlive the objective.
+  /// \throws DomainError if the network has no class of that index
+  Objective(const detect::Network<T>& network, const raster::TextureLayout& layout, ObjectiveOptions options)
+      : network_(network), layout_(layout), options_(options) {
+    for (const auto& head : network.heads())
+      if (options.class_index >= head.classes)
+        throw DomainError("objective: class " + std::to_string(options.class_index) + " of a network with " +
+                          std::to_string(head.classes) + " classes");
+  }
+
+  /// Records the loss of a minibatch on the active tape and returns it.
+  ///
+  /// \param parameter  [texel, 3]
+  /// \param views      at least one; they must outlive the tape's next reverse()
+  [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views) {
+    if (views.empty()) throw DomainError("objective: no views");
+    const auto colours = timed(times_.update, [&] { return texture_colours(parameter); });
+    const auto pictures = photograph(colours, views);
+    const auto logits = detect_all(pictures);
+    const Variable<T> adversarial = adversarial_term(logits, views);
+    const Variable<T> smoothness =
+        options_.smooth_texture ? texture_smoothness(colours) : picture_smoothness(pictures, views);
+    const Variable<T> total =
+        adversarial + static_cast<T>(options_.smoothness * smoothness_unit) * smoothness;
+    terms_.smoothness = static_cast<double>(smoothness.value());
+    terms_.total = static_cast<double>(total.value());
+    return total;
+  }
+
+  /// The terms of the last call.
+  [[nodiscard]] const ObjectiveTerms& terms() const { return terms_; }
+  [[nodiscard]] StepTimes& times() { return times_; }
+  [[nodiscard]] const ObjectiveOptions& options() const { return options_; }
+  [[nodiscard]] const detect::Network<T>& network() const { return network_; }
+
+  /// Pictures of a texture in the given views as the detector sees them, [N, H, W, 3].
+  [[nodiscard]] static Array<T, 4> pictures_of(const Array<T, 2>& colours, Views views) {
+    Array<T, 4> pictures(picture_extents(views));
+    for (std::size_t n = 0; n < views.size(); ++n)
+      compose(*views[n], raster::render(views[n]->picture, colours), picture_begin(pictures, n));
+    return pictures;
+  }
+
+ private:
+  template <class Action>
+  static auto timed(double& seconds, Action action) {
+    const ScopedTimer timer(seconds);
+    return action();
+  }
+
+  static Extents<4> picture_extents(Views views) {
+    return {views.size(), views.front()->mask.shape(0), views.front()->mask.shape(1), 3};
+  }
+
+  template <class Pictures>
+  static auto picture_begin(Pictures& pictures, std::size_t n) {
+    return pictures.data() + n * pictures.shape(1) * pictures.shape(2) * pictures.shape(3);
+  }
+
+  [[nodiscard]] ArrayVariable<T, 4> photograph(const ArrayVariable<T, 2>& colours, Views views) {
+    Array<T, 4> pictures(picture_extents(views));
+    for (std::size_t n = 0; n < views.size(); ++n) {
+      const auto render =
+          timed(times_.render, [&] { return raster::render(views[n]->picture, colours.value()); });
+      const ScopedTimer timer(times_.compose);
+      compose(*views[n], render, picture_begin(pictures, n));
+    }
+    return record_array<T, 4>(
+        std::move(pictures),
+        [this, views = std::vector<const View<T>*>(views.begin(), views.end())](
+            const Array<T, 4>& adjoint, Array<T, 2>* colours_adjoint) {
+          for (std::size_t n = 0; colours_adjoint != nullptr && n < views.size(); ++n) {
+            auto render_adjoint = zeros<T, 3>({adjoint.shape(1), adjoint.shape(2), 3});
+            timed(times_.compose,
+                  [&] { compose_adjoint(*views[n], picture_begin(adjoint, n), render_adjoint); });
+            const ScopedTimer timer(times_.render);
+            raster::render_adjoint(views[n]->picture, render_adjoint, *colours_adjoint);
+          }
+        },
+        colours);
+  }
+
+  /// Every head's logits behind one another, so that the network is one record with one output.
+  [[nodiscard]] ArrayVariable<T, 1> detect_all(const ArrayVariable<T, 4>& pictures) {
+    const auto images = timed(times_.compose, [&] { return planes_of(pictures.value()); });
+    timed(times_.detector_forward, [&] { network_.forward(images, pass_, detect::Mode::input_gradient); });
+    return record_array<T, 1>(
+        joined(pass_.logits),
+        [this](const Array<T, 1>& logits_adjoint, Array<T, 4>* pictures_adjoint) {
+          if (pictures_adjoint == nullptr) return;
+          auto images_adjoint = zeros<T, 4>(
+              {pictures_adjoint->shape(0), 3, pictures_adjoint->shape(1), pictures_adjoint->shape(2)});
+          timed(times_.detector_backward,
+                [&] { network_.input_adjoint(pass_, separated(logits_adjoint), images_adjoint); });
+          const ScopedTimer timer(times_.compose);
+          add_from_planes(images_adjoint, *pictures_adjoint);
+        },
+        pictures);
+  }
+
+  [[nodiscard]] loss::Predictions<T> predictions(std::size_t image) const {
+    return {network_.heads(), pass_.logits, image, network_.input_height(), network_.input_width()};
+  }
+
+  [[nodiscard]] Variable<T> adversarial_term(const ArrayVariable<T, 1>& logits, Views views) {
+    const ScopedTimer timer(times_.losses);
+    terms_ = {};
+    std::vector<loss::Target> targets;
+    const double share = 1 / static_cast<double>(views.size());
+    double total = 0;
+    for (std::size_t n = 0; n < views.size(); ++n) {
+      targets.push_back({options_.class_index, views[n]->target});
+      const auto terms = loss::adversarial(predictions(n), targets[n], options_.kind, options_.weights);
+      terms_.iou += share * static_cast<double>(terms.iou);
+      terms_.objectness += share * static_cast<double>(terms.objectness);
+      terms_.classification += share * static_cast<double>(terms.classification);
+      terms_.max_score += share * static_cast<double>(terms.max_score);
+      total += share * static_cast<double>(terms.total);
+    }
+    return record_scalar<T>(
+        static_cast<T>(total),
+        [this, targets = std::move(targets), share](T adjoint, Array<T, 1>* logits_adjoint) {
+          if (logits_adjoint == nullptr) return;
+          const ScopedTimer pullback_timer(times_.losses);
+          auto heads_adjoint = separated(*logits_adjoint);
+          for (std::size_t n = 0; n < targets.size(); ++n)
+            loss::adversarial_adjoint(predictions(n), targets[n], options_.kind, options_.weights,
+                                      adjoint * static_cast<T>(share), heads_adjoint);
+          *logits_adjoint = joined(heads_adjoint);
+        },
+        logits);
+  }
+
+  [[nodiscard]] Variable<T> picture_smoothness(const ArrayVariable<T, 4>& pictures, Views views) {
+    const ScopedTimer timer(times_.losses);
+    const Extents<3> extents{pictures.value().shape(1), pictures.value().shape(2), 3};
+    std::vector<double> sums(views.size());
+    parallel_for(views.size(), [&](std::size_t n) {
+      Array<T, 3> picture(extents);
+      std::copy_n(picture_begin(pictures.value(), n), picture.size(), picture.data());
+      sums[n] = static_cast<double>(loss::smoothness(picture, car_pixels(*views[n])));
+    });
+    double mean = 0;
+    for (const double sum : sums) mean += sum / static_cast<double>(views.size());
+    return record_scalar<T>(
+        static_cast<T>(mean),
+        [this, extents, values = pictures.shared_value(),
+         views = std::vector<const View<T>*>(views.begin(), views.end())](T adjoint,
+                                                                          Array<T, 4>* pictures_adjoint) {
+          if (pictures_adjoint == nullptr) return;
+          const ScopedTimer pullback_timer(times_.losses);
+          parallel_for(views.size(), [&](std::size_t n) {
+            Array<T, 3> picture(extents);
+            Array<T, 3> picture_adjoint(extents);
+            std::copy_n(picture_begin(*values, n), picture.size(), picture.data());
+            std::copy_n(picture_begin(*pictures_adjoint, n), picture.size(), picture_adjoint.data());
+            loss::smoothness_adjoint(picture, car_pixels(*views[n]), adjoint / static_cast<T>(views.size()),
+                                     picture_adjoint);
+            std::copy_n(picture_adjoint.data(), picture.size(), picture_begin(*pictures_adjoint, n));
+          });
+        },
+        pictures);
+  }
+
+  [[nodiscard]] Variable<T> texture_smoothness(const ArrayVariable<T, 2>& colours) {
+    if (layout_.kind != raster::TextureKind::atlas)
+      throw DomainError("objective: smoothness over the texture needs an atlas");
+    const ScopedTimer timer(times_.losses);
+    const auto as_image = [extents =
+                               Extents<3>{layout_.height, layout_.width, 3}](const Array<T, 2>& texels) {
+      Array<T, 3> image(extents);
+      std::copy_n(texels.data(), texels.size(), image.data());
+      return image;
+    };
+    const auto everywhere = filled<T, 2>({layout_.height, layout_.width}, T(1));
+    return record_scalar<T>(
+        loss::smoothness(as_image(colours.value()), everywhere),
+        [as_image, everywhere, values = colours.shared_value()](T adjoint, Array<T, 2>* colours_adjoint) {
+          if (colours_adjoint == nullptr) return;
+          Array<T, 3> image_adjoint = as_image(*colours_adjoint);
+          loss::smoothness_adjoint(as_image(*values), everywhere, adjoint, image_adjoint);
+          std::copy_n(image_adjoint.data(), image_adjoint.size(), colours_adjoint->data());
+        },
+        colours);
+  }
+
+  static Array<T, 4> planes_of(const Array<T, 4>& pictures) {
+    const std::size_t pixels = pictures.shape(1) * pictures.shape(2);
+    Array<T, 4> planes(Extents<4>{pictures.shape(0), 3, pictures.shape(1), pictures.shape(2)});
+    for (std::size_t n = 0; n < pictures.shape(0); ++n)
+      for (std::size_t pixel = 0; pixel < pixels; ++pixel)
+        for (std::size_t c = 0; c < 3; ++c)
+          planes.data()[(n * 3 + c) * pixels + pixel] = pictures.data()[(n * pixels + pixel) * 3 + c];
+    return planes;
+  }
+
+  static void add_from_planes(const Array<T, 4>& planes, Array<T, 4>& pictures) {
+    const std::size_t pixels = pictures.shape(1) * pictures.shape(2);
+    for (std::size_t n = 0; n < pictures.shape(0); ++n)
+      for (std::size_t pixel = 0; pixel < pixels; ++pixel)
+        for (std::size_t c = 0; c < 3; ++c)
+          pictures.data()[(n * pixels + pixel) * 3 + c] += planes.data()[(n * 3 + c) * pixels + pixel];
+  }
+
+  static Array<T, 1> joined(const std::vector<Array<T, 4>>& heads) {
+    std::size_t size = 0;
+    for (const auto& head : heads) size += head.size();
+    Array<T, 1> all(Extents<1>{size});
+    T* to = all.data();
+    for (const auto& head : heads) to = std::copy_n(head.data(), head.size(), to);
+    return all;
+  }
+
+  std::vector<Array<T, 4>> separated(const Array<T, 1>& all) const {
+    std::vector<Array<T, 4>> heads;
+    const T* from = all.data();
+    for (const auto& head : pass_.logits) {
+      heads.emplace_back(head.shape());
+      std::copy_n(from, head.size(), heads.back().data());
+      from += head.size();
+    }
+    return heads;
+  }
+
+  const detect::Network<T>& network_;
+  raster::TextureLayout layout_;
+  ObjectiveOptions options_;
+  detect::Pass<T> pass_;
+  ObjectiveTerms terms_;
+  StepTimes times_;
+};
+
+}  // namespace tapestry::camouflage

@@ -1,0 +1,164 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <numeric>
+#include <span>
+#include <string>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/optim/adam.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::camouflage {
+
+struct TrainingOptions {
+  std::size_t epochs = 5;
+  std::size_t batch = 1;  ///< views a step
+  std::uint64_t seed = 1;
+  optim::AdamSettings adam{};
+};
+
+/// Everything that changes while the texture is optimised. Two runs that agree in it and in their
+/// settings go on to the same bits.
+template <class T>
+struct TrainingState {
+  Array<T, 2> parameter;  ///< [texel, 3]
+  optim::AdamState<T> adam;
+  std::uint64_t step = 0;               ///< steps taken
+  std::vector<ObjectiveTerms> history;  ///< one entry a step
+};
+
+/// Minimises the objective over the texture by Adam, in shuffled minibatches over views.
+///
+/// The order of an epoch's views depends on the seed and the epoch's number only, so the state needs no
+/// sampler: the step's number says where it stands. Source: FCA (AAAI 2022), Algorithm 1.
+template <class T>
+class Training {
+ public:
+  /// \param objective  and \param store must outlive the training
+  /// \param usable     the store's views that show the car, at least one
+  /// \param start      [texel, 3]
+  Training(Objective<T>& objective, ViewStore<T>& store, std::vector<std::size_t> usable, Array<T, 2> start,
+           TrainingOptions options)
+      : objective_(objective),
+        store_(store),
+        usable_(std::move(usable)),
+        options_(options),
+        adam_(start.size(), options.adam) {
+    if (usable_.empty()) throw Error(ErrorKind::mismatch, "training: no view shows the car");
+    if (options.batch == 0) throw DomainError("training: a batch needs at least one view");
+    state_.parameter = std::move(start);
+  }
+
+  [[nodiscard]] std::size_t steps_per_epoch() const { return block_count(usable_.size(), options_.batch); }
+  [[nodiscard]] std::size_t step_count() const { return options_.epochs * steps_per_epoch(); }
+  [[nodiscard]] bool finished() const { return state_.step >= step_count(); }
+  [[nodiscard]] std::uint64_t steps_taken() const { return state_.step; }
+  [[nodiscard]] const Array<T, 2>& parameter() const { return state_.parameter; }
+  [[nodiscard]] const std::vector<ObjectiveTerms>& history() const { return state_.history; }
+
+  /// A copy of everything a checkpoint needs.
+  [[nodiscard]] TrainingState<T> state() const {
+    TrainingState<T> state = state_;
+    state.adam = adam_.state();
+    return state;
+  }
+
+  /// Continues from a saved state.
+  /// \throws ShapeError if it belongs to a texture of another size
+  void restore(TrainingState<T> state) {
+    require_shape("training", "parameter", state.parameter, state_.parameter.shape());
+    adam_.restore(std::move(state.adam));
+    state_ = std::move(state);
+    state_.adam = {};
+  }
+
+  /// One minibatch: records, reverses, updates.
+  /// \returns the number of views in it
+  /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state
+  ///         is then what it was before the step
+  std::size_t step() {
+    const auto batch = next_batch();
+    std::vector<const View<T>*> views;
+    for (const auto& view : batch) views.push_back(view.get());
+    const Array<T, 2> gradient = gradient_of(views);
+    require_finite_gradient(gradient, views);
+    const ScopedTimer timer(objective_.times().update);
+    adam_.step({state_.parameter.data(), state_.parameter.size()}, {gradient.data(), gradient.size()});
+    state_.history.push_back(objective_.terms());
+    ++state_.step;
+    return views.size();
+  }
+
+ private:
+  using ViewPointer = std::shared_ptr<const View<T>>;
+
+  [[nodiscard]] std::vector<ViewPointer> next_batch() {
+    const std::size_t epoch = state_.step / steps_per_epoch();
+    if (epoch_of_order_ != epoch || order_.empty()) {
+      order_ = usable_;
+      Random(options_.seed).fork(epoch).shuffle(order_);
+      epoch_of_order_ = epoch;
+    }
+    const auto [begin, end] = block_range(state_.step % steps_per_epoch(), order_.size(), options_.batch);
+    std::vector<ViewPointer> batch;
+    for (std::size_t i = begin; i < end; ++i) batch.push_back(store_.view(order_[i]));
+    return batch;
+  }
+
+  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<const View<T>*>& views) {
+    tape_.clear();
+    const auto scope = tape_.activate();
+    const ArrayVariable<T, 2> parameter = tape_.input(state_.parameter);
+    const Variable<T> loss = objective_(parameter, views);
+    require_finite_terms(views);
+    tape_.reverse(loss);
+    return parameter.adjoint();
+  }
+
+  void require_finite_terms(const std::vector<const View<T>*>& views) const {
+    const auto& terms = objective_.terms();
+    const std::array<std::pair<const char*, double>, 6> named{{{"iou", terms.iou},
+                                                               {"objectness", terms.objectness},
+                                                               {"classification", terms.classification},
+                                                               {"max_score", terms.max_score},
+                                                               {"smoothness", terms.smoothness},
+                                                               {"total", terms.total}}};
+    for (const auto& [name, value] : named)
+      if (!std::isfinite(value))
+        throw NumericError("step " + std::to_string(state_.step + 1) + ": term " + name + " is " +
+                           std::to_string(value) + " in the minibatch of " + names_of(views));
+  }
+
+  void require_finite_gradient(const Array<T, 2>& gradient, const std::vector<const View<T>*>& views) const {
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+      if (!std::isfinite(gradient.data()[i]))
+        throw NumericError("step " + std::to_string(state_.step + 1) + ": the gradient of texel " +
+                           std::to_string(i / 3) + " is not finite in the minibatch of " + names_of(views));
+  }
+
+  [[nodiscard]] static std::string names_of(const std::vector<const View<T>*>& views) {
+    std::string names;
+    for (const auto* view : views) names += (names.empty() ? "" : ", ") + view->name;
+    return names;
+  }
+
+  Objective<T>& objective_;
+  ViewStore<T>& store_;
+  std::vector<std::size_t> usable_;
+  TrainingOptions options_;
+  optim::Adam<T> adam_;
+  TrainingState<T> state_;
+  Tape<T> tape_;
+  std::vector<std::size_t> order_;
+  std::size_t epoch_of_order_ = 0;
+};
+
+}  // namespace tapestry::camouflage

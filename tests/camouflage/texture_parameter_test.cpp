@@ -1,0 +1,86 @@
+#include <cmath>
+#include <limits>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/random_array.hpp"
+
+namespace camouflage = tapestry::camouflage;
+using tapestry::Array;
+using tapestry::test::random_array;
+
+TEST_CASE("texture_colours is mid grey at zero and stays in [0, 1]", "[camouflage][texture]") {
+  Array<double, 2> parameter(tapestry::Extents<2>{1, 3});
+  parameter(0, 0) = 0;
+  parameter(0, 1) = 1e6;
+  parameter(0, 2) = -1e6;
+  const auto colours = camouflage::texture_colours(parameter);
+  CHECK(colours(0, 0) == 0.5);
+  CHECK(colours(0, 1) == 1.0);
+  CHECK(colours(0, 2) == 0.0);
+}
+
+TEMPLATE_TEST_CASE("texture_colours_adjoint agrees with central differences", "[camouflage][gradient]", float,
+                   double) {
+  const auto parameter = random_array<TestType>({7, 3}, 1, -3, 3);
+  const auto weights = random_array<TestType>({7, 3}, 2);
+  const auto direction = tapestry::test::random_direction<TestType>({7, 3}, 3);
+  const auto value = [&](const Array<TestType, 2>& p) {
+    return tapestry::test::dot(camouflage::texture_colours(p), weights);
+  };
+  auto adjoint = tapestry::zeros<TestType, 2>({7, 3});
+  camouflage::texture_colours_adjoint(parameter, weights, adjoint);
+  CHECK(std::abs(tapestry::test::dot(adjoint, direction) -
+                 tapestry::test::central_difference(value, parameter, direction)) <=
+        tapestry::test::central_difference_tolerance(value(parameter)));
+}
+
+TEMPLATE_TEST_CASE("a saturated tanh has a tiny but never a NaN gradient", "[camouflage][texture]", float,
+                   double) {
+  Array<TestType, 2> parameter(tapestry::Extents<2>{1, 3});
+  parameter(0, 0) = TestType(20);
+  parameter(0, 1) = std::numeric_limits<TestType>::max();
+  parameter(0, 2) = TestType(-20);
+  const auto ones = tapestry::filled<TestType, 2>({1, 3}, TestType(1));
+  auto adjoint = tapestry::zeros<TestType, 2>({1, 3});
+  camouflage::texture_colours_adjoint(parameter, ones, adjoint);
+  // ½ (1 − tanh²) = 2 e^(−40) to within e^(−40) of itself: its relative accuracy survives saturation.
+  const auto exact = TestType(2 * std::exp(-40.0));
+  CHECK(std::abs(adjoint(0, 0) - exact) <= 100 * std::numeric_limits<TestType>::epsilon() * exact);
+  CHECK(adjoint(0, 1) == TestType(0));
+  CHECK(adjoint(0, 2) == adjoint(0, 0));
+}
+
+TEST_CASE("parameter_of_colours is undone by texture_colours, but for white and black",
+          "[camouflage][texture]") {
+  auto colours = random_array<double>({5, 3}, 4, 0.01, 0.99);
+  colours(0, 0) = 1;
+  colours(0, 1) = 0;
+  const auto parameter = camouflage::parameter_of_colours(colours);
+  const auto again = camouflage::texture_colours(parameter);
+  CHECK(std::abs(again(0, 0) - (1 - camouflage::colour_margin)) < 1e-12);
+  CHECK(std::abs(again(0, 1) - camouflage::colour_margin) < 1e-12);
+  for (std::size_t i = 2; i < colours.size(); ++i)
+    CHECK(std::abs(again.data()[i] - colours.data()[i]) < 1e-12);
+}
+
+TEST_CASE("texture_colours on a tape gives the adjoint of the plain function", "[camouflage][texture]") {
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto parameter = tape.input(random_array<double>({4, 3}, 5, -2, 2));
+  const auto colours = camouflage::texture_colours(parameter);
+  const auto weights = random_array<double>({4, 3}, 6);
+  const auto loss = tapestry::record_scalar<double>(
+      tapestry::test::dot(colours.value(), weights),
+      [&](double adjoint, Array<double, 2>* colours_adjoint) {
+        for (std::size_t i = 0; i < weights.size(); ++i)
+          colours_adjoint->data()[i] += adjoint * weights.data()[i];
+      },
+      colours);
+  tape.reverse(loss);
+  auto expected = tapestry::zeros<double, 2>({4, 3});
+  camouflage::texture_colours_adjoint(parameter.value(), weights, expected);
+  CHECK(parameter.adjoint() == expected);
+}

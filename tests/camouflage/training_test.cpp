@@ -1,0 +1,156 @@
+#include <cmath>
+#include <limits>
+#include <tapestry/camouflage/checkpoint.hpp>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/training.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/temporary_folder.hpp"
+#include "../support/tiny_scene.hpp"
+
+namespace camouflage = tapestry::camouflage;
+namespace test = tapestry::test;
+using tapestry::Array;
+
+namespace {
+struct Fixture {
+  camouflage::PaintedMesh car = test::tiny_car();
+  tapestry::detect::Network<float> network = test::tiny_network<float>();
+  camouflage::ViewStore<float> store = test::tiny_store<float>(car, 4);
+  camouflage::Objective<float> objective{network, car.layout, {}};
+  Array<float, 2> start = tapestry::zeros<float, 2>({car.layout.texel_count(car.mesh), 3});
+
+  camouflage::Training<float> training(std::size_t epochs, std::vector<std::size_t> usable = {0, 1, 2, 3}) {
+    camouflage::TrainingOptions options;
+    options.epochs = epochs;
+    options.batch = 3;
+    return {objective, store, std::move(usable), start, options};
+  }
+};
+}  // namespace
+
+TEST_CASE("training lowers the loss", "[camouflage][training]") {
+  Fixture fixture;
+  auto training = fixture.training(20);
+  while (!training.finished()) training.step();
+  REQUIRE(training.history().size() == 40);
+  CHECK(training.history().back().total < training.history().front().total);
+}
+
+TEST_CASE("an interrupted training goes on to the same bits", "[camouflage][training]") {
+  Fixture fixture;
+  auto whole = fixture.training(4);
+  while (!whole.finished()) whole.step();
+
+  auto first = fixture.training(4);
+  for (int i = 0; i < 3; ++i) first.step();
+  const test::TemporaryFolder folder;
+  camouflage::write_checkpoint(folder.path("checkpoint.npz"), first.state(), "settings");
+  auto checkpoint = camouflage::read_checkpoint<float>(folder.path("checkpoint.npz"));
+  CHECK(checkpoint.settings == "settings");
+  auto second = fixture.training(4);
+  second.restore(std::move(checkpoint.state));
+  while (!second.finished()) second.step();
+  CHECK(second.parameter() == whole.parameter());
+  CHECK(second.history().size() == whole.history().size());
+}
+
+TEST_CASE("training gives the same bits for one and two threads", "[camouflage][training]") {
+  Fixture fixture;
+  const auto run = [&](int threads) {
+    tapestry::limit_threads(threads);
+    auto training = fixture.training(2);
+    while (!training.finished()) training.step();
+    return training.parameter();
+  };
+  const auto one = run(1);
+  const auto two = run(2);
+  CHECK(one == two);
+}
+
+TEST_CASE("NaN in the loss stops the training, names step and term, and keeps the state",
+          "[camouflage][training]") {
+  Fixture fixture;
+  auto training = fixture.training(2);
+  training.step();
+  const auto before = training.parameter();
+  for (auto& value : fixture.network.parameters()) value = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THROWS_AS(training.step(), tapestry::NumericError);
+  CHECK_THROWS_WITH(training.step(),
+                    Catch::Matchers::Contains("step 2: term") && Catch::Matchers::Contains("frame"));
+  CHECK(training.parameter() == before);
+  CHECK(training.steps_taken() == 1);
+}
+
+TEST_CASE("training without a view that shows the car is refused", "[camouflage][training]") {
+  Fixture fixture;
+  CHECK_THROWS_AS(fixture.training(1, {}), tapestry::Error);
+}
+
+TEST_CASE("a car outside the frame, or behind an all-zero mask, is hidden", "[camouflage][view]") {
+  const auto car = test::tiny_car();
+  auto frame = test::tiny_frame(0);
+  frame.mask = tapestry::filled<std::uint8_t, 2>({48, 48}, std::uint8_t(0));
+  const auto masked = camouflage::make_view<float>(frame, car, 48, 48);
+  CHECK(masked.visible_pixels == 0);
+  CHECK(masked.target.w == 0);
+  frame = test::tiny_frame(0);
+  frame.camera = tapestry::geometry::look_at({30, 0, 1}, {60, 0, 1}, {0, 0, 1}, 0.9);
+  CHECK(camouflage::make_view<float>(frame, car, 48, 48).visible_pixels == 0);
+}
+
+TEST_CASE("a target that touches the border ends there", "[camouflage][view]") {
+  const auto car = test::tiny_car();
+  auto frame = test::tiny_frame(0);
+  frame.camera = tapestry::geometry::look_at({3.5, 0.4, 1}, {0, 0, 0.7}, {0, 0, 1}, 0.9);
+  const auto view = camouflage::make_view<float>(frame, car, 48, 48);
+  REQUIRE(view.visible_pixels > 0);
+  CHECK(view.target.cx - view.target.w / 2 >= 0);
+  CHECK(view.target.cx + view.target.w / 2 <= 48);
+  CHECK(view.target.w == 48);
+}
+
+TEST_CASE("a wide frame is letterboxed with the car where the frame shows it", "[camouflage][view]") {
+  const auto car = test::tiny_car();
+  auto frame = test::tiny_frame(0, 48);
+  const auto square = camouflage::make_view<double>(frame, car, 48, 48);
+  frame.image = tapestry::filled<std::uint8_t, 3>({24, 48, 3}, std::uint8_t(9));
+  frame.camera.tan_half_fov_y /= 2;  // the middle half of the square frame
+  const auto wide = camouflage::make_view<double>(frame, car, 48, 48);
+  CHECK(wide.background(0, 0, 0) == 0.5);
+  CHECK(wide.mask(0, 0) == 0);
+  for (std::size_t y = 12; y < 36; ++y)
+    for (std::size_t x = 0; x < 48; ++x)
+      REQUIRE(wide.picture.coverage(y, x) == square.picture.coverage(y, x));
+}
+
+TEST_CASE("a mask of another size is refused with both sizes", "[camouflage][view]") {
+  auto frame = test::tiny_frame(0);
+  frame.mask = tapestry::filled<std::uint8_t, 2>({47, 48}, std::uint8_t(1));
+  CHECK_THROWS_WITH(camouflage::make_view<float>(frame, test::tiny_car(), 48, 48),
+                    "make_view: mask is [47, 48], expected [48, 48]");
+}
+
+TEST_CASE("own colours give the clean car, in an atlas and in cubes", "[camouflage][texture]") {
+  for (const auto kind : {tapestry::raster::TextureKind::atlas, tapestry::raster::TextureKind::cube}) {
+    const auto car = test::tiny_car(12, kind);
+    const auto colours = camouflage::own_colours<float>(car);
+    auto unpainted = car;
+    for (auto& face : unpainted.painted) face = 0;
+    const auto view = camouflage::make_view<float>(test::tiny_frame(1), car, 48, 48);
+    const auto plain = camouflage::make_view<float>(test::tiny_frame(1), unpainted, 48, 48);
+    const auto painted = tapestry::raster::render(view.picture, colours);
+    for (std::size_t i = 0; i < painted.size(); ++i)
+      REQUIRE(std::abs(painted.data()[i] - plain.picture.constant.data()[i]) < 1e-5F);
+  }
+}
+
+TEST_CASE("one view and one painted face train", "[camouflage][training]") {
+  Fixture fixture;
+  std::fill(fixture.car.painted.begin(), fixture.car.painted.end(), std::uint8_t(0));
+  fixture.car.painted[8] = 1;  // half of the roof
+  auto training = fixture.training(3, {0});
+  while (!training.finished()) training.step();
+  CHECK(std::isfinite(training.history().back().total));
+}
