@@ -10,10 +10,6 @@
 
 namespace tapestry::nn {
 
-/// Added to a variance inside the root, as in AlexeyAB's Darknet, Darknet on GPUs and OpenCV (which adds
-/// 1e-6 to the root on the CPU; the original Darknet does so too).
-inline constexpr double batch_norm_epsilon = 1e-5;
-
 /// Statistics of one batch: for each channel its mean, its biased variance, and 1/√(variance + ε).
 struct BatchStatistics {
   std::vector<double> mean{};
@@ -95,9 +91,10 @@ void bias_adjoint(const T* out_adjoint, std::size_t pixels, std::size_t channels
   for (std::size_t c = 0; c < channels; ++c) bias_adjoint[c] += static_cast<T>(sums[c]);
 }
 
-/// Mean and variance of each channel of [pixels, channels], in two passes.
+/// Mean and variance of each channel of [pixels, channels], in two passes; ε is added inside the root.
 template <std::floating_point T>
-[[nodiscard]] BatchStatistics batch_statistics(const T* values, std::size_t pixels, std::size_t channels) {
+[[nodiscard]] BatchStatistics batch_statistics(const T* values, std::size_t pixels, std::size_t channels,
+                                               double epsilon) {
   BatchStatistics statistics;
   std::vector<double> sums;
   std::vector<double> products;
@@ -110,7 +107,7 @@ template <std::floating_point T>
     const double square_sum = products[c] - statistics.mean[c] * (sums[c] - count * statistics.mean[c]);
     const double variance = square_sum / count;
     statistics.variance.push_back(variance < 0 ? 0 : variance);
-    statistics.inverse_deviation.push_back(1 / std::sqrt(statistics.variance.back() + batch_norm_epsilon));
+    statistics.inverse_deviation.push_back(1 / std::sqrt(statistics.variance.back() + epsilon));
   }
   return statistics;
 }

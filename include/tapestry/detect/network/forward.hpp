@@ -147,7 +147,8 @@ class ForwardPass {
       const ConvolutionParameters& own = graph_.layout.layers[i];
       state.unnormalised = pass_.workspace.take(size_of(i));
       nn::convolve<T>(weights_.convolutions[i], pass_.images, from, {}, state.unnormalised.data(), size);
-      state.statistics = nn::batch_statistics(state.unnormalised.data(), pixels_of(i), layer.filters);
+      state.statistics = nn::batch_statistics(state.unnormalised.data(), pixels_of(i), layer.filters,
+                                              graph_.config.batch_norm_epsilon);
       nn::batch_norm(state.statistics, parameters_.data() + own.scale, parameters_.data() + own.bias,
                      state.unnormalised.data(), pixels_of(i), slope, to);
     }

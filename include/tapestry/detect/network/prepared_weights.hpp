@@ -26,9 +26,9 @@ struct AdjointWeights {
 /// Factor that batch normalisation with running statistics puts on a filter: scale / √(variance + ε).
 template <class T>
 [[nodiscard]] double folded_factor(const std::vector<T>& parameters, const ConvolutionParameters& own,
-                                   std::size_t filter) {
+                                   std::size_t filter, double epsilon) {
   return static_cast<double>(parameters[own.scale + filter]) /
-         std::sqrt(static_cast<double>(parameters[own.variance + filter]) + nn::batch_norm_epsilon);
+         std::sqrt(static_cast<double>(parameters[own.variance + filter]) + epsilon);
 }
 
 /// Calls pack(layer, shape, weight_at) for each convolution, where weight_at(i) is its i-th weight, times
@@ -46,7 +46,8 @@ void for_each_convolution(const Graph& graph, const std::vector<T>& parameters, 
     }
     const std::size_t filter_size = shape.group_in() * shape.taps();
     std::vector<double> factors;
-    for (std::size_t m = 0; m < shape.out_channels; ++m) factors.push_back(folded_factor(parameters, own, m));
+    for (std::size_t m = 0; m < shape.out_channels; ++m)
+      factors.push_back(folded_factor(parameters, own, m, graph.config.batch_norm_epsilon));
     pack(i, shape, [&](std::size_t w) { return static_cast<double>(weights[w]) * factors[w / filter_size]; });
   }
 }
@@ -57,19 +58,20 @@ template <class T>
   ForwardWeights<T> prepared;
   prepared.convolutions.resize(graph.config.layers.size());
   prepared.biases.resize(graph.config.layers.size());
-  for_each_convolution(
-      graph, parameters, folds, [&](std::size_t i, const nn::ConvolutionShape& shape, auto weight_at) {
-        prepared.convolutions[i] = nn::pack_convolution<T>(shape, weight_at);
-        const ConvolutionParameters& own = graph.layout.layers[i];
-        nn::Buffer<T>& bias = prepared.biases[i];
-        bias.resize(shape.out_channels);
-        for (std::size_t m = 0; m < shape.out_channels; ++m) {
-          auto shift = static_cast<double>(parameters[own.bias + m]);
-          if (graph.config.layers[i].batch_normalize)
-            shift -= static_cast<double>(parameters[own.mean + m]) * folded_factor(parameters, own, m);
-          bias.data()[m] = static_cast<T>(shift);
-        }
-      });
+  for_each_convolution(graph, parameters, folds,
+                       [&](std::size_t i, const nn::ConvolutionShape& shape, auto weight_at) {
+                         prepared.convolutions[i] = nn::pack_convolution<T>(shape, weight_at);
+                         const ConvolutionParameters& own = graph.layout.layers[i];
+                         nn::Buffer<T>& bias = prepared.biases[i];
+                         bias.resize(shape.out_channels);
+                         for (std::size_t m = 0; m < shape.out_channels; ++m) {
+                           auto shift = static_cast<double>(parameters[own.bias + m]);
+                           if (graph.config.layers[i].batch_normalize)
+                             shift -= static_cast<double>(parameters[own.mean + m]) *
+                                      folded_factor(parameters, own, m, graph.config.batch_norm_epsilon);
+                           bias.data()[m] = static_cast<T>(shift);
+                         }
+                       });
   return prepared;
 }
 

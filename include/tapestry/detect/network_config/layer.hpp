@@ -50,6 +50,10 @@ struct NetworkConfig {
   std::size_t width = 416;
   std::size_t channels = 3;
   std::vector<LayerConfig> layers{};
+
+  /// Added to variances inside the root. Not part of a cfg file but of the program that runs it: 1e-5 in
+  /// AlexeyAB's Darknet and in Darknet on GPUs, 1e-6 in OpenCV; Darknet on a CPU adds 1e-6 to the root.
+  double batch_norm_epsilon = 1e-5;
   std::vector<std::string> warnings{};  ///< options that were not understood, one message each
 };
 
