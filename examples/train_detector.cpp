@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <numbers>
 #include <string>
 #include <tapestry/core/parallel.hpp>
@@ -244,6 +245,9 @@ void require_sense(const Options& o) {
   require(o.batch > 0, "--batch must be at least 1");
   require(o.save_every > 0 && o.validate_every > 0, "--save-every and --validate-every must be at least 1");
   require(o.learning_rate > 0, "--learning-rate must be above 0");
+  const auto folder = std::filesystem::absolute(o.output).parent_path();
+  if (!std::filesystem::is_directory(folder))  // better known now than at the first save
+    throw FileError(ErrorKind::write, {o.output, "", "its folder does not exist"});
 }
 
 }  // namespace

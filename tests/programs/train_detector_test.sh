@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# train_detector from the outside.
+source "$(dirname "$0")/support.sh"
+train=$programs/train_detector
+[ -x "$train" ] || exit 77
+small="--batch 2 --fresh 1 --pool 4 --validate 2"
+
+expect_exit 0 "help" "$train" --help
+grep -q -- '--learning-rate' command.out && pass || fail "help lacks an option"
+expect_exit 0 "three steps on one thread" "$train" $small --steps 3 --seed 7 --threads 1 --output one.weights
+grep -q 'P@0.5' command.out && pass || fail "no validation at the end"
+expect_exit 0 "three steps on two threads" "$train" $small --steps 3 --seed 7 --threads 2 --output two.weights
+expect_same one.weights two.weights
+expect_exit 0 "another seed" "$train" $small --steps 3 --seed 8 --output other.weights
+cmp -s one.weights other.weights && fail "two seeds give the same weights" || pass
+expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.weights --output none.weights
+[ -e none.weights ] && fail "validation alone wrote weights" || pass
+
+"$train" $small --steps 1000000 --output stopped.weights >command.out 2>command.err &
+child=$!
+for _ in $(seq 600); do grep -q '^step 1 ' command.err && break; sleep 0.1; done
+kill -TERM "$child"
+wait "$child"
+[ $? -eq 143 ] && pass || fail "stopping did not end with 143"
+expect_file stopped.weights
+
+expect_exit 2 "a misspelt option" "$train" --stepz 3
+expect_error_line 'did you mean --steps'
+expect_exit 2 "an empty batch" "$train" --batch 0
+expect_exit 3 "missing weights" "$train" --weights absent.weights --steps 0
+expect_error_line 'absent.weights'
+expect_exit 5 "a missing folder" "$train" $small --output absent/x.weights
+expect_error_line 'absent/x.weights'
+finish
