@@ -314,6 +314,24 @@ TEST_CASE("a tie goes to the first candidate", "[loss][adversarial]") {
   CHECK(found->candidate == loss::Candidate{1, 0, 1, 2});
 }
 
+TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial]") {
+  const auto heads = three_heads();
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    auto logits = random_logits<double>(heads, seed, 0.2 * static_cast<double>(seed));
+    const loss::Target target{seed % classes, {1.5 * static_cast<double>(seed), 30, 26, 17}};
+    for (std::size_t head = 0; head < heads.size(); ++head) {
+      std::optional<loss::Responsible> best;
+      loss::for_each_candidate(head, heads[head], [&](const loss::Candidate& candidate) {
+        const auto found = loss::judge(view(heads, logits), candidate, target);
+        if (found.score() > (best ? best->score() : 0)) best = found;
+      });
+      const auto found = loss::responsible(view(heads, logits), head, target);
+      REQUIRE(found.has_value() == best.has_value());
+      if (found) CHECK(found->candidate == best->candidate);
+    }
+  }
+}
+
 TEST_CASE("NaN arriving in the loss is passed on", "[loss][adversarial]") {
   const auto heads = three_heads();
   for (const auto kind : all_kinds) {

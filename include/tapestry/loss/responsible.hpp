@@ -1,7 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <tapestry/loss/anchor_match.hpp>  // cell_of
 #include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {
@@ -26,22 +28,55 @@ template <class T>
           iou_with_gradient(decoded_box(predictions, candidate), target.box)};
 }
 
+namespace detail {
+
+/// A logit below which neither objectness nor class probability lets a candidate's score reach `score`;
+/// a little lower than exact, so that rounding never decides.
+[[nodiscard]] inline double hopeless_logit(double score) {
+  const double reachable = std::min(score, 1 - 1e-9);
+  return std::log(reachable / (1 - reachable)) - 1e-6;
+}
+
+/// The best score at the cell of the target's centre: a first bound that spares most candidates' boxes.
+template <class T>
+[[nodiscard]] double score_at_centre(const Predictions<T>& predictions, std::size_t head_index,
+                                     const Target& target) {
+  const auto& head = predictions.heads[head_index];
+  const Cell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
+  double best = 0;
+  for (std::size_t anchor = 0; cell.exists && anchor < head.anchors.size(); ++anchor) {
+    const double score = judge(predictions, {head_index, anchor, cell.row, cell.column}, target).score();
+    if (score > best) best = score;
+  }
+  return best;
+}
+
+}  // namespace detail
+
 /// The candidate of a head that finds the target best: the largest σ(obj) · p(class) · IoU; none when no
-/// box overlaps the target. Ties go to the first candidate, which is also where the losses built on this
-/// have their kinks: they differentiate the chosen candidate only. The first score that is NaN wins, so
-/// that a NaN among the logits is never overlooked.
+/// score is above 0, as when no box overlaps the target. Ties go to the first candidate, which is also
+/// where the losses built on this have their kinks: they differentiate the chosen candidate only. The
+/// first score that is NaN wins, so that a NaN among the logits is never overlooked.
 template <class T>
 [[nodiscard]] std::optional<Responsible> responsible(const Predictions<T>& predictions,
                                                      std::size_t head_index, const Target& target) {
   std::optional<Responsible> best;
   double best_score = 0;
+  double hopeless = detail::hopeless_logit(detail::score_at_centre(predictions, head_index, target));
   for_each_candidate(head_index, predictions.heads[head_index], [&](const Candidate& candidate) {
     if (std::isnan(best_score)) return;
+    const auto at = [&](std::size_t channel) { return logit(predictions, candidate, channel); };
+    const double objectness = at(objectness_channel), class_logit = at(class_channel + target.class_index);
+    const bool cannot_win = objectness < hopeless || class_logit < hopeless;
+    const bool has_nan =
+        std::isnan(objectness + class_logit + at(x_channel) + at(y_channel) + at(w_channel) + at(h_channel));
+    if (cannot_win && !has_nan) return;
     const Responsible found = judge(predictions, candidate, target);
     const double score = found.score();
     if (score > best_score || std::isnan(score)) {
       best = found;
       best_score = score;
+      if (score > 0) hopeless = std::max(hopeless, detail::hopeless_logit(score));
     }
   });
   return best;
