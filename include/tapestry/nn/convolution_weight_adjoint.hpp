@@ -128,17 +128,20 @@ void unpack_weights(const ConvolutionShape& shape, const T* sum, T* weights_adjo
     return;
   }
   const std::size_t padded = round_up(shape.group_out(), lanes);
-  for (std::size_t g = 0; g < shape.groups; ++g)
-    for (std::size_t first = 0; first < padded;) {
-      const std::size_t width = panel_lanes(first, padded, lanes);
-      for (std::size_t t = 0; t < taps; ++t)
-        for (std::size_t i = 0; i < shape.group_in(); ++i, sum += width)
-          for (std::size_t lane = 0; lane < width && first + lane < shape.group_out(); ++lane) {
-            const std::size_t filter = g * shape.group_out() + first + lane;
-            weights_adjoint[(filter * shape.group_in() + i) * taps + t] += sum[lane];
-          }
-      first += width;
-    }
+  const std::size_t panels = block_count(padded, 2 * lanes);
+  const std::size_t channels = shape.group_in();
+  parallel_for(shape.groups * panels, [&](std::size_t task) {
+    const std::size_t g = task / panels;
+    const std::size_t first = task % panels * 2 * lanes;
+    const std::size_t width = panel_lanes(first, padded, lanes);
+    const std::size_t count = std::min(width, shape.group_out() - first);
+    const T* panel = sum + (g * padded + first) * taps * channels;
+    for (std::size_t i = 0; i < channels; ++i)
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        T* const to = weights_adjoint + ((g * shape.group_out() + first + lane) * channels + i) * taps;
+        for (std::size_t t = 0; t < taps; ++t) to[t] += panel[(t * channels + i) * width + lane];
+      }
+  });
 }
 
 /// One unit, some rows of one image, for the panels of one task.

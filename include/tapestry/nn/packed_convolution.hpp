@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
@@ -55,19 +56,18 @@ void pack_weights(PackedConvolution<T>& packed, Weight weight) {
   }
   const std::size_t padded = round_up(shape.group_out(), lanes);
   packed.weights.resize(shape.groups * padded * packed.reduction());
-  T* to = packed.weights.data();
-  for (std::size_t g = 0; g < shape.groups; ++g)
-    for (std::size_t first = 0; first < padded;) {
-      const std::size_t width = panel_lanes(first, padded, lanes);
-      for (std::size_t y = 0; y < shape.rows.taps; ++y)
-        for (std::size_t x = 0; x < shape.columns.taps; ++x)
-          for (std::size_t i = 0; i < shape.group_in(); ++i)
-            for (std::size_t lane = 0; lane < width; ++lane) {
-              const std::size_t o = first + lane;
-              *to++ = o < shape.group_out() ? weight(g, o, i, y, x) : T(0);
-            }
-      first += width;
-    }
+  const std::size_t panels = block_count(padded, 2 * lanes);
+  parallel_for(shape.groups * panels, [&](std::size_t task) {
+    const std::size_t g = task / panels;
+    const std::size_t first = task % panels * 2 * lanes;
+    const std::size_t width = panel_lanes(first, padded, lanes);
+    T* to = packed.weights.data() + (g * padded + first) * packed.reduction();
+    for (std::size_t y = 0; y < shape.rows.taps; ++y)
+      for (std::size_t x = 0; x < shape.columns.taps; ++x)
+        for (std::size_t i = 0; i < shape.group_in(); ++i)
+          for (std::size_t lane = 0; lane < width; ++lane)
+            *to++ = first + lane < shape.group_out() ? weight(g, first + lane, i, y, x) : T(0);
+  });
 }
 }  // namespace detail
 

@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/vector_kernels.hpp>
 
 namespace tapestry::nn {
 
@@ -39,49 +37,36 @@ struct PoolWindow {
 }  // namespace detail
 
 /// Largest value of each window, and which pixel of the picture it is; of equal ones the first in reading
-/// order, and NaN counts as larger than everything, so that it stays visible. A window that lies outside
-/// altogether would give −∞ and no pixel (−1).
+/// order, and NaN counts as larger than everything, so that it stays visible.
 ///
-/// \param in      [images, row, column, channel]
+/// \param in      [images, row, column, channel], readable 128 bytes past its end; each window meets it
 /// \param choice  row · width + column for each output, or null if not wanted
 template <std::floating_point T>
-void max_pool(const PoolingShape& shape, std::size_t images, const T* in, T* out, std::int32_t* choice) {
-  const std::size_t channels = shape.channels;
+void max_pool(const PoolingShape& shape, std::size_t images, const T* in, T* out, Position<T>* choice) {
   parallel_for(images * shape.out_height, [&](std::size_t task) {
     const T* picture = in + task / shape.out_height * shape.in_size();
-    const std::size_t y = task % shape.out_height;
-    const auto rows = detail::pool_window(y, shape, shape.in_height);
+    const auto rows = detail::pool_window(task % shape.out_height, shape, shape.in_height);
+    MaxPoolArguments<T> window{};
+    window.rows = rows.end - rows.begin;
+    window.row_step = shape.in_width * shape.channels;
+    window.channels = shape.channels;
+    window.width = shape.in_width;
     for (std::size_t x = 0; x < shape.out_width; ++x) {
       const auto columns = detail::pool_window(x, shape, shape.in_width);
-      T* const best = out + (task * shape.out_width + x) * channels;
-      std::int32_t* const chosen =
-          choice == nullptr ? nullptr : choice + (task * shape.out_width + x) * channels;
-      std::fill(best, best + channels, -std::numeric_limits<T>::infinity());
-      if (chosen != nullptr) std::fill(chosen, chosen + channels, -1);
-      for (std::size_t r = rows.begin; r < rows.end; ++r)
-        for (std::size_t c = columns.begin; c < columns.end; ++c) {
-          const std::size_t pixel = r * shape.in_width + c;
-          const T* value = picture + pixel * channels;
-          const auto position = static_cast<std::int32_t>(pixel);
-          if (chosen == nullptr) {
-            for (std::size_t i = 0; i < channels; ++i)
-              best[i] = value[i] > best[i] || value[i] != value[i] ? value[i] : best[i];
-            continue;
-          }
-          for (std::size_t i = 0; i < channels; ++i) {
-            const bool is_better =
-                value[i] > best[i] || (value[i] != value[i] && best[i] == best[i]) || chosen[i] < 0;
-            best[i] = is_better ? value[i] : best[i];
-            chosen[i] = is_better ? position : chosen[i];
-          }
-        }
+      const std::size_t first = rows.begin * shape.in_width + columns.begin;
+      window.columns = columns.end - columns.begin;
+      window.in = picture + first * shape.channels;
+      window.first_position = static_cast<Position<T>>(first);
+      window.out = out + (task * shape.out_width + x) * shape.channels;
+      window.choice = choice == nullptr ? nullptr : choice + (task * shape.out_width + x) * shape.channels;
+      kernels<T>().max_pool_pixel(window);
     }
   });
 }
 
 /// Adds each output's adjoint to the pixel that was chosen for it.
 template <std::floating_point T>
-void max_pool_adjoint(const PoolingShape& shape, std::size_t images, const std::int32_t* choice,
+void max_pool_adjoint(const PoolingShape& shape, std::size_t images, const Position<T>* choice,
                       const T* out_adjoint, T* in_adjoint) {
   const std::size_t channels = shape.channels;
   // Pictures, and slices of channels of each, are independent of one another.
@@ -95,8 +80,7 @@ void max_pool_adjoint(const PoolingShape& shape, std::size_t images, const std::
     for (std::size_t pixel = 0; pixel < shape.out_height * shape.out_width; ++pixel)
       for (std::size_t i = range.begin; i < range.end; ++i) {
         const std::size_t output = first + pixel * channels + i;
-        if (choice[output] >= 0)
-          picture[static_cast<std::size_t>(choice[output]) * channels + i] += out_adjoint[output];
+        picture[static_cast<std::size_t>(choice[output]) * channels + i] += out_adjoint[output];
       }
   });
 }

@@ -1,6 +1,8 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
+#include <type_traits>
 
 namespace tapestry::nn {
 
@@ -44,6 +46,24 @@ struct DepthwiseArguments {
   Epilogue<T> end;
 };
 
+/// Index of a pixel in a picture; as wide as T, so that vectors of both have as many lanes.
+template <class T>
+using Position = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+
+/// One window of a max-pooling.
+template <class T>
+struct MaxPoolArguments {
+  const T* in;  ///< the window's first pixel
+  std::size_t rows;
+  std::size_t columns;
+  std::size_t row_step;
+  std::size_t channels;
+  Position<T> first_position;
+  std::size_t width;  ///< positions of a row of the picture
+  T* out;
+  Position<T>* choice;  ///< or null
+};
+
 /// The kernels of one instruction set; see vector_kernels.inl for what each computes.
 template <class T>
 struct Kernels {
@@ -57,6 +77,7 @@ struct Kernels {
   void (*leaky_adjoint)(const T*, T, T*, std::size_t) = nullptr;
   void (*affine)(const T*, const T*, const T*, std::size_t, T, T*, std::size_t) = nullptr;
   void (*combine)(const T*, const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
+  void (*max_pool_pixel)(const MaxPoolArguments<T>&) = nullptr;
   void (*periodic_sums)(const T*, const T*, const T*, std::size_t, T*, T*, std::size_t) = nullptr;
 };
 

@@ -199,6 +199,31 @@ void periodic_sums(const T* x, const T* y, const T* origin, std::size_t period, 
   }
 }
 
+/// The largest value of each channel in a window of pixels, and where it is: the first of equal ones, and NaN
+/// before everything.
+template <class T>
+void max_pool_pixel(const MaxPoolArguments<T>& a) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  using Choices = typename Vector<Position<T>>::Register;
+  for (std::size_t channel = 0; channel < a.channels; channel += lanes) {
+    Register<T> best = at(a.in + channel);
+    Choices choice = Choices{} + a.first_position;
+    for (std::size_t row = 0; row < a.rows; ++row) {
+      const T* in = a.in + row * a.row_step + channel;
+      for (std::size_t column = 0; column < a.columns; ++column, in += a.channels) {
+        const Register<T> value = at(in);
+        const auto is_better = (value > best) | ((value != value) & (best == best));
+        best = is_better ? value : best;
+        const auto position = a.first_position + static_cast<Position<T>>(row * a.width + column);
+        choice = is_better ? Choices{} + position : choice;
+      }
+    }
+    const std::size_t count = a.channels - channel;
+    store<T>({}, best, 0, a.out + channel, count);
+    if (a.choice != nullptr) store<Position<T>>({}, choice, 0, a.choice + channel, count);
+  }
+}
+
 template <class T, int V, int P>
 void fill_rows(Kernels<T>& kernels) {
   kernels.reduce[V - 1][P - 1] = &reduce_tile<T, V, P>;
@@ -219,5 +244,6 @@ Kernels<T> make_kernels() {
   kernels.affine = &affine<T>;
   kernels.combine = &combine<T>;
   kernels.periodic_sums = &periodic_sums<T>;
+  kernels.max_pool_pixel = &max_pool_pixel<T>;
   return kernels;
 }

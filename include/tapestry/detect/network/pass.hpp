@@ -1,9 +1,9 @@
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/vector_kernels.hpp>
 #include <utility>
 #include <vector>
 
@@ -57,10 +57,10 @@ class Workspace {
 template <class T>
 struct LayerState {
   nn::Buffer<T> output{};
-  nn::Buffer<T> unnormalised{};       ///< training with batch normalisation: the convolution's sums
-  nn::Buffer<T> argument{};           ///< of an activation whose slope needs it
-  nn::Buffer<std::int32_t> choice{};  ///< maxpool
-  nn::BatchStatistics statistics{};   ///< training with batch normalisation
+  nn::Buffer<T> unnormalised{};          ///< training with batch normalisation: the convolution's sums
+  nn::Buffer<T> argument{};              ///< of an activation whose slope needs it
+  nn::Buffer<nn::Position<T>> choice{};  ///< maxpool
+  nn::BatchStatistics statistics{};      ///< training with batch normalisation
 };
 }  // namespace detail
 

@@ -72,7 +72,7 @@ inline void parse_maxpool(SectionReader& reader, LayerConfig& layer) {
   layer.stride = reader.count("stride", 1, 1, 16384, ErrorKind::malformed);
   layer.size = reader.count("size", layer.stride, 1, 255, ErrorKind::malformed);
   layer.padding = reader.count("padding", layer.size - 1, 0, 255, ErrorKind::malformed);
-  if (layer.padding / 2 >= layer.size) {
+  if (layer.padding - layer.padding / 2 >= layer.size) {
     throw reader.error(*reader.find("padding"), "padding of more than the window on a side");
   }
 }
