@@ -34,7 +34,7 @@ namespace detail {
 /// a little lower than exact, so that rounding never decides.
 [[nodiscard]] inline double hopeless_logit(double score) {
   const double reachable = std::min(score, 1 - 1e-9);
-  return std::log(reachable / (1 - reachable)) - 1e-6;
+  return std::log(reachable / (1 - reachable)) - 1e-4;
 }
 
 /// The best score at the cell of the target's centre: a first bound that spares most candidates' boxes.
@@ -60,25 +60,31 @@ template <class T>
 template <class T>
 [[nodiscard]] std::optional<Responsible> responsible(const Predictions<T>& predictions,
                                                      std::size_t head_index, const Target& target) {
+  const auto& head = predictions.heads[head_index];
+  const std::size_t cells = head.grid_height * head.grid_width;
   std::optional<Responsible> best;
   double best_score = 0;
-  double hopeless = detail::hopeless_logit(detail::score_at_centre(predictions, head_index, target));
-  for_each_candidate(head_index, predictions.heads[head_index], [&](const Candidate& candidate) {
-    if (std::isnan(best_score)) return;
-    const auto at = [&](std::size_t channel) { return logit(predictions, candidate, channel); };
-    const double objectness = at(objectness_channel), class_logit = at(class_channel + target.class_index);
-    const bool cannot_win = objectness < hopeless || class_logit < hopeless;
-    const bool has_nan =
-        std::isnan(objectness + class_logit + at(x_channel) + at(y_channel) + at(w_channel) + at(h_channel));
-    if (cannot_win && !has_nan) return;
-    const Responsible found = judge(predictions, candidate, target);
-    const double score = found.score();
-    if (score > best_score || std::isnan(score)) {
+  auto hopeless =
+      static_cast<T>(detail::hopeless_logit(detail::score_at_centre(predictions, head_index, target)));
+  for (std::size_t anchor = 0; anchor < head.anchors.size(); ++anchor) {
+    const T* const x =
+        predictions.logits[head_index].data() + logit_index(predictions, {head_index, anchor}, 0);
+    const T* const objectness = x + objectness_channel * cells;
+    const T* const of_class = x + (class_channel + target.class_index) * cells;
+    for (std::size_t cell = 0; cell < cells; ++cell) {
+      const T box_sum = x[cell] + x[cell + cells] + x[cell + 2 * cells] + x[cell + 3 * cells];
+      const bool cannot_win = objectness[cell] < hopeless || of_class[cell] < hopeless;
+      if (cannot_win && !std::isnan(box_sum + objectness[cell] + of_class[cell])) continue;
+      const Candidate candidate{head_index, anchor, cell / head.grid_width, cell % head.grid_width};
+      const Responsible found = judge(predictions, candidate, target);
+      const double score = found.score();
+      if (std::isnan(score)) return found;
+      if (!(score > best_score)) continue;
       best = found;
       best_score = score;
-      if (score > 0) hopeless = std::max(hopeless, detail::hopeless_logit(score));
+      hopeless = std::max(hopeless, static_cast<T>(detail::hopeless_logit(score)));
     }
-  });
+  }
   return best;
 }
 
