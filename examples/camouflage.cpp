@@ -89,20 +89,6 @@ void validate(const Options& options) {
   require(options.scene.texels <= 8192, "--texels must be at most 8192");
 }
 
-/// The views of a store that show the car, with a warning for each that does not.
-std::vector<std::size_t> usable_views(camouflage::ViewStore<float>& store,
-                                      std::vector<std::string>& warnings) {
-  std::vector<std::size_t> usable;
-  for (std::size_t i = 0; i < store.size(); ++i) {
-    const auto view = store.view(i);
-    if (view->visible_pixels > 0)
-      usable.push_back(i);
-    else
-      warnings.push_back("frame " + view->name + " does not show the car and is left out");
-  }
-  return usable;
-}
-
 camouflage::ObjectiveOptions objective_options(const Options& options, std::size_t class_index) {
   const auto& o = options.optimisation;
   camouflage::ObjectiveOptions objective;
@@ -115,6 +101,11 @@ camouflage::ObjectiveOptions objective_options(const Options& options, std::size
   objective.smooth_texture = o.smooth_over == "texture";
   objective.class_index = class_index;
   return objective;
+}
+
+/// Drawn scenes are many and quick; frames may be few, or too many for more than the paper's five passes.
+std::size_t default_epochs(std::size_t views, bool drawn) {
+  return drawn ? 20 : std::max<std::size_t>(5, block_count(2400, views));
 }
 
 Array<float, 2> start_texture(const Options& options, const camouflage::PaintedMesh& car) {
@@ -145,8 +136,7 @@ class Run {
       : options_(std::move(options)),
         inputs_(std::move(inputs)),
         resume_command_(std::move(resume_command)),
-        train_(inputs_.car.painted, store_settings(),
-               frame_loaders(inputs_.frames.train, options_.scene.mask)),
+        train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
         test_(inputs_.car.painted, store_settings(), frame_loaders(inputs_.frames.test, options_.scene.mask)),
         objective_(inputs_.detector.network, inputs_.car.painted.layout,
                    objective_options(options_, inputs_.class_index)) {}
@@ -160,7 +150,7 @@ class Run {
     if (usable_train.empty() || usable_test.empty())
       throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
     auto& epochs = options_.optimisation.epochs;
-    if (epochs == 0) epochs = std::max<std::size_t>(5, block_count(2400, usable_train.size()));
+    if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);
     open_folder();
 
     camouflage::TrainingOptions training_options;
@@ -191,9 +181,9 @@ class Run {
     std::vector<std::string> paths{options_.scene.mesh, options_.detector.cfg, options_.detector.weights};
     for (const auto& optional : {options_.detector.names, options_.scene.faces})
       if (!optional.empty()) paths.push_back(optional);
-    paths.insert(paths.end(), inputs_.frames.train.begin(), inputs_.frames.train.end());
+    paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
     if (inputs_.frames.held_out)
-      paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
+      paths.insert(paths.end(), inputs_.frames.train.begin(), inputs_.frames.train.end());
     return paths;
   }
 
@@ -378,10 +368,14 @@ int check_only(const Options& options) {
   const auto problems = check_inputs(options.scene, options.detector);
   for (const auto& problem : problems) std::cerr << "error: " << problem.what() << '\n';
   if (problems.empty()) std::cout << "all inputs are sound\n";
-  return problems.empty() ? 0 : static_cast<int>(problems.front().kind());
+  int code = 0;  // of several, the one a run would meet first: unreadable before unfit
+  for (const auto& problem : problems)
+    code = code == 0 ? exit_code_of(problem.kind()) : std::min(code, exit_code_of(problem.kind()));
+  return code;
 }
 
 int camouflage_main(int argc, char** argv) {
+  keep_freed_memory();
   Options options;
   CLI::App app(
       "Optimises a full-coverage camouflage for a car against a detector, for robustness research, and "

@@ -53,13 +53,6 @@ void adopt_run(const CLI::App& app, Options& options) {
   if (!other_detector) adopt_saved(app, saved["options"], options.detector, differing);
 }
 
-std::vector<std::size_t> usable_views(camouflage::ViewStore<float>& store) {
-  std::vector<std::size_t> usable;
-  for (std::size_t i = 0; i < store.size(); ++i)
-    if (store.view(i)->visible_pixels > 0) usable.push_back(i);
-  return usable;
-}
-
 void print_sweep(const Options& options, const Inputs& inputs, camouflage::ViewStore<float>& store,
                  const std::vector<std::size_t>& usable, const std::vector<Control>& textures,
                  Json& metrics) {
@@ -88,13 +81,14 @@ int run(const CLI::App& app, Options& options) {
   if (!options.run.empty()) adopt_run(app, options);
   if (options.threads > 0) limit_threads(options.threads);
   if (!options.output.empty()) make_writable_folder(options.output);
-  const Inputs inputs = load_inputs(options.scene, options.detector);
+  Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
   const auto& network = inputs.detector.network;
   camouflage::ViewStore<float> store(
       car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
       frame_loaders(inputs.frames.test, options.scene.mask));
-  const auto usable = usable_views(store);
+  const auto usable = usable_views(store, inputs.warnings);
+  for (const auto& warning : inputs.warnings) std::cerr << "warning: " << warning << '\n';
   std::vector<Control> textures{{"clean", camouflage::own_colours<float>(car)}};
   if (!options.clean_only) {
     const auto file = io::NpzFile::read(options.run + "/texture.npz");

@@ -27,8 +27,8 @@ struct Options {
   std::string cfg = TAPESTRY_ASSETS "/detector.cfg";
   std::string weights;
   std::string output = "detector.weights";
-  std::size_t steps = 6000, batch = 16, fresh = 6, pool = 3000, size = 0;
-  std::size_t validate = 200, validate_every = 500, save_every = 250;
+  std::size_t steps = 2400, batch = 16, fresh = 6, pool = 3000, size = 0;
+  std::size_t validate = 200, validate_every = 600, save_every = 250;
   double learning_rate = 0.002;
   std::uint64_t seed = 1;
   int threads = 0;

@@ -6,10 +6,9 @@ namespace tapestry::examples {
 
 namespace detail {
 /// A well mixed value in [0, 1) for one corner of the integer lattice.
-[[nodiscard]] inline float lattice_value(std::int32_t x, std::int32_t y, std::int32_t z, std::uint32_t seed) {
+[[nodiscard]] inline float lattice_value(std::int32_t x, std::int32_t y, std::uint32_t seed) {
   std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8DA6B343U ^
-                    static_cast<std::uint32_t>(y) * 0xD8163841U ^
-                    static_cast<std::uint32_t>(z) * 0xCB1AB31FU ^ seed * 0x9E3779B9U;
+                    static_cast<std::uint32_t>(y) * 0xD8163841U ^ seed * 0x9E3779B9U;
   h = (h ^ (h >> 16U)) * 0x7FEB352DU;
   h = (h ^ (h >> 15U)) * 0x846CA68BU;
   return static_cast<float>((h ^ (h >> 16U)) >> 8U) * 0x1.0p-24F;
@@ -24,19 +23,11 @@ namespace detail {
   const auto ix = static_cast<std::int32_t>(floor_x), iy = static_cast<std::int32_t>(floor_y);
   const float u = detail::eased(x - floor_x), v = detail::eased(y - floor_y);
   const auto along_x = [&](std::int32_t row) {
-    const float left = detail::lattice_value(ix, row, 0, seed);
-    return left + (detail::lattice_value(ix + 1, row, 0, seed) - left) * u;
+    const float left = detail::lattice_value(ix, row, seed);
+    return left + (detail::lattice_value(ix + 1, row, seed) - left) * u;
   };
   const float low = along_x(iy);
   return low + (along_x(iy + 1) - low) * v;
-}
-
-/// Smooth noise in space, in [0, 1], one lattice cell a unit of x, y and z.
-[[nodiscard]] inline float lattice_noise(double x, double y, double z, std::uint32_t seed) {
-  const double floor_z = std::floor(z);
-  const auto iz = static_cast<std::uint32_t>(static_cast<std::int32_t>(floor_z));
-  const float low = lattice_noise(x, y, seed + 0x632BE5ABU * iz);
-  return low + (lattice_noise(x, y, seed + 0x632BE5ABU * (iz + 1)) - low) * detail::eased(z - floor_z);
 }
 
 }  // namespace tapestry::examples

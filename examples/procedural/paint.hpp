@@ -10,7 +10,6 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <vector>
 
-#include "lattice_noise.hpp"
 #include "mesh_builder.hpp"
 #include "scene.hpp"
 
@@ -60,14 +59,12 @@ namespace tapestry::examples {
 }
 
 [[nodiscard]] inline PaintKind any_paint(Random& random) {
-  static constexpr std::array<std::pair<PaintKind, double>, 8> shares{{{PaintKind::realistic, 0.26},
-                                                                       {PaintKind::solid, 0.24},
-                                                                       {PaintKind::two_tone, 0.08},
-                                                                       {PaintKind::stripes, 0.06},
-                                                                       {PaintKind::patches, 0.08},
-                                                                       {PaintKind::face_noise, 0.06},
-                                                                       {PaintKind::soft_noise, 0.08},
-                                                                       {PaintKind::texel_noise, 0.14}}};
+  static constexpr std::array<std::pair<PaintKind, double>, 6> shares{{{PaintKind::realistic, 0.40},
+                                                                       {PaintKind::solid, 0.30},
+                                                                       {PaintKind::two_tone, 0.10},
+                                                                       {PaintKind::stripes, 0.04},
+                                                                       {PaintKind::patches, 0.04},
+                                                                       {PaintKind::texel_noise, 0.12}}};
   double draw = random.uniform();
   for (const auto& [kind, share] : shares)
     if ((draw -= share) < 0) return kind;
@@ -78,8 +75,7 @@ namespace detail {
 /// A function of a point of the car to a colour, for the paints that are one.
 class PaintPattern {
  public:
-  PaintPattern(Random& random, PaintKind kind)
-      : kind_(kind), seed_(static_cast<std::uint32_t>(random.bits())) {
+  PaintPattern(Random& random, PaintKind kind) : kind_(kind) {
     const auto colour_count = 2 + random.index(5);
     for (std::size_t i = 0; i < colour_count; ++i) colours_.push_back(any_colour(random));
     const double yaw = random.uniform(0, 2 * std::numbers::pi);
@@ -89,7 +85,6 @@ class PaintPattern {
     offset_ = kind == PaintKind::two_tone ? geometry::dot(axis_, {0, 0, random.uniform(0.5, 1.1)})
                                           : random.uniform();
     scale_ = std::exp(random.uniform(std::log(0.08), std::log(0.9)));
-    grey_ = kind == PaintKind::soft_noise && random.chance(0.15);
     if (kind != PaintKind::patches) return;
     const std::size_t centre_count = 24 + random.index(60);
     for (std::size_t i = 0; i < centre_count; ++i)
@@ -104,10 +99,8 @@ class PaintPattern {
       case PaintKind::stripes:
         return colours_[static_cast<std::size_t>(std::floor(along / scale_ + offset_ + 1000)) %
                         colours_.size()];
-      case PaintKind::patches:
-        return colours_[nearest_centre(point) % colours_.size()];
       default:
-        return noise(point);
+        return colours_[nearest_centre(point) % colours_.size()];
     }
   }
 
@@ -126,23 +119,11 @@ class PaintPattern {
     return nearest;
   }
 
-  [[nodiscard]] Colour noise(const Point& point) const {
-    Colour colour{};
-    for (std::uint32_t channel = 0; channel < 3; ++channel) {
-      const float value = lattice_noise(point[0] / scale_, point[1] / scale_, point[2] / scale_,
-                                        seed_ + (grey_ ? 0U : channel));
-      colour[channel] = std::clamp(0.5F + 1.3F * (value - 0.5F), 0.02F, 0.98F);
-    }
-    return colour;
-  }
-
   PaintKind kind_;
-  std::uint32_t seed_;
   std::vector<Colour> colours_;
   std::vector<Point> centres_;
   Point axis_{};
   double offset_ = 0, scale_ = 1;
-  bool grey_ = false;
 };
 }  // namespace detail
 
@@ -160,8 +141,6 @@ class PaintPattern {
     const auto material = static_cast<std::size_t>(car.face_materials[face]);
     if (material != 0 || is_plain) {
       colours.push_back(material != 0 ? car.materials[material].colour : solid);
-    } else if (kind == PaintKind::face_noise) {
-      colours.push_back(any_colour(random));
     } else {
       Point centre{};
       for (const std::int32_t corner : car.faces[face])

@@ -21,7 +21,7 @@ inline constexpr std::size_t class_car = 0;
 inline constexpr std::size_t class_van = 1;
 inline constexpr std::size_t class_clutter = 2;  ///< cones, crates, bins
 
-enum class PaintKind { realistic, solid, two_tone, stripes, patches, face_noise, soft_noise, texel_noise };
+enum class PaintKind { realistic, solid, two_tone, stripes, patches, texel_noise };
 
 /// What make_scene() draws from. Ranges are {low, high}, uniform.
 struct SceneOptions {

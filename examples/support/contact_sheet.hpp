@@ -12,14 +12,15 @@ namespace tapestry::examples {
 
 using Bitmap = Array<std::uint8_t, 3>;  // [H, W, 3], RGB
 
-/// A picture with components in [0, 1] as bytes; `picture` points at height · width · 3 values.
+/// A picture [3, height, width] with components in [0, 1] as bytes.
 template <class T>
 Bitmap bitmap_of(const T* picture, std::size_t height, std::size_t width) {
   Bitmap bitmap(Extents<3>{height, width, 3});
-  for (std::size_t i = 0; i < bitmap.size(); ++i) {
-    const double value = std::clamp(static_cast<double>(picture[i]), 0.0, 1.0);
-    bitmap.data()[i] = static_cast<std::uint8_t>(std::lround(255 * value));
-  }
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t pixel = 0; pixel < height * width; ++pixel) {
+      const double value = std::clamp(static_cast<double>(picture[c * height * width + pixel]), 0.0, 1.0);
+      bitmap.data()[3 * pixel + c] = static_cast<std::uint8_t>(std::lround(255 * value));
+    }
   return bitmap;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/core/file_source.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>
@@ -20,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "drawn_frames.hpp"
 #include "settings.hpp"
 
 namespace tapestry::examples {
@@ -44,8 +46,11 @@ inline void fill_in_bundled(SceneSettings& scene) {
     scene.mesh = bundled.mesh();
     if (scene.material.empty() && scene.faces.empty()) scene.material = {"body"};
   }
-  if (scene.frames.empty()) scene.frames = bundled.frames();
-  if (scene.texels == 0) scene.texels = scene.texture == "cube" ? 6 : 256;
+  if (scene.frames.empty()) {
+    scene.frames = bundled.frames();
+    if (scene.scenes == 0) scene.scenes = 800;
+  }
+  if (scene.texels == 0) scene.texels = scene.texture == "cube" ? 6 : 64;
 }
 
 inline void fill_in_bundled(DetectorSettings& detector) {
@@ -167,16 +172,23 @@ inline std::vector<std::string> list_frames(const std::string& folder) {
 struct FrameLists {
   std::vector<std::string> train;
   std::vector<std::string> test;
+  std::size_t drawn = 0;  ///< scenes drawn to optimise on, instead of `train`
   bool held_out = false;
 };
 
-inline FrameLists find_frames(const std::string& folder) {
+inline FrameLists find_frames(const SceneSettings& scene) {
+  const std::string& folder = scene.frames;
+  const auto listed = [](const std::string& part) {
+    auto paths = list_frames(part);
+    if (paths.empty()) throw FileError(ErrorKind::mismatch, {part, "", "no frames (.npz) in the folder"});
+    return paths;
+  };
   FrameLists lists;
-  lists.held_out = fs::is_directory(folder + "/train") && fs::is_directory(folder + "/test");
-  lists.train = list_frames(lists.held_out ? folder + "/train" : folder);
-  lists.test = lists.held_out ? list_frames(folder + "/test") : lists.train;
-  if (lists.train.empty() || lists.test.empty())
-    throw FileError(ErrorKind::mismatch, {folder, "", "no frames (.npz) in the folder"});
+  const bool has_test = fs::is_directory(folder + "/test");
+  lists.drawn = scene.scenes;
+  lists.held_out = has_test && (lists.drawn > 0 || fs::is_directory(folder + "/train"));
+  lists.test = listed(has_test ? folder + "/test" : folder);
+  if (lists.drawn == 0) lists.train = lists.held_out ? listed(folder + "/train") : lists.test;
   return lists;
 }
 
@@ -203,12 +215,12 @@ inline Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::
   return mask;
 }
 
-/// Reads one frame and gives it its camera, light and mask. Frames of the simulator carry a pose and see
-/// a car normalised to length 2; our own carry the camera itself and see it in metres.
-inline camouflage::Frame load_frame(const std::string& path, const std::string& mask_rule) {
-  auto stored = io::read_frame(path);
+/// Gives a frame its camera, light and, unless the silhouette is asked for, its own mask. Frames of the
+/// simulator carry a pose and see a car normalised to length 2; our own carry the camera itself and see
+/// it in metres.
+inline camouflage::Frame prepared_frame(std::string name, io::Frame stored, const std::string& mask_rule) {
   camouflage::Frame frame;
-  frame.name = fs::path(path).stem().string();
+  frame.name = std::move(name);
   if (stored.has_camera) {
     frame.camera = stored.camera;
   } else {
@@ -219,19 +231,37 @@ inline camouflage::Frame load_frame(const std::string& path, const std::string& 
     const auto& light = stored.light;
     frame.light = {light[0], light[1], {light[2], light[3], light[4]}, {light[5], light[6], light[7]}};
   }
-  if (mask_rule == "auto" && stored.has_mask) frame.mask = stored.mask;
-  if (mask_rule == "file") frame.mask = mask_from_file(mask_path_of(path), stored);
+  if (mask_rule == "auto" && stored.has_mask) frame.mask = std::move(stored.mask);
   frame.image = std::move(stored.image);
+  return frame;
+}
+
+inline camouflage::Frame load_frame(const std::string& path, const std::string& mask_rule) {
+  auto stored = io::read_frame(path);
+  Array<std::uint8_t, 2> mask;
+  if (mask_rule == "file") mask = mask_from_file(mask_path_of(path), stored);
+  auto frame = prepared_frame(fs::path(path).stem().string(), std::move(stored), mask_rule);
+  if (mask_rule == "file") frame.mask = std::move(mask);
   return frame;
 }
 
 /// Whether the frames see a car normalised to length 2 instead of one in metres.
 inline bool wants_normalised_car(const std::string& frame) { return !io::read_frame(frame).has_camera; }
 
-inline std::vector<camouflage::ViewStore<float>::Loader> frame_loaders(const std::vector<std::string>& paths,
-                                                                       const std::string& mask_rule) {
-  std::vector<camouflage::ViewStore<float>::Loader> loaders;
+using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
+
+inline FrameLoaders frame_loaders(const std::vector<std::string>& paths, const std::string& mask_rule) {
+  FrameLoaders loaders;
   for (const auto& path : paths) loaders.push_back([path, mask_rule] { return load_frame(path, mask_rule); });
+  return loaders;
+}
+
+/// Loaders of the frames to optimise on.
+inline FrameLoaders train_loaders(const FrameLists& lists, const std::string& mask_rule) {
+  auto loaders = frame_loaders(lists.train, mask_rule);
+  const DrawnFrames draw{lists.drawn, DrawnFrames::Stream::train};
+  for (std::size_t i = 0; i < lists.drawn; ++i)
+    loaders.push_back([=] { return prepared_frame("scene " + std::to_string(i), draw(i), mask_rule); });
   return loaders;
 }
 
@@ -265,30 +295,41 @@ inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
   fill_in_bundled(scene);
   fill_in_bundled(detector);
   require_choice("--mask", scene.mask, {"auto", "silhouette", "file"});
-  Inputs inputs{load_detector(detector), 0, load_car(scene), find_frames(scene.frames), {}};
+  Inputs inputs{load_detector(detector), 0, load_car(scene), find_frames(scene), {}};
   inputs.class_index = class_index_of(detector, inputs.detector);
-  if (wants_normalised_car(inputs.frames.train.front()))
+  if (wants_normalised_car(inputs.frames.test.front()))
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
   inputs.warnings = inputs.detector.warnings;
   inputs.warnings.insert(inputs.warnings.end(), inputs.car.warnings.begin(), inputs.car.warnings.end());
   return inputs;
 }
 
+/// Of a detector whose cfg is unsound, the other files can still be missing.
+inline void check_detector(DetectorSettings settings, ProblemList& list) {
+  list.attempt([&] { fill_in_bundled(settings); });
+  if (settings.cfg.empty() || settings.weights.empty()) return;
+  bool is_sound = false;
+  list.attempt([&] {
+    const auto loaded = load_detector(settings);
+    is_sound = true;
+    (void)class_index_of(settings, loaded);
+  });
+  if (is_sound) return;
+  for (const auto& path : {settings.weights, settings.names})
+    if (!path.empty() && !fs::exists(path)) list.attempt([&] { (void)RegularFile(path); });
+}
+
 /// Checks every input and returns all problems found.
-inline std::vector<Error> check_inputs(SceneSettings scene, DetectorSettings detector) {
+inline std::vector<Error> check_inputs(SceneSettings scene, const DetectorSettings& detector) {
   ProblemList list;
   list.attempt([&] { fill_in_bundled(scene); });
   list.attempt([&] { require_choice("--mask", scene.mask, {"auto", "silhouette", "file"}); });
-  list.attempt([&] {
-    fill_in_bundled(detector);
-    const auto loaded = load_detector(detector);
-    (void)class_index_of(detector, loaded);
-  });
+  check_detector(detector, list);
   list.attempt([&] { (void)load_car(scene); });
   FrameLists frames;
-  list.attempt([&] { frames = find_frames(scene.frames); });
-  std::vector<std::string> paths = frames.train;
-  if (frames.held_out) paths.insert(paths.end(), frames.test.begin(), frames.test.end());
+  list.attempt([&] { frames = find_frames(scene); });
+  std::vector<std::string> paths = frames.test;
+  if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
   for (const auto& path : paths) list.attempt([&] { (void)load_frame(path, scene.mask); });
   return list.problems();
 }

@@ -16,6 +16,19 @@
 
 namespace tapestry::examples {
 
+/// The views of a store that show the car, with a warning for each that does not.
+inline std::vector<std::size_t> usable_views(camouflage::ViewStore<float>& store,
+                                             std::vector<std::string>& warnings) {
+  std::vector<std::size_t> usable;
+  store.for_each([&](std::size_t i, const camouflage::View<float>& view) {
+    if (view.visible_pixels > 0)
+      usable.push_back(i);
+    else
+      warnings.push_back("frame " + view.name + " does not show the car and is left out");
+  });
+  return usable;
+}
+
 /// How a set of views fares with one texture.
 struct Measurement {
   std::string name;
@@ -35,14 +48,13 @@ class Meter {
   Meter(const detect::Network<float>& network, std::size_t class_index, const DetectorSettings& settings)
       : network_(network), class_index_(class_index), settings_(settings) {}
 
-  /// \param picture  [H, W, 3], at the size of the network's input
+  /// \param picture  [3, H, W], at the size of the network's input
   [[nodiscard]] ViewResult examine(const float* picture, const camouflage::View<float>& view) {
     const std::size_t height = network_.input_height();
     const std::size_t width = network_.input_width();
-    Array<float, 4> planes(Extents<4>{1, 3, height, width});
-    for (std::size_t pixel = 0; pixel < height * width; ++pixel)
-      for (std::size_t c = 0; c < 3; ++c) planes.data()[c * height * width + pixel] = picture[3 * pixel + c];
-    network_.forward(planes, pass_);
+    Array<float, 4> batch(Extents<4>{1, 3, height, width});
+    std::copy_n(picture, batch.size(), batch.data());
+    network_.forward(batch, pass_);
     auto candidates = detect::decode(network_.heads(), pass_.logits, 0, settings_.confidence, height, width);
     ViewResult result;
     result.detections = detect::suppress(std::move(candidates), settings_.nms);

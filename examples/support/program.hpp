@@ -3,11 +3,15 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <limits>
 #include <new>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/nearest_word.hpp>
 #include <vector>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 namespace tapestry::examples {
 
@@ -40,6 +44,22 @@ inline int parse_arguments(CLI::App& app, int argc, char** argv) {
   }
 }
 
+/// Keeps memory that was freed for the next step instead of handing it back to the system, which would have
+/// to clear every page again: without it a third of a training step goes there.
+inline void keep_freed_memory() {
+#if defined(__GLIBC__)
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  mallopt(M_TOP_PAD, 64 << 20);
+#endif
+}
+
+/// 2 usage, 3 unreadable or malformed input, 4 inputs that do not fit each other, 5 cannot write, 6 numeric
+/// failure, 7 output folder in use. Beyond a limit counts as malformed.
+[[nodiscard]] inline int exit_code_of(ErrorKind kind) {
+  return static_cast<int>(kind == ErrorKind::limit ? ErrorKind::malformed : kind);
+}
+
 /// Runs a program's body and turns what it throws into one line on the error stream and an exit code.
 template <class Body>
 int run_program(Body body) {
@@ -47,10 +67,10 @@ int run_program(Body body) {
     return body();
   } catch (const Error& error) {
     std::cerr << "error: " << error.what() << '\n';
-    return static_cast<int>(error.kind());
+    return exit_code_of(error.kind());
   } catch (const std::bad_alloc&) {
     std::cerr << "error: out of memory\n";
-    return static_cast<int>(ErrorKind::limit);
+    return exit_internal_fault;
   } catch (const std::exception& error) {
     std::cerr << "error: internal fault: " << error.what() << '\n';
     return exit_internal_fault;

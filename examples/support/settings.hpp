@@ -16,6 +16,7 @@ struct SceneSettings {
   std::vector<std::string> material;
   std::string faces;
   std::string frames;
+  std::size_t scenes = 0;
   std::string mask = "auto";
   std::string texture = "atlas";
   std::size_t texels = 0;
@@ -35,17 +36,17 @@ struct DetectorSettings {
 
 /// How the texture is optimised.
 struct OptimisationSettings {
-  std::string loss = "paper";
+  std::string loss = "max_score";
   double iou = 0.05;
   double objectness = 1;
   double classification = 0.5;
   double max_score = 1;
   double smoothness = 1;
   std::string smooth_over = "picture";
-  std::string start = "random";
+  std::string start = "zero";
   std::size_t epochs = 0;
-  std::size_t batch = 4;
-  double learning_rate = 0.01;
+  std::size_t batch = 8;
+  double learning_rate = 0.1;
   std::uint64_t seed = 1;
 };
 
@@ -56,11 +57,14 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("faces", s.faces, "text file of painted faces, one 1-based number a line, instead of --material");
   visit("frames", s.frames,
         "folder of frames (.npz), or one with the folders train and test; bundled frames when left out");
+  visit("scenes", s.scenes,
+        "street scenes of the bundled car that are drawn to optimise on, instead of frames; 0: 800 when "
+        "--frames is left out, else none");
   visit("mask", s.mask,
         "auto: the frame's own mask, else the rendered silhouette; silhouette; file: maskN.png beside "
         "dataN.npz");
   visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
-  visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 256 or 6");
+  visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
   visit("samples", s.samples, "samples a pixel along each axis: 1, 2, 4 or 8");
 }
 
@@ -85,9 +89,11 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("smoothness-weight", s.smoothness, "weight mu of the smoothness term, in units of 1e-4");
   visit("smooth-over", s.smooth_over, "smoothness counts steps in the picture or in the texture");
   visit("start", s.start, "first texture: random, zero (mid grey) or own (the mesh's colours)");
-  visit("epochs", s.epochs, "passes over the training views; 0: enough to show 2400 views, at least 5");
+  visit(
+      "epochs", s.epochs,
+      "passes over the training views; 0: 20 over drawn scenes; over frames enough to show 2400, at least 5");
   visit("batch", s.batch, "views a step");
-  visit("learning-rate", s.learning_rate, "Adam's step size");
+  visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
   visit("seed", s.seed, "seed of the start texture and of the views' order");
 }
 

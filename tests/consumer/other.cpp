@@ -1,7 +1,7 @@
 #include "other.hpp"
 
-#include <tapestry/core/array.hpp>
-#include <tapestry/loss/smoothness.hpp>
+#include <tapestry/io/implementation.hpp>
+#include <tapestry/tapestry.hpp>
 
 double smoothness_elsewhere(const tapestry::Array<double, 3>& render) {
   return tapestry::loss::smoothness(render, tapestry::filled<double, 2>({2, 2}, 1.0));

@@ -3,7 +3,7 @@
 source "$(dirname "$0")/support.sh"
 camouflage=$programs/camouflage
 [ -x "$camouflage" ] && [ -e "$sources/examples/assets/detector.weights" ] || exit 77
-quick=(--texels 32 --epochs 2 --batch 8 --checkpoint-steps 3)
+quick=(--scenes 40 --texels 32 --epochs 2 --checkpoint-steps 3)
 
 expect_exit 0 "a short run" "$camouflage" "${quick[@]}" --threads 2 --output two
 for file in manifest.json history.csv texture.png texture.npz painted.obj before.png after.png checkpoint.npz \
@@ -45,7 +45,7 @@ expect_same killed/texture.npz two/texture.npz
 expect_same killed/history.csv two/history.csv
 
 # Stopped politely: saves, says how to go on, and goes on to the same bits.
-long=(--texels 32 --epochs 40 --batch 8 --checkpoint-steps 1000)
+long=(--scenes 40 --texels 32 --epochs 60 --checkpoint-steps 1000)
 "$camouflage" "${long[@]}" --output stopped >/dev/null 2>stopped.err &
 process=$!
 for _ in $(seq 100); do
@@ -78,7 +78,7 @@ expect_exit 4 "a missing material" "$camouflage" --mesh "$sources/examples/asset
 [ -e absent ] && fail "a refused run left a folder behind" || pass
 touch file
 expect_exit 5 "a file in the folder's place" "$camouflage" "${quick[@]}" --output file
-mkdir frames && cp "$sources"/examples/assets/frames/train/*.npz frames 2>/dev/null
+mkdir frames && cp "$sources"/examples/assets/frames/test/*.npz frames
 first=$(ls frames | head -n 1)
 head -c 500 "frames/$first" >cut && mv cut "frames/$first"
 expect_exit 3 "check with a cut frame" "$camouflage" --check --frames frames

@@ -85,7 +85,7 @@ class Objective {
   [[nodiscard]] const ObjectiveOptions& options() const { return options_; }
   [[nodiscard]] const detect::Network<T>& network() const { return network_; }
 
-  /// Pictures of a texture in the given views as the detector sees them, [N, H, W, 3].
+  /// Pictures of a texture in the given views as the detector sees them, [N, 3, H, W].
   [[nodiscard]] static Array<T, 4> pictures_of(const Array<T, 2>& colours, Views views) {
     Array<T, 4> pictures(picture_extents(views));
     for (std::size_t n = 0; n < views.size(); ++n)
@@ -101,7 +101,7 @@ class Objective {
   }
 
   static Extents<4> picture_extents(Views views) {
-    return {views.size(), views.front()->mask.shape(0), views.front()->mask.shape(1), 3};
+    return {views.size(), 3, views.front()->mask.shape(0), views.front()->mask.shape(1)};
   }
 
   template <class Pictures>
@@ -111,41 +111,60 @@ class Objective {
 
   [[nodiscard]] ArrayVariable<T, 4> photograph(const ArrayVariable<T, 2>& colours, Views views) {
     Array<T, 4> pictures(picture_extents(views));
-    for (std::size_t n = 0; n < views.size(); ++n) {
-      const auto render =
-          timed(times_.render, [&] { return raster::render(views[n]->picture, colours.value()); });
-      const ScopedTimer timer(times_.compose);
-      compose(*views[n], render, picture_begin(pictures, n));
-    }
+    std::vector<Array<T, 3>> renders(views.size());
+    timed(times_.render, [&] {
+      parallel_for(views.size(),
+                   [&](std::size_t n) { renders[n] = raster::render(views[n]->picture, colours.value()); });
+    });
+    timed(times_.compose, [&] {
+      parallel_for(views.size(),
+                   [&](std::size_t n) { compose(*views[n], renders[n], picture_begin(pictures, n)); });
+    });
     return record_array<T, 4>(
         std::move(pictures),
         [this, views = std::vector<const View<T>*>(views.begin(), views.end())](
             const Array<T, 4>& adjoint, Array<T, 2>* colours_adjoint) {
-          for (std::size_t n = 0; colours_adjoint != nullptr && n < views.size(); ++n) {
-            auto render_adjoint = zeros<T, 3>({adjoint.shape(1), adjoint.shape(2), 3});
-            timed(times_.compose,
-                  [&] { compose_adjoint(*views[n], picture_begin(adjoint, n), render_adjoint); });
-            const ScopedTimer timer(times_.render);
-            raster::render_adjoint(views[n]->picture, render_adjoint, *colours_adjoint);
-          }
+          if (colours_adjoint == nullptr) return;
+          std::vector<Array<T, 3>> render_adjoints(views.size());
+          timed(times_.compose, [&] {
+            parallel_for(views.size(), [&](std::size_t n) {
+              render_adjoints[n] = compose_adjoint(*views[n], picture_begin(adjoint, n));
+            });
+          });
+          const ScopedTimer timer(times_.render);
+          add_render_adjoints(views, render_adjoints, *colours_adjoint);
         },
         colours);
   }
 
+  /// A small texture's adjoints are summed view by view, so that views are independent of one another.
+  static void add_render_adjoints(Views views, const std::vector<Array<T, 3>>& render_adjoints,
+                                  Array<T, 2>& colours_adjoint) {
+    constexpr std::size_t small_texture = 1U << 18U;  // values
+    if (colours_adjoint.size() > small_texture) {
+      for (std::size_t n = 0; n < views.size(); ++n)
+        raster::render_adjoint(views[n]->picture, render_adjoints[n], colours_adjoint);
+      return;
+    }
+    std::vector<Array<T, 2>> parts(views.size());
+    parallel_for(views.size(), [&](std::size_t n) {
+      parts[n] = zeros<T, 2>(colours_adjoint.shape());
+      raster::render_adjoint(views[n]->picture, render_adjoints[n], parts[n]);
+    });
+    for (const auto& part : parts)
+      for (std::size_t i = 0; i < part.size(); ++i) colours_adjoint.data()[i] += part.data()[i];
+  }
+
   /// Every head's logits behind one another, so that the network is one record with one output.
   [[nodiscard]] ArrayVariable<T, 1> detect_all(const ArrayVariable<T, 4>& pictures) {
-    const auto images = timed(times_.compose, [&] { return planes_of(pictures.value()); });
-    timed(times_.detector_forward, [&] { network_.forward(images, pass_, detect::Mode::input_gradient); });
+    timed(times_.detector_forward,
+          [&] { network_.forward(pictures.value(), pass_, detect::Mode::input_gradient); });
     return record_array<T, 1>(
         joined(pass_.logits),
         [this](const Array<T, 1>& logits_adjoint, Array<T, 4>* pictures_adjoint) {
           if (pictures_adjoint == nullptr) return;
-          auto images_adjoint = zeros<T, 4>(
-              {pictures_adjoint->shape(0), 3, pictures_adjoint->shape(1), pictures_adjoint->shape(2)});
-          timed(times_.detector_backward,
-                [&] { network_.input_adjoint(pass_, separated(logits_adjoint), images_adjoint); });
-          const ScopedTimer timer(times_.compose);
-          add_from_planes(images_adjoint, *pictures_adjoint);
+          const ScopedTimer timer(times_.detector_backward);
+          network_.input_adjoint(pass_, separated(logits_adjoint), *pictures_adjoint);
         },
         pictures);
   }
@@ -158,16 +177,19 @@ class Objective {
     const ScopedTimer timer(times_.losses);
     terms_ = {};
     std::vector<loss::Target> targets;
+    for (const auto* view : views) targets.push_back({options_.class_index, view->target});
+    std::vector<loss::AdversarialTerms<T>> terms(views.size());
+    parallel_for(views.size(), [&](std::size_t n) {
+      terms[n] = loss::adversarial(predictions(n), targets[n], options_.kind, options_.weights);
+    });
     const double share = 1 / static_cast<double>(views.size());
     double total = 0;
-    for (std::size_t n = 0; n < views.size(); ++n) {
-      targets.push_back({options_.class_index, views[n]->target});
-      const auto terms = loss::adversarial(predictions(n), targets[n], options_.kind, options_.weights);
-      terms_.iou += share * static_cast<double>(terms.iou);
-      terms_.objectness += share * static_cast<double>(terms.objectness);
-      terms_.classification += share * static_cast<double>(terms.classification);
-      terms_.max_score += share * static_cast<double>(terms.max_score);
-      total += share * static_cast<double>(terms.total);
+    for (const auto& term : terms) {
+      terms_.iou += share * static_cast<double>(term.iou);
+      terms_.objectness += share * static_cast<double>(term.objectness);
+      terms_.classification += share * static_cast<double>(term.classification);
+      terms_.max_score += share * static_cast<double>(term.max_score);
+      total += share * static_cast<double>(term.total);
     }
     return record_scalar<T>(
         static_cast<T>(total),
@@ -175,9 +197,10 @@ class Objective {
           if (logits_adjoint == nullptr) return;
           const ScopedTimer pullback_timer(times_.losses);
           auto heads_adjoint = separated(*logits_adjoint);
-          for (std::size_t n = 0; n < targets.size(); ++n)
+          parallel_for(targets.size(), [&](std::size_t n) {
             loss::adversarial_adjoint(predictions(n), targets[n], options_.kind, options_.weights,
                                       adjoint * static_cast<T>(share), heads_adjoint);
+          });
           *logits_adjoint = joined(heads_adjoint);
         },
         logits);
@@ -185,30 +208,26 @@ class Objective {
 
   [[nodiscard]] Variable<T> picture_smoothness(const ArrayVariable<T, 4>& pictures, Views views) {
     const ScopedTimer timer(times_.losses);
-    const Extents<3> extents{pictures.value().shape(1), pictures.value().shape(2), 3};
     std::vector<double> sums(views.size());
     parallel_for(views.size(), [&](std::size_t n) {
-      Array<T, 3> picture(extents);
-      std::copy_n(picture_begin(pictures.value(), n), picture.size(), picture.data());
-      sums[n] = static_cast<double>(loss::smoothness(picture, car_pixels(*views[n])));
+      const auto part = window_of(*views[n], picture_begin(pictures.value(), n));
+      sums[n] = static_cast<double>(loss::smoothness(part, car_pixels(*views[n])));
     });
     double mean = 0;
     for (const double sum : sums) mean += sum / static_cast<double>(views.size());
     return record_scalar<T>(
         static_cast<T>(mean),
-        [this, extents, values = pictures.shared_value(),
+        [this, values = pictures.shared_value(),
          views = std::vector<const View<T>*>(views.begin(), views.end())](T adjoint,
                                                                           Array<T, 4>* pictures_adjoint) {
           if (pictures_adjoint == nullptr) return;
           const ScopedTimer pullback_timer(times_.losses);
           parallel_for(views.size(), [&](std::size_t n) {
-            Array<T, 3> picture(extents);
-            Array<T, 3> picture_adjoint(extents);
-            std::copy_n(picture_begin(*values, n), picture.size(), picture.data());
-            std::copy_n(picture_begin(*pictures_adjoint, n), picture.size(), picture_adjoint.data());
-            loss::smoothness_adjoint(picture, car_pixels(*views[n]), adjoint / static_cast<T>(views.size()),
-                                     picture_adjoint);
-            std::copy_n(picture_adjoint.data(), picture.size(), picture_begin(*pictures_adjoint, n));
+            const auto part = window_of(*views[n], picture_begin(*values, n));
+            auto part_adjoint = zeros<T, 3>(part.shape());
+            loss::smoothness_adjoint(part, car_pixels(*views[n]), adjoint / static_cast<T>(views.size()),
+                                     part_adjoint);
+            add_to_window(*views[n], part_adjoint, picture_begin(*pictures_adjoint, n));
           });
         },
         pictures);
@@ -234,24 +253,6 @@ class Objective {
           std::copy_n(image_adjoint.data(), image_adjoint.size(), colours_adjoint->data());
         },
         colours);
-  }
-
-  static Array<T, 4> planes_of(const Array<T, 4>& pictures) {
-    const std::size_t pixels = pictures.shape(1) * pictures.shape(2);
-    Array<T, 4> planes(Extents<4>{pictures.shape(0), 3, pictures.shape(1), pictures.shape(2)});
-    for (std::size_t n = 0; n < pictures.shape(0); ++n)
-      for (std::size_t pixel = 0; pixel < pixels; ++pixel)
-        for (std::size_t c = 0; c < 3; ++c)
-          planes.data()[(n * 3 + c) * pixels + pixel] = pictures.data()[(n * pixels + pixel) * 3 + c];
-    return planes;
-  }
-
-  static void add_from_planes(const Array<T, 4>& planes, Array<T, 4>& pictures) {
-    const std::size_t pixels = pictures.shape(1) * pictures.shape(2);
-    for (std::size_t n = 0; n < pictures.shape(0); ++n)
-      for (std::size_t pixel = 0; pixel < pixels; ++pixel)
-        for (std::size_t c = 0; c < 3; ++c)
-          pictures.data()[(n * pixels + pixel) * 3 + c] += planes.data()[(n * 3 + c) * pixels + pixel];
   }
 
   static Array<T, 1> joined(const std::vector<Array<T, 4>>& heads) {

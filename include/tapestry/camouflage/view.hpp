@@ -31,6 +31,11 @@ struct Frame {
   Array<std::uint8_t, 2> mask;  ///< [H, W], non-zero where the car may show; empty: everywhere
 };
 
+/// A rectangle of pixels.
+struct PixelWindow {
+  std::size_t top = 0, left = 0, height = 0, width = 0;
+};
+
 /// A frame prepared for one detector: everything that does not change with the texture.
 ///
 /// All arrays have the extents of the network's input; a frame of another aspect ratio lies centred
@@ -38,11 +43,12 @@ struct Frame {
 template <class T>
 struct View {
   std::string name;
-  Array<T, 3> background;              ///< I, [H, W, 3], RGB in [0, 1]
+  Array<T, 3> background;              ///< I, [3, H, W], RGB in [0, 1]
   Array<T, 2> mask;                    ///< m, [H, W], 1 where the car may show and 0 elsewhere
   raster::TextureOperator<T> picture;  ///< texture → O, premultiplied by its coverage
   detect::Box target;                  ///< around what shows of the car, pixels of the network's input
   std::size_t visible_pixels = 0;      ///< pixels in which the car shows
+  PixelWindow window;                  ///< around them, with one row below and one column to the right
 };
 
 namespace detail {
@@ -59,7 +65,12 @@ Array<T, 3> background_of(const Frame& frame, std::size_t height, std::size_t wi
   Array<T, 3> picture(frame.image.shape());
   for (std::size_t i = 0; i < picture.size(); ++i)
     picture.data()[i] = static_cast<T>(frame.image.data()[i]) / T(255);
-  return image::letterboxed(picture, height, width, T(0.5));
+  const Array<T, 3> canvas = image::letterboxed(picture, height, width, T(0.5));
+  Array<T, 3> planes(Extents<3>{3, height, width});
+  for (std::size_t pixel = 0; pixel < height * width; ++pixel)
+    for (std::size_t c = 0; c < 3; ++c)
+      planes.data()[c * height * width + pixel] = canvas.data()[3 * pixel + c];
+  return planes;
 }
 
 /// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
@@ -93,6 +104,18 @@ void measure_target(View<T>& view) {
   const auto right = static_cast<double>(edges[2]);
   const auto bottom = static_cast<double>(edges[3]);
   view.target = {(left + right) / 2, (top + bottom) / 2, right - left, bottom - top};
+  view.window = {edges[1], edges[0], std::min(edges[3] + 1, height) - edges[1],
+                 std::min(edges[2] + 1, width) - edges[0]};
+}
+
+/// Calls visit(pixel) for every pixel of the window, in order.
+template <class T, class Visit>
+void for_each_window_pixel(const View<T>& view, Visit visit) {
+  const PixelWindow& window = view.window;
+  for (std::size_t y = window.top; y < window.top + window.height; ++y) {
+    const std::size_t row = y * view.mask.shape(1) + window.left;
+    for (std::size_t pixel = row; pixel < row + window.width; ++pixel) visit(pixel);
+  }
 }
 }  // namespace detail
 
@@ -123,31 +146,70 @@ template <class T>
 /// render premultiplied by its coverage c. So along the silhouette, where a pixel is partly covered,
 /// the frame shows through instead of a fixed background colour.
 /// Source: FCA (AAAI 2022), eq. 6; O's background is ours (the published program uses white).
+///
+/// \param premultiplied  P, [H, W, 3]
+/// \param picture        [3, H, W]
 template <class T>
-void compose(const View<T>& view, const Array<T, 3>& premultiplied, T* picture /* [H, W, 3] */) {
-  for (std::size_t pixel = 0; pixel < view.mask.size(); ++pixel) {
+void compose(const View<T>& view, const Array<T, 3>& premultiplied, T* picture) {
+  std::copy_n(view.background.data(), view.background.size(), picture);
+  const std::size_t plane = view.mask.size();
+  detail::for_each_window_pixel(view, [&](std::size_t pixel) {
     const T m = view.mask.data()[pixel];
     const T kept = T(1) - m * view.picture.coverage.data()[pixel];
-    for (std::size_t c = 3 * pixel; c < 3 * pixel + 3; ++c)
-      picture[c] = m * premultiplied.data()[c] + kept * view.background.data()[c];
-  }
+    for (std::size_t c = 0; c < 3; ++c) {
+      T& value = picture[c * plane + pixel];
+      value = m * premultiplied.data()[3 * pixel + c] + kept * value;
+    }
+  });
 }
 
-/// Adds m · picture_adjoint to premultiplied_adjoint, [H, W, 3].
+/// The pullback of compose(): m · picture_adjoint.
+/// \param picture_adjoint  [3, H, W]
+/// \returns  [H, W, 3], the adjoint of `premultiplied`
 template <class T>
-void compose_adjoint(const View<T>& view, const T* picture_adjoint, Array<T, 3>& premultiplied_adjoint) {
-  for (std::size_t pixel = 0; pixel < view.mask.size(); ++pixel)
-    for (std::size_t c = 3 * pixel; c < 3 * pixel + 3; ++c)
-      premultiplied_adjoint.data()[c] += view.mask.data()[pixel] * picture_adjoint[c];
+[[nodiscard]] Array<T, 3> compose_adjoint(const View<T>& view, const T* picture_adjoint) {
+  auto premultiplied_adjoint = zeros<T, 3>({view.mask.shape(0), view.mask.shape(1), 3});
+  const std::size_t plane = view.mask.size();
+  detail::for_each_window_pixel(view, [&](std::size_t pixel) {
+    const T m = view.mask.data()[pixel];
+    for (std::size_t c = 0; c < 3; ++c)
+      premultiplied_adjoint.data()[3 * pixel + c] = m * picture_adjoint[c * plane + pixel];
+  });
+  return premultiplied_adjoint;
 }
 
-/// Which prepared pixels belong to the car, [H, W]: m·c > 0. Smoothness counts steps inside it.
+/// Which pixels of the window belong to the car, [h, w]: m·c > 0. Smoothness counts steps inside it.
 template <class T>
 [[nodiscard]] Array<T, 2> car_pixels(const View<T>& view) {
-  Array<T, 2> pixels(view.mask.shape());
-  for (std::size_t i = 0; i < pixels.size(); ++i)
-    pixels.data()[i] = view.mask.data()[i] * view.picture.coverage.data()[i] > T(0) ? T(1) : T(0);
+  Array<T, 2> pixels(Extents<2>{view.window.height, view.window.width});
+  T* to = pixels.data();
+  detail::for_each_window_pixel(view, [&](std::size_t pixel) {
+    *to++ = view.mask.data()[pixel] * view.picture.coverage.data()[pixel] > T(0) ? T(1) : T(0);
+  });
   return pixels;
+}
+
+/// The window of a picture, [h, w, 3].
+/// \param picture  [3, H, W]
+template <class T>
+[[nodiscard]] Array<T, 3> window_of(const View<T>& view, const T* picture) {
+  Array<T, 3> part(Extents<3>{view.window.height, view.window.width, 3});
+  T* to = part.data();
+  const std::size_t plane = view.mask.size();
+  detail::for_each_window_pixel(view, [&](std::size_t pixel) {
+    for (std::size_t c = 0; c < 3; ++c) *to++ = picture[c * plane + pixel];
+  });
+  return part;
+}
+
+/// The pullback of window_of(): adds `part_adjoint` to the window of picture_adjoint, [3, H, W].
+template <class T>
+void add_to_window(const View<T>& view, const Array<T, 3>& part_adjoint, T* picture_adjoint) {
+  const T* from = part_adjoint.data();
+  const std::size_t plane = view.mask.size();
+  detail::for_each_window_pixel(view, [&](std::size_t pixel) {
+    for (std::size_t c = 0; c < 3; ++c) picture_adjoint[c * plane + pixel] += *from++;
+  });
 }
 
 }  // namespace tapestry::camouflage

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <utility>
 #include <vector>
 
@@ -40,16 +41,42 @@ class ViewStore {
   /// View number `index`; throws what its loader throws.
   [[nodiscard]] std::shared_ptr<const View<T>> view(std::size_t index) {
     if (kept_[index]) return kept_[index];
-    auto made = std::make_shared<const View<T>>(
-        make_view<T>(loaders_[index](), car_, settings_.height, settings_.width, settings_.samples_per_axis));
-    if (kept_bytes_ + view_bytes(*made) <= settings_.keep_bytes) {
-      kept_bytes_ += view_bytes(*made);
-      kept_[index] = made;
-    }
+    auto made = make(index);
+    keep(index, made);
     return made;
   }
 
+  /// Calls visit(index, view) for every view in order, preparing some at a time in parallel.
+  template <class Visit>
+  void for_each(Visit visit) {
+    for (std::size_t block = 0; block < block_count(size(), views_at_a_time); ++block) {
+      const auto [begin, end] = block_range(block, size(), views_at_a_time);
+      std::vector<ViewPointer> views(end - begin);
+      parallel_for(views.size(), [&, first = begin](std::size_t i) {
+        views[i] = kept_[first + i] ? kept_[first + i] : make(first + i);
+      });
+      for (std::size_t i = begin; i < end; ++i) {
+        if (!kept_[i]) keep(i, views[i - begin]);
+        visit(i, *views[i - begin]);
+      }
+    }
+  }
+
  private:
+  using ViewPointer = std::shared_ptr<const View<T>>;
+  static constexpr std::size_t views_at_a_time = 16;
+
+  [[nodiscard]] ViewPointer make(std::size_t index) const {
+    return std::make_shared<const View<T>>(
+        make_view<T>(loaders_[index](), car_, settings_.height, settings_.width, settings_.samples_per_axis));
+  }
+
+  void keep(std::size_t index, const ViewPointer& view) {
+    if (kept_bytes_ + view_bytes(*view) > settings_.keep_bytes) return;
+    kept_bytes_ += view_bytes(*view);
+    kept_[index] = view;
+  }
+
   const PaintedMesh& car_;
   Settings settings_;
   std::vector<Loader> loaders_;

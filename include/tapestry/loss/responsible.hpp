@@ -30,12 +30,9 @@ template <class T>
 
 namespace detail {
 
-/// A logit below which neither objectness nor class probability lets a candidate's score reach `score`;
-/// a little lower than exact, so that rounding never decides.
-[[nodiscard]] inline double hopeless_logit(double score) {
-  const double reachable = std::min(score, 1 - 1e-9);
-  return std::log(reachable / (1 - reachable)) - 1e-4;
-}
+/// σ(o)·σ(c) ≤ e^(min(o, 0) + min(c, 0)), so a candidate whose sum lies below this cannot reach `score`. A
+/// little lower than exact, so that rounding never decides.
+[[nodiscard]] inline double hopeless_sum(double score) { return std::log(score) - 1e-4; }
 
 /// The best score at the cell of the target's centre: a first bound that spares most candidates' boxes.
 template <class T>
@@ -54,18 +51,19 @@ template <class T>
 }  // namespace detail
 
 /// The candidate of a head that finds the target best: the largest σ(obj) · p(class) · IoU; none when no
-/// score is above 0, as when no box overlaps the target. Ties go to the first candidate, which is also
+/// score is above `beaten`, which is 0 or more, as when no box overlaps the target. Ties go to the first candidate, which is also
 /// where the losses built on this have their kinks: they differentiate the chosen candidate only. The
 /// first score that is NaN wins, so that a NaN among the logits is never overlooked.
 template <class T>
 [[nodiscard]] std::optional<Responsible> responsible(const Predictions<T>& predictions,
-                                                     std::size_t head_index, const Target& target) {
+                                                     std::size_t head_index, const Target& target,
+                                                     double beaten = 0) {
   const auto& head = predictions.heads[head_index];
   const std::size_t cells = head.grid_height * head.grid_width;
   std::optional<Responsible> best;
-  double best_score = 0;
-  auto hopeless =
-      static_cast<T>(detail::hopeless_logit(detail::score_at_centre(predictions, head_index, target)));
+  double best_score = beaten;
+  auto hopeless = static_cast<T>(detail::hopeless_sum(
+      std::max(beaten, detail::score_at_centre(predictions, head_index, target))));
   for (std::size_t anchor = 0; anchor < head.anchors.size(); ++anchor) {
     const T* const x =
         predictions.logits[head_index].data() + logit_index(predictions, {head_index, anchor}, 0);
@@ -73,7 +71,7 @@ template <class T>
     const T* const of_class = x + (class_channel + target.class_index) * cells;
     for (std::size_t cell = 0; cell < cells; ++cell) {
       const T box_sum = x[cell] + x[cell + cells] + x[cell + 2 * cells] + x[cell + 3 * cells];
-      const bool cannot_win = objectness[cell] < hopeless || of_class[cell] < hopeless;
+      const bool cannot_win = std::min(objectness[cell], T(0)) + std::min(of_class[cell], T(0)) < hopeless;
       if (cannot_win && !std::isnan(box_sum + objectness[cell] + of_class[cell])) continue;
       const Candidate candidate{head_index, anchor, cell / head.grid_width, cell % head.grid_width};
       const Responsible found = judge(predictions, candidate, target);
@@ -82,7 +80,7 @@ template <class T>
       if (!(score > best_score)) continue;
       best = found;
       best_score = score;
-      hopeless = std::max(hopeless, static_cast<T>(detail::hopeless_logit(score)));
+      hopeless = std::max(hopeless, static_cast<T>(detail::hopeless_sum(score)));
     }
   }
   return best;
@@ -94,9 +92,9 @@ template <class T>
                                                      const Target& target) {
   std::optional<Responsible> best;
   for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
-    const auto found = responsible(predictions, head, target);
-    if (!found || (best && std::isnan(best->score()))) continue;
-    if (!best || found->score() > best->score() || std::isnan(found->score())) best = found;
+    const auto found = responsible(predictions, head, target, best ? best->score() : 0);
+    if (found) best = found;
+    if (best && std::isnan(best->score())) break;
   }
   return best;
 }

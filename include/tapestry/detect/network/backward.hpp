@@ -43,7 +43,6 @@ class BackwardPass {
                          images_adjoint, true);
     }
     pass_.workspace.give(std::move(image));
-    pass_.workspace.give(std::move(partial_));
   }
 
  private:
@@ -145,7 +144,7 @@ class BackwardPass {
     const nn::ConvolutionShape shape = graph_.convolution(i);
     if (own_adjoint != nullptr) {
       nn::convolution_weight_adjoint(shape, pass_.images, pass_.layers[input].output.data(), adjoint,
-                                     partial_, own_adjoint + own.weight);
+                                     pass_.partial_sums, own_adjoint + own.weight);
     }
     if (input == graph_.image() && !wants_image_) return;
     const bool is_first = adjoints_[input].empty();
@@ -172,7 +171,6 @@ class BackwardPass {
   const AdjointWeights<T>& weights_;
   Pass<T>& pass_;
   std::vector<nn::Buffer<T>> adjoints_;
-  nn::Buffer<T> partial_;
   bool wants_image_ = false;
   T* parameters_adjoint_ = nullptr;
 };

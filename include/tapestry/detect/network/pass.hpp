@@ -75,6 +75,7 @@ struct Pass {
   std::size_t images = 0;
   std::vector<detail::LayerState<T>> layers{};  ///< one for each layer, then the image
   detail::Workspace<T> workspace{};
+  nn::Buffer<T> partial_sums{};  ///< of weight gradients
 };
 
 }  // namespace tapestry::detect
