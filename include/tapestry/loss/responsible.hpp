@@ -51,9 +51,9 @@ template <class T>
 }  // namespace detail
 
 /// The candidate of a head that finds the target best: the largest σ(obj) · p(class) · IoU; none when no
-/// score is above `beaten`, which is 0 or more, as when no box overlaps the target. Ties go to the first candidate, which is also
-/// where the losses built on this have their kinks: they differentiate the chosen candidate only. The
-/// first score that is NaN wins, so that a NaN among the logits is never overlooked.
+/// score is above `beaten`, which is 0 or more, as when no box overlaps the target. Ties go to the first
+/// candidate, which is also where the losses built on this have their kinks: they differentiate the chosen
+/// candidate only. The first score that is NaN wins, so that a NaN among the logits is never overlooked.
 template <class T>
 [[nodiscard]] std::optional<Responsible> responsible(const Predictions<T>& predictions,
                                                      std::size_t head_index, const Target& target,
@@ -62,8 +62,8 @@ template <class T>
   const std::size_t cells = head.grid_height * head.grid_width;
   std::optional<Responsible> best;
   double best_score = beaten;
-  auto hopeless = static_cast<T>(detail::hopeless_sum(
-      std::max(beaten, detail::score_at_centre(predictions, head_index, target))));
+  auto hopeless = static_cast<T>(
+      detail::hopeless_sum(std::max(beaten, detail::score_at_centre(predictions, head_index, target))));
   for (std::size_t anchor = 0; anchor < head.anchors.size(); ++anchor) {
     const T* const x =
         predictions.logits[head_index].data() + logit_index(predictions, {head_index, anchor}, 0);
