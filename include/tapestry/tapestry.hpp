@@ -43,7 +43,6 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/detect/class_names.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>

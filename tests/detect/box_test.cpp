@@ -1,12 +1,8 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/detect/class_names.hpp>
 #include <tapestry/detect/suppression.hpp>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 
 #include "../support/catch.hpp"
@@ -96,22 +92,4 @@ TEST_CASE("equal confidences are ordered by head and candidate", "[detect][suppr
   const Detection b{0, 0.5, 1, {10, 10, 4, 4}, 1, 3};
   CHECK(suppress({a, b}, 0.45)[0].head == 0);
   CHECK(suppress({b, a}, 0.45)[0].head == 0);
-}
-
-TEST_CASE("G32: class names are counted and checked", "[detect][bad_input]") {
-  std::string folder = (std::filesystem::temp_directory_path() / "tapestry_names_XXXXXX").string();
-  REQUIRE(::mkdtemp(folder.data()) != nullptr);
-  const std::string path = folder + "/x.names";
-  const auto read = [&](const char* text) {
-    std::ofstream(path) << text;
-    return read_class_names(path, 2);
-  };
-  CHECK(read("person\r\ncar\r\n\r\n") == std::vector<std::string>{"person", "car"});
-  CHECK(class_index_of(read("person\ncar"), "car") == 1);
-  CHECK_THROWS_WITH(class_index_of(read("person\nvan"), "car"),
-                    "no class 'car'; the detector knows person, van");
-  CHECK_THROWS_WITH(read("person\ncar\nvan\n"), Catch::Matchers::Contains("expected 2, found 3"));
-  CHECK_THROWS_WITH(read("person\n\ncar\n"), Catch::Matchers::Contains(":2: empty line"));
-  CHECK_THROWS_WITH(read("car\ncar\n"), Catch::Matchers::Contains(":2: class name given twice"));
-  std::filesystem::remove_all(folder);
 }

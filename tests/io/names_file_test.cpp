@@ -29,6 +29,7 @@ TEST_CASE("bad lists of class names are refused", "[io][names][bad_input]") {  /
     return io::read_class_names(folder.write("n", content), 3);
   };
   check_refused(ErrorKind::mismatch, "expected 3, found 2", [&] { (void)read("a\nb\n"); });
+  check_refused(ErrorKind::mismatch, "expected 3, found 4", [&] { (void)read("a\nb\nc\nd\n"); });
   check_refused(ErrorKind::malformed, "n:2: empty line", [&] { (void)read("a\n\nb\nc\n"); });
   check_refused(ErrorKind::mismatch, "n:3: class name 'a' is repeated; found line 1",
                 [&] { (void)read("a\nb\na\n"); });
