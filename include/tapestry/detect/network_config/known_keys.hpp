@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <tapestry/core/nearest_word.hpp>
 #include <tapestry/detect/network_config/section.hpp>
 #include <vector>
 
@@ -121,22 +122,6 @@ inline constexpr auto unsupported_cfg_keys =
                                                     {"grad_centr", "0"},
                                                     {"stride_x", ""},
                                                     {"stride_y", ""}});
-
-/// Smallest number of insertions, deletions and substitutions that turn `a` into `b`.
-[[nodiscard]] inline std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row[b.size()];
-}
 
 /// The keys that `section` may hold and that mean something to Tapestry.
 [[nodiscard]] inline std::vector<std::string_view> understood_keys(std::string_view section) {
