@@ -7,81 +7,56 @@
 #include <fstream>
 
 #include "../support/catch.hpp"
+#include "../support/refusal.hpp"
+#include "../support/temporary_folder.hpp"
 
 namespace fs = std::filesystem;
 using namespace tapestry;
+using tapestry::test::check_refused;
+using tapestry::test::TemporaryFolder;
 
 namespace {
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "tapestry_atomic_XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  [[nodiscard]] std::string file(const std::string& name) const { return (path / name).string(); }
-  [[nodiscard]] std::size_t entries() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-  }
-};
-
-template <class Action>
-FileError failure_of(Action action) {
-  try {
-    action();
-  } catch (const FileError& error) {
-    return error;
-  }
-  FAIL("no FileError");
-  return FileError(ErrorKind::usage, {});
+std::ptrdiff_t entry_count(const TemporaryFolder& folder) {
+  return std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator());
 }
 }  // namespace
 
 TEST_CASE("a file written atomically reads back and leaves nothing beside it", "[core][atomic_file]") {
-  const Folder folder;
-  const auto path = folder.file("a b%\n.txt");
+  const TemporaryFolder folder;
+  const auto path = folder.path("a b%\n.txt");
   write_file_atomically(path, std::string_view("first"));
   write_file_atomically(path, std::string_view("second"));
   CHECK(read_text_file(path) == "second");
   CHECK(read_file(path).size() == 6);
-  CHECK(folder.entries() == 1);
+  CHECK(entry_count(folder) == 1);
 }
 
 TEST_CASE("a file that cannot be written is a write error and leaves nothing half written",
           "[core][atomic_file]") {
-  const Folder folder;
-  const auto path = folder.file("absent/file");
-  CHECK(failure_of([&] { write_file_atomically(path, std::string_view("x")); }).kind() == ErrorKind::write);
-  CHECK(failure_of([&] { write_file_atomically(folder.path.string(), std::string_view("x")); }).kind() ==
-        ErrorKind::write);
-  CHECK(failure_of([&] {
-          write_file_atomically(folder.file(std::string(300, 'n')), std::string_view("x"));
-        }).kind() == ErrorKind::write);
-  CHECK(folder.entries() == 0);
+  const TemporaryFolder folder;
+  for (const auto& path : {folder.path("absent/file"), folder.path(), folder.path(std::string(300, 'n'))})
+    check_refused(ErrorKind::write, path + ": ", [&] { write_file_atomically(path, std::string_view("x")); });
+  CHECK(entry_count(folder) == 0);
 }
 
 TEST_CASE("only regular files within the limit are read", "[core][file_source]") {
-  const Folder folder;
-  const auto fifo = folder.file("fifo");
+  const TemporaryFolder folder;
+  const auto fifo = folder.path("fifo");
   REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
-  CHECK_THROWS_WITH((void)read_file(folder.path.string()), Catch::Matchers::Contains("folder"));
+  CHECK_THROWS_WITH((void)read_file(folder.path()), Catch::Matchers::Contains("folder"));
   CHECK_THROWS_WITH((void)read_file(fifo), Catch::Matchers::Contains("not a regular file"));
   CHECK_THROWS_WITH((void)read_file("/dev/zero"), Catch::Matchers::Contains("not a regular file"));
-  CHECK_THROWS_WITH((void)read_file(folder.file("absent")), Catch::Matchers::Contains("cannot open"));
-  const auto sparse = folder.file("sparse");
-  std::ofstream(sparse).put('x');
+  CHECK_THROWS_WITH((void)read_file(folder.path("absent")), Catch::Matchers::Contains("cannot open"));
+  const auto sparse = folder.write("sparse", "x");
   fs::resize_file(sparse, std::uintmax_t(5) << 30U);
-  CHECK(failure_of([&] { (void)read_file(sparse); }).kind() == ErrorKind::limit);
+  check_refused(ErrorKind::limit, sparse + ": ", [&] { (void)read_file(sparse); });
   fs::resize_file(sparse, 1);
   CHECK(read_text_file(sparse, 1) == "x");
 }
 
 TEST_CASE("a file whose size changes while it is read is refused", "[core][file_source]") {
-  const Folder folder;
-  const auto path = folder.file("grows");
+  const TemporaryFolder folder;
+  const auto path = folder.path("grows");
   write_file_atomically(path, std::string_view("abc"));
   const RegularFile file(path);
   std::ofstream(path, std::ios::app) << "d";

@@ -4,16 +4,16 @@
 
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <functional>
 #include <limits>
 
 #include "../support/catch.hpp"
+#include "../support/temporary_folder.hpp"
 
 namespace detect = tapestry::detect;
 namespace fs = std::filesystem;
 using tapestry::ErrorKind;
 using tapestry::FileError;
+using tapestry::test::TemporaryFolder;
 
 namespace {
 constexpr const char* cfg =
@@ -22,24 +22,11 @@ constexpr const char* cfg =
     "[convolutional]\nfilters=18\nsize=1\nactivation=linear\n"
     "[yolo]\nmask=0,1,2\nanchors=10,13, 16,30, 33,23\nclasses=1\nnum=3\n";
 
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "tapestry_weights_XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  [[nodiscard]] std::string file(const std::string& name) const { return (path / name).string(); }
-};
-
 struct Model {
   detect::NetworkConfig config = detect::parse_network_config(cfg, "some.cfg");
   detect::ParameterLayout layout = detect::parameter_layout(config, detect::infer_shapes(config, 32, 32));
-  Folder folder{};
-  std::string path = folder.file("some.weights");
+  TemporaryFolder folder{};
+  std::string path = folder.path("some.weights");
 
   [[nodiscard]] std::string good_bytes(std::size_t header = 20) const {
     std::string bytes(header + 4 * layout.count, '\0');
@@ -51,7 +38,7 @@ struct Model {
     }
     return bytes;
   }
-  void write(const std::string& bytes) const { std::ofstream(path, std::ios::binary) << bytes; }
+  void write(const std::string& bytes) const { folder.write("some.weights", bytes); }
   [[nodiscard]] detect::WeightFile read(const detect::WeightFileOptions& options = {}) const {
     return detect::read_weight_file(path, config, layout, options);
   }
@@ -183,18 +170,17 @@ TEST_CASE("W07, W15: suspicious values are remarked on", "[detect][weight_file]"
 
 TEST_CASE("W17, W18: only regular files of a sane size are opened", "[detect][bad_input]") {
   Model model;
-  model.path = model.folder.path.string();
+  model.path = model.folder.path();
   CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("folder"));
-  model.path = model.folder.file("fifo\nä");
+  model.path = model.folder.path("fifo\nä");
   REQUIRE(::mkfifo(model.path.c_str(), 0600) == 0);
   CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("not a regular file"));
   model.path = "/dev/zero";
   CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("not a regular file"));
-  model.path = model.folder.file("dangling");
+  model.path = model.folder.path("dangling");
   fs::create_symlink("nowhere", model.path);
   CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("cannot open"));
-  model.path = model.folder.file("sparse");
-  model.write(model.good_bytes());
+  model.path = model.folder.write("sparse", model.good_bytes());
   fs::resize_file(model.path, std::uintmax_t(5) << 30U);
   CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("too large"));
 }
@@ -207,5 +193,5 @@ TEST_CASE("a weight file that is written reads back to the same bits", "[detect]
   const auto again = model.read();
   CHECK(again.images_seen == 77 + (std::uint64_t(1) << 40U));
   CHECK(again.parameters == weights.parameters);
-  CHECK_THROWS_AS(detect::write_weight_file(model.folder.file("no/such"), 0, weights.parameters), FileError);
+  CHECK_THROWS_AS(detect::write_weight_file(model.folder.path("no/such"), 0, weights.parameters), FileError);
 }

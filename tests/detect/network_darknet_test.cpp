@@ -3,7 +3,6 @@
 #include <tapestry/detect/network.hpp>
 
 #include <filesystem>
-#include <fstream>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
@@ -63,8 +62,7 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
 
 TEST_CASE("logits equal those of Darknet for every common layer", "[detect][darknet]") {
   const TemporaryFolder folder;
-  const std::string path = folder.path("some.cfg");
-  std::ofstream(path) << common_layers;
+  const std::string path = folder.write("some.cfg", common_layers);
   check_against_darknet(random_detector<float>(detect::read_network_config(path), 3), path, 5e-6);
 }
 

@@ -3,7 +3,6 @@
 #include <opencv2/dnn.hpp>
 
 #include <filesystem>
-#include <fstream>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
@@ -56,8 +55,7 @@ void check_against_opencv(const detect::Network<float>& network, const std::stri
 
 void check_cfg_text(const std::string& cfg, double tolerance) {
   const TemporaryFolder folder;
-  const std::string path = folder.path("some.cfg");
-  std::ofstream(path) << cfg;
+  const std::string path = folder.write("some.cfg", cfg);
   check_against_opencv(random_detector<float>(opencv_config(path), 3), path, tolerance);
 }
 }  // namespace
