@@ -4,6 +4,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/tiny_scene.hpp"
 
 namespace camouflage = tapestry::camouflage;
@@ -33,17 +34,6 @@ Array<T, 2> pipeline_gradient(camouflage::Objective<T>& objective, const Views<T
   const tapestry::Variable<T> total = objective(parameter, views.pointers);
   tape.reverse(total);
   return parameter.adjoint();
-}
-
-double relative_distance(const Array<float, 2>& a, const Array<double, 2>& b) {
-  double difference = 0;
-  double size = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    const double d = static_cast<double>(a.data()[i]) - b.data()[i];
-    difference += d * d;
-    size += b.data()[i] * b.data()[i];
-  }
-  return std::sqrt(difference / size);
 }
 }  // namespace
 
@@ -89,7 +79,7 @@ TEST_CASE("the float pipeline's gradient agrees with double where no kink lies b
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
   const auto exact = pipeline_gradient(objective, views, start);
   const auto rounded = pipeline_gradient(objective_float, views_float, tapestry::cast<float>(start));
-  CHECK(relative_distance(rounded, exact) <= 1e-4);
+  CHECK(test::relative_distance(rounded, exact) <= 1e-4);
 }
 
 TEST_CASE("the tape adds nothing of its own to the pipeline's gradient in cubes", "[camouflage][gradient]") {

@@ -2,11 +2,13 @@
 
 #include <tapestry/detect/network.hpp>
 
+#include <cmath>
 #include <filesystem>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_detector.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 
 extern "C" {

@@ -7,6 +7,7 @@
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_detector.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 
 namespace detect = tapestry::detect;

@@ -7,11 +7,15 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
+#include "../support/random_detector.hpp"
+#include "../support/relative_distance.hpp"
 
 namespace detect = tapestry::detect;
 using tapestry::Array;
 using tapestry::test::random_array;
+using tapestry::test::relative_distance;
 
 namespace {
 /// Every layer type, smooth activations only, so that central differences meet no kink but maxpool's.
@@ -142,22 +146,9 @@ classes=1
 num=3
 )";
 
-/// Network with random weights, shifts, scales and running statistics.
 template <class T>
-detect::Network<T> random_network(const std::string& cfg, std::uint64_t seed = 1) {
-  detect::Network<T> network(detect::parse_network_config(cfg, "some.cfg"));
-  tapestry::Random random(seed);
-  network.initialise(random);
-  auto& parameters = network.parameters();
-  for (const auto& block : network.layout().blocks) {
-    if (block.role == detect::ParameterRole::weight) continue;
-    const bool is_positive =
-        block.role == detect::ParameterRole::scale || block.role == detect::ParameterRole::variance;
-    for (std::size_t i = 0; i < block.count; ++i)
-      parameters[block.offset + i] =
-          static_cast<T>(random.uniform(is_positive ? 0.5 : -0.3, is_positive ? 1.5 : 0.3));
-  }
-  return network;
+detect::Network<T> random_network(const std::string& cfg) {
+  return tapestry::test::random_detector<T>(detect::parse_network_config(cfg, "some.cfg"), 1);
 }
 
 template <class T>
@@ -169,24 +160,10 @@ std::vector<Array<T, 4>> random_like(const std::vector<Array<T, 4>>& arrays, std
   return result;
 }
 
-template <class T>
-double dot(const std::vector<Array<T, 4>>& a, const std::vector<Array<T, 4>>& b) {
+double dot(const std::vector<Array<double, 4>>& a, const std::vector<Array<double, 4>>& b) {
   double sum = 0;
-  for (std::size_t h = 0; h < a.size(); ++h)
-    for (std::size_t i = 0; i < a[h].size(); ++i)
-      sum += static_cast<double>(a[h].data()[i]) * static_cast<double>(b[h].data()[i]);
+  for (std::size_t h = 0; h < a.size(); ++h) sum += tapestry::test::dot(a[h], b[h]);
   return sum;
-}
-
-template <class T>
-double relative_distance(const std::vector<T>& a, const std::vector<double>& b) {
-  double difference = 0;
-  double norm = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    difference += (static_cast<double>(a[i]) - b[i]) * (static_cast<double>(a[i]) - b[i]);
-    norm += b[i] * b[i];
-  }
-  return std::sqrt(difference / norm);
 }
 
 template <class T>
@@ -266,14 +243,14 @@ TEST_CASE("float follows double", "[detect][network]") {
   const auto adjoint = random_like(pass.logits, 3);
   std::vector<Array<float, 4>> single_adjoint;
   for (std::size_t h = 0; h < 2; ++h) {
-    CHECK(relative_distance(flat(single_pass.logits[h]), flat(pass.logits[h])) < 2e-6);
+    CHECK(relative_distance(single_pass.logits[h], pass.logits[h]) < 2e-6);
     single_adjoint.push_back(tapestry::cast<float>(adjoint[h]));
   }
   auto gradient = tapestry::zeros<double, 4>({2, 3, 32, 32});
   auto single_gradient = tapestry::zeros<float, 4>({2, 3, 32, 32});
   network.input_adjoint(pass, adjoint, gradient);
   single.input_adjoint(single_pass, single_adjoint, single_gradient);
-  CHECK(relative_distance(flat(single_gradient), flat(gradient)) < 3e-6);
+  CHECK(relative_distance(single_gradient, gradient) < 3e-6);
 }
 
 TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][network]") {
@@ -332,7 +309,7 @@ TEST_CASE("running statistics of one batch reproduce the training pass", "[detec
   detect::Pass<double> inference;
   network.forward(images, inference);
   // The running variance is unbiased: n/(n−1) with n = 4·8·8 in the smallest normalised layer.
-  CHECK(relative_distance(flat(inference.logits[0]), flat(training.logits[0])) < 1.0 / (4 * 8 * 8 - 1));
+  CHECK(relative_distance(inference.logits[0], training.logits[0]) < 1.0 / (4 * 8 * 8 - 1));
 }
 
 TEST_CASE("NaN and infinity in a picture stay visible", "[detect][network]") {

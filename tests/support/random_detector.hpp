@@ -1,11 +1,10 @@
 #pragma once
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network.hpp>
-#include <vector>
+#include <utility>
 
 namespace tapestry::test {
 /// A detector with every layer that Darknet and OpenCV both understand, at an odd number of cells.
@@ -164,18 +163,5 @@ detect::Network<T> random_detector(detect::NetworkConfig config, std::uint64_t s
           static_cast<T>(random.uniform(is_positive ? 0.5 : -0.3, is_positive ? 1.5 : 0.3));
   }
   return network;
-}
-
-/// ‖a − b‖ / ‖b‖
-template <class A, class B>
-double relative_distance(const A* a, const B* b, std::size_t count) {
-  double difference = 0;
-  double norm = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double d = static_cast<double>(a[i]) - static_cast<double>(b[i]);
-    difference += d * d;
-    norm += static_cast<double>(b[i]) * static_cast<double>(b[i]);
-  }
-  return std::sqrt(difference / norm);
 }
 }  // namespace tapestry::test
