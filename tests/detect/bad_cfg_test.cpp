@@ -3,11 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "../support/bad_file.hpp"
 #include "../support/catch.hpp"
 
 namespace detect = tapestry::detect;
 using tapestry::ErrorKind;
 using tapestry::FileError;
+using tapestry::test::BadFile;
 
 namespace {
 const std::string net = "[net]\nwidth=64\nheight=64\nchannels=3\n";
@@ -22,15 +24,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-struct BadConfig {
-  std::string row;
-  std::string text;
-  ErrorKind kind;
-  std::string position;  ///< "line" or "line:column"
-  std::string message;   ///< part of it
-};
-
-std::vector<BadConfig> syntax_rows() {
+std::vector<BadFile> syntax_rows() {
   const auto malformed = ErrorKind::malformed;
   return {
       {"G01 empty", "", malformed, "1", "no [net]"},
@@ -67,7 +61,7 @@ std::vector<BadConfig> syntax_rows() {
   };
 }
 
-std::vector<BadConfig> value_rows() {
+std::vector<BadFile> value_rows() {
   const auto malformed = ErrorKind::malformed;
   const auto limit = ErrorKind::limit;
   std::string deep = net;
@@ -113,7 +107,7 @@ std::vector<BadConfig> value_rows() {
   };
 }
 
-std::vector<BadConfig> fit_rows() {
+std::vector<BadFile> fit_rows() {
   const auto mismatch = ErrorKind::mismatch;
   return {
       {"G12 itself", net + conv + "[route]\nlayers=1\n", mismatch, "12:8", "found 1"},
@@ -136,20 +130,10 @@ std::vector<BadConfig> fit_rows() {
   };
 }
 
-void check_rows(const std::vector<BadConfig>& rows) {
-  for (const BadConfig& bad : rows) {
-    INFO(bad.row);
-    try {
-      const auto config = detect::parse_network_config(bad.text, "some.cfg");
-      FAIL_CHECK("accepted");
-    } catch (const FileError& error) {
-      INFO(error.what());
-      CHECK(error.kind() == bad.kind);
-      CHECK(error.details().path == "some.cfg");
-      CHECK(error.details().position == bad.position);
-      CHECK_THAT(error.what(), Catch::Matchers::Contains(bad.message));
-    }
-  }
+void check_rows(const std::vector<BadFile>& rows) {
+  tapestry::test::check_bad_files(rows, "some.cfg", [](const std::string& text) {
+    (void)detect::parse_network_config(text, "some.cfg");
+  });
 }
 }  // namespace
 

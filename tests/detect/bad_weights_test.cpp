@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "../support/bad_file.hpp"
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"
 
@@ -13,6 +14,7 @@ namespace detect = tapestry::detect;
 namespace fs = std::filesystem;
 using tapestry::ErrorKind;
 using tapestry::FileError;
+using tapestry::test::BadFile;
 using tapestry::test::TemporaryFolder;
 
 namespace {
@@ -48,15 +50,7 @@ void put(std::string& bytes, std::size_t element, float value) {
   std::memcpy(&bytes[20 + 4 * element], &value, 4);
 }
 
-struct BadWeights {
-  std::string row;
-  std::string bytes;
-  ErrorKind kind;
-  std::string position;
-  std::string message;
-};
-
-std::vector<BadWeights> rows(const Model& model) {
+std::vector<BadFile> rows(const Model& model) {
   using namespace std::string_literals;
   const auto malformed = ErrorKind::malformed;
   const auto good = model.good_bytes();
@@ -102,20 +96,10 @@ std::vector<BadWeights> rows(const Model& model) {
 TEST_CASE("damaged weight files are refused with layer and offset", "[detect][bad_input]") {
   const Model model;
   REQUIRE(model.layout.count == 4 * 4 + 4 * 27 + 18 + 72);
-  for (const BadWeights& bad : rows(model)) {
-    INFO(bad.row);
-    model.write(bad.bytes);
-    try {
-      (void)model.read();
-      FAIL_CHECK("accepted");
-    } catch (const FileError& error) {
-      INFO(error.what());
-      CHECK(error.kind() == bad.kind);
-      CHECK(error.details().path == model.path);
-      CHECK(error.details().position == bad.position);
-      CHECK_THAT(error.what(), Catch::Matchers::Contains(bad.message));
-    }
-  }
+  tapestry::test::check_bad_files(rows(model), model.path, [&](const std::string& bytes) {
+    model.write(bytes);
+    (void)model.read();
+  });
 }
 
 TEST_CASE("W01: every length but the right one is refused", "[detect][bad_input]") {

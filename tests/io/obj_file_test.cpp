@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "../support/bad_file.hpp"
 #include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
@@ -16,6 +17,7 @@
 namespace io = tapestry::io;
 using tapestry::ErrorKind;
 using tapestry::geometry::Corners;
+using tapestry::test::BadFile;
 using tapestry::test::check_refused;
 
 namespace {
@@ -77,69 +79,58 @@ TEST_CASE("harmless oddities of OBJ files are accepted", "[io][obj]") {
 }
 
 TEST_CASE("bad OBJ files are refused with their line", "[io][obj][bad_input]") {
-  struct Row {
-    const char* id;
-    std::string text;
-    ErrorKind kind;
-    const char* position;
-    const char* message;
-  };
   const auto malformed = ErrorKind::malformed;
   const std::string face = "f 1 2 3\n";
   const auto vertex = [&](const std::string& record) { return triangle + record + "\n" + face; };
-  const Row rows[] = {
-      {"O01 empty", "", malformed, ":", "no vertices; expected v records, found 0 bytes"},
-      {"O01 text", "hello\nworld\n", malformed, ":", "no vertices"},
-      {"O01 PNG", "\x89PNG\r\n\x1a\n", malformed, ":", "found a PNG image"},
-      {"O01 page", "<html></html>", malformed, ":", "HTML"},
-      {"O02", triangle, malformed, ":", "no faces"},
-      {"O03 nan", vertex("v nan 0 0"), malformed, ":4:", "'nan'"},
-      {"O03 inf", vertex("v 0 -inf 0"), malformed, ":4:", "'-inf'"},
-      {"O03 1e400", vertex("v 0 0 1e400"), malformed, ":4:", "'1e400'"},
-      {"O03 1e39", vertex("v 0 0 1e39"), malformed, ":4:", "'1e39'"},
-      {"O04", triangle + "f 1 2 4\n" + face, malformed, ":4:", "expected 1 to 3, found 4"},
-      {"O05 uv", triangle + "f 1/1 2/1 3/1", malformed, ":4:", "texture coordinate index beyond"},
-      {"O05 normal", triangle + "vn 0 0 1\nf 1//1 2//2 3//1", malformed, ":5:", "normal index beyond"},
-      {"O06", triangle + "f 0 1 2", malformed, ":4:", "index 0"},
-      {"O08", triangle + "f -9 1 2", malformed, ":4:", "reaches back"},
-      {"O08 no normals", triangle + "f 1//-1 2 3", malformed, ":4:", "reaches back"},
-      {"O09 2^31", triangle + "f 2147483648 1 2", malformed, ":4:", "whole number"},
-      {"O09 -2^31", triangle + "f -2147483648 1 2", malformed, ":4:", "reaches back"},
-      {"O09 wide", triangle + "f 99999999999 1 2", malformed, ":4:", "whole number"},
-      {"O10 absent", "f 1 2 3\nv 0 0 0\nv 1 0 0\n", malformed, ":1:", "beyond the last"},
-      {"O11 two", triangle + "f 1 2", malformed, ":4:", "too few corners"},
-      {"O11 one", triangle + "f 1", malformed, ":4:", "too few corners"},
-      {"O11 none", triangle + "f", malformed, ":4:", "found 0"},
-      {"O14 two", vertex("v 1 2"), malformed, ":4:", "found 2 numbers"},
-      {"O14 none", vertex("v"), malformed, ":4:", "found 0 numbers"},
-      {"O14 eight", vertex("v 1 2 3 4 5 6 7 8"), malformed, ":4:", "too many numbers"},
-      {"O14 five", vertex("v 1 2 3 4 5"), malformed, ":4:", "found 5 numbers"},
-      {"O15 words", vertex("v a b c"), malformed, ":4:", "'a'"},
-      {"O15 comma", vertex("v 1,0 0 0"), malformed, ":4:", "'1,0'"},
-      {"O15 hex", vertex("v 0x10 0 0"), malformed, ":4:", "'0x10'"},
-      {"O15 tail", vertex("v 1.0f 0 0"), malformed, ":4:", "'1.0f'"},
-      {"O15 index", triangle + "f 1.5 2 3", malformed, ":4:", "whole number"},
-      {"O18", triangle + "f 1 2 \\\n3", malformed, ":4:", "continuation"},
-      {"O19", triangle + std::string("f 1 2\0 3", 8), malformed, ":4:", "zero byte"},
-      {"O20", triangle + "# " + std::string(2 << 20, 'x'), ErrorKind::limit, ":4:", "too long"},
-      {"O21", triangle + "vt 0 0\nvn 0 0 1\nf 1/1/1 2/", malformed, ":6:", "texture coordinate index"},
-      {"O21 slash", triangle + "vt 0 0\nf 1/1 2/ 3", malformed, ":5:", "texture coordinate index"},
-      {"O21 slashes", triangle + "vt 0 0\nf 1/1/1/1 2 3", malformed, ":5:", "three indices"},
-      {"O21 mixed", triangle + "vt 0 0\nf 1/1 2/1 3", malformed, ":5:", "same kinds"},
-      {"O23", triangle + "vt nan 0\n" + face, malformed, ":4:", "'nan'"},
-      {"O23 none", triangle + "vt\n" + face, malformed, ":4:", "without numbers"},
-      {"normal", triangle + "vn 0 1\n" + face, malformed, ":4:", "three numbers"},
-      {"O28", "v 1 1 1\nv 1 1 1\nv 1 1 1\n" + face, ErrorKind::mismatch, ":", "no usable size"},
-      {"O28 tiny", "v 0 0 0\nv 1e-30 0 0\nv 0 1e-30 0\n" + face, ErrorKind::mismatch, ":", "no usable size"},
-      {"O28 huge", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\n" + face, ErrorKind::mismatch, ":", "no usable size"},
-      {"usemtl", triangle + "usemtl \n" + face, malformed, ":4:", "without a name"},
-      {"mtllib", triangle + "mtllib\n" + face, malformed, ":4:", "without a name"},
+  const std::vector<BadFile> rows{
+      {"O01 empty", "", malformed, "", "no vertices; expected v records, found 0 bytes"},
+      {"O01 text", "hello\nworld\n", malformed, "", "no vertices"},
+      {"O01 PNG", "\x89PNG\r\n\x1a\n", malformed, "", "found a PNG image"},
+      {"O01 page", "<html></html>", malformed, "", "HTML"},
+      {"O02", triangle, malformed, "", "no faces"},
+      {"O03 nan", vertex("v nan 0 0"), malformed, "4", "'nan'"},
+      {"O03 inf", vertex("v 0 -inf 0"), malformed, "4", "'-inf'"},
+      {"O03 1e400", vertex("v 0 0 1e400"), malformed, "4", "'1e400'"},
+      {"O03 1e39", vertex("v 0 0 1e39"), malformed, "4", "'1e39'"},
+      {"O04", triangle + "f 1 2 4\n" + face, malformed, "4", "expected 1 to 3, found 4"},
+      {"O05 uv", triangle + "f 1/1 2/1 3/1", malformed, "4", "texture coordinate index beyond"},
+      {"O05 normal", triangle + "vn 0 0 1\nf 1//1 2//2 3//1", malformed, "5", "normal index beyond"},
+      {"O06", triangle + "f 0 1 2", malformed, "4", "index 0"},
+      {"O08", triangle + "f -9 1 2", malformed, "4", "reaches back"},
+      {"O08 no normals", triangle + "f 1//-1 2 3", malformed, "4", "reaches back"},
+      {"O09 2^31", triangle + "f 2147483648 1 2", malformed, "4", "whole number"},
+      {"O09 -2^31", triangle + "f -2147483648 1 2", malformed, "4", "reaches back"},
+      {"O09 wide", triangle + "f 99999999999 1 2", malformed, "4", "whole number"},
+      {"O10 absent", "f 1 2 3\nv 0 0 0\nv 1 0 0\n", malformed, "1", "beyond the last"},
+      {"O11 two", triangle + "f 1 2", malformed, "4", "too few corners"},
+      {"O11 one", triangle + "f 1", malformed, "4", "too few corners"},
+      {"O11 none", triangle + "f", malformed, "4", "found 0"},
+      {"O14 two", vertex("v 1 2"), malformed, "4", "found 2 numbers"},
+      {"O14 none", vertex("v"), malformed, "4", "found 0 numbers"},
+      {"O14 eight", vertex("v 1 2 3 4 5 6 7 8"), malformed, "4", "too many numbers"},
+      {"O14 five", vertex("v 1 2 3 4 5"), malformed, "4", "found 5 numbers"},
+      {"O15 words", vertex("v a b c"), malformed, "4", "'a'"},
+      {"O15 comma", vertex("v 1,0 0 0"), malformed, "4", "'1,0'"},
+      {"O15 hex", vertex("v 0x10 0 0"), malformed, "4", "'0x10'"},
+      {"O15 tail", vertex("v 1.0f 0 0"), malformed, "4", "'1.0f'"},
+      {"O15 index", triangle + "f 1.5 2 3", malformed, "4", "whole number"},
+      {"O18", triangle + "f 1 2 \\\n3", malformed, "4", "continuation"},
+      {"O19", triangle + std::string("f 1 2\0 3", 8), malformed, "4", "zero byte"},
+      {"O20", triangle + "# " + std::string(2 << 20, 'x'), ErrorKind::limit, "4", "too long"},
+      {"O21", triangle + "vt 0 0\nvn 0 0 1\nf 1/1/1 2/", malformed, "6", "texture coordinate index"},
+      {"O21 slash", triangle + "vt 0 0\nf 1/1 2/ 3", malformed, "5", "texture coordinate index"},
+      {"O21 slashes", triangle + "vt 0 0\nf 1/1/1/1 2 3", malformed, "5", "three indices"},
+      {"O21 mixed", triangle + "vt 0 0\nf 1/1 2/1 3", malformed, "5", "same kinds"},
+      {"O23", triangle + "vt nan 0\n" + face, malformed, "4", "'nan'"},
+      {"O23 none", triangle + "vt\n" + face, malformed, "4", "without numbers"},
+      {"normal", triangle + "vn 0 1\n" + face, malformed, "4", "three numbers"},
+      {"O28", "v 1 1 1\nv 1 1 1\nv 1 1 1\n" + face, ErrorKind::mismatch, "", "no usable size"},
+      {"O28 tiny", "v 0 0 0\nv 1e-30 0 0\nv 0 1e-30 0\n" + face, ErrorKind::mismatch, "", "no usable size"},
+      {"O28 huge", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\n" + face, ErrorKind::mismatch, "", "no usable size"},
+      {"usemtl", triangle + "usemtl \n" + face, malformed, "4", "without a name"},
+      {"mtllib", triangle + "mtllib\n" + face, malformed, "4", "without a name"},
   };
-  for (const Row& row : rows) {
-    INFO(row.id);
-    check_refused(row.kind, row.message, [&] { (void)parse(row.text); });
-    check_refused(row.kind, "a.obj" + std::string(row.position), [&] { (void)parse(row.text); });
-  }
+  tapestry::test::check_bad_files(rows, "a.obj", [](const std::string& text) { (void)parse(text); });
   const io::ObjLimits few{.records = 2};
   check_refused(ErrorKind::limit, "a.obj:3: mesh is too large",
                 [&] { (void)io::parse_obj(triangle, "a.obj", few); });
