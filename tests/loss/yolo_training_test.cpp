@@ -35,15 +35,19 @@ Logits logits_of(const std::vector<detect::Head>& heads, std::uint64_t seed, std
   return logits;
 }
 
+Logits zero_logits(const std::vector<detect::Head>& heads) {
+  Logits logits = logits_of(heads, 1, 1);
+  for (auto& head : logits) head.fill(0);
+  return logits;
+}
+
 const loss::Truths two_images{{{0, {33, 20, 28, 22}}, {1, {10, 50, 9, 7}}}, {{1, {40, 41, 13, 11}}}};
 
 }  // namespace
 
 TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[loss][yolo_training]") {
   const auto heads = two_heads();
-  auto logits = logits_of(heads, 1, 1);
-  for (auto& head : logits)
-    for (double& logit : head.storage()) logit = 0;
+  const auto logits = zero_logits(heads);
   // Best anchor 30 × 20, cell (1, 2): its centre (33, 20) is 1/16 and 1/4 into the cell of 16 px.
   const loss::Truths truths{{{0, {33, 20, 28, 22}}}};
   const auto terms = loss::yolo_training(heads, logits, truths, size, size);
@@ -58,9 +62,7 @@ TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[los
 
 TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss][yolo_training]") {
   const auto heads = two_heads();
-  auto logits = logits_of(heads, 1, 1);
-  for (auto& head : logits)
-    for (double& logit : head.storage()) logit = 0;
+  const auto logits = zero_logits(heads);
   // Anchor 40 × 40 fits. At the same place 30 × 20 has IoU .416, and 40 × 40 a cell further .403.
   const loss::Truths truths{{{0, {40, 24, 38, 38}}}};
   const double all = loss::yolo_training(heads, logits, truths, size, size).objectness;
