@@ -1,0 +1,105 @@
+#include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/relative_distance.hpp"
+
+// The pipeline's gradient at full size: the bundled sedan, detector and three of the bundled frames.
+
+namespace camouflage = tapestry::camouflage;
+namespace loss = tapestry::loss;
+using tapestry::Array;
+
+namespace {
+const std::string assets = TAPESTRY_SOURCE "/examples/assets/";
+
+camouflage::PaintedMesh sedan() {
+  camouflage::PaintedMesh car;
+  car.mesh = tapestry::io::read_obj(assets + "car_sedan.obj").mesh;
+  car.painted = tapestry::geometry::faces_by_material(car.mesh, {"body"});
+  car.layout.height = 64;
+  car.layout.width = 128;
+  car.layout.u_extent = 2;
+  return car;
+}
+
+template <class T>
+tapestry::detect::Network<T> bundled_detector() {
+  tapestry::detect::Network<float> network(tapestry::detect::read_network_config(assets + "detector.cfg"), 0,
+                                           0);
+  network.read_weights(assets + "detector.weights");
+  return network.cast<T>();
+}
+
+template <class T>
+std::vector<camouflage::View<T>> bundled_views(const camouflage::PaintedMesh& car) {
+  std::vector<camouflage::View<T>> views;
+  for (const char* name : {"003", "027", "058"}) {
+    const auto stored = tapestry::io::read_frame(assets + "frames/test/" + name + ".npz");
+    camouflage::Frame frame{name, stored.image, stored.camera, {}, stored.mask};
+    const auto& light = stored.light;
+    frame.light = {light[0], light[1], {light[2], light[3], light[4]}, {light[5], light[6], light[7]}};
+    views.push_back(camouflage::make_view<T>(frame, car, 256, 256));
+  }
+  return views;
+}
+
+template <class T>
+std::vector<const camouflage::View<T>*> pointers_to(const std::vector<camouflage::View<T>>& views) {
+  std::vector<const camouflage::View<T>*> pointers;
+  for (const auto& view : views) pointers.push_back(&view);
+  return pointers;
+}
+
+Array<double, 2> start_texture() { return tapestry::test::random_array<double>({64 * 128, 3}, 7, -0.5, 0.5); }
+
+template <class T>
+Array<T, 2> gradient_of(const camouflage::PaintedMesh& car, loss::AdversarialLoss kind) {
+  const auto network = bundled_detector<T>();
+  const auto views = bundled_views<T>(car);
+  camouflage::ObjectiveOptions options;
+  options.kind = kind;
+  camouflage::Objective<T> objective(network, car.layout, options);
+  tapestry::Tape<T> tape;
+  const auto scope = tape.activate();
+  const tapestry::ArrayVariable<T, 2> parameter = tape.input(tapestry::cast<T>(start_texture()));
+  const tapestry::Variable<T> total = objective(parameter, pointers_to(views));
+  tape.reverse(total);
+  return parameter.adjoint();
+}
+}  // namespace
+
+TEST_CASE("the gradient of the bundled scene agrees with central differences", "[camouflage][gradient]") {
+  const auto kind = GENERATE(loss::AdversarialLoss::paper, loss::AdversarialLoss::max_score);
+  const auto car = sedan();
+  const auto network = bundled_detector<double>();
+  const auto views = bundled_views<double>(car);
+  camouflage::ObjectiveOptions options;
+  options.kind = kind;
+  camouflage::Objective<double> objective(network, car.layout, options);
+  tapestry::GradientCheckOptions check;
+  check.tolerance = 1e-6;
+  check.subset = 50;
+  check.step = 1e-5;  // short, since every leaky unit within the step is a kink
+  const auto report = tapestry::check_tape_gradient(
+      [&](const tapestry::ArrayVariable<double, 2>& parameter) {
+        return objective(parameter, pointers_to(views));
+      },
+      start_texture(), check);
+  INFO(loss::name_of(kind) << ": " << report.to_text());
+  CHECK(report.passed());
+  CHECK(report.kinks.size() <= 5);
+}
+
+TEST_CASE("the float gradient of the bundled scene agrees with double", "[camouflage][gradient]") {
+  const auto kind = GENERATE(loss::AdversarialLoss::paper, loss::AdversarialLoss::max_score);
+  const auto car = sedan();
+  const auto exact = gradient_of<double>(car, kind);
+  const auto rounded = gradient_of<float>(car, kind);
+  CAPTURE(loss::name_of(kind));
+  CHECK(tapestry::test::relative_distance(rounded, exact) <= 1e-4);
+}
