@@ -75,6 +75,8 @@ std::vector<BadFile> rows(const Model& model) {
       {"W04", good.substr(0, 20), malformed, "@20",
        "expected 16 bytes there and 214 floats in all, found 0 bytes"},
       {"W05", good + std::string(4096, 'x'), ErrorKind::mismatch, "@876", "1024 floats unused"},
+      {"W06", std::string(good).append(4 * 196, '\1'), ErrorKind::mismatch, "@876",
+       "belong to another cfg than some.cfg"},
       {"W09", transposed, malformed, "@0", "transposed layout"},
       {"W10 neither fits", good + std::string(4, 'x'), ErrorKind::mismatch, "@876",
        "expected 214 floats, found 215"},
@@ -136,6 +138,15 @@ TEST_CASE("W05, W13: flags let trailing and non-finite values pass", "[detect][w
   CHECK_THROWS_AS(model.read({.allow_trailing = true}), FileError);
   CHECK(model.read({.allow_trailing = true, .allow_nonfinite = true}).parameters.size() ==
         model.layout.count);
+}
+
+TEST_CASE("W16: a file that changes while it is read is refused", "[detect][bad_input]") {
+  const Model model;
+  model.write(model.good_bytes());
+  const tapestry::RegularFile file(model.path);
+  fs::resize_file(model.path, 100);
+  std::vector<std::byte> bytes(static_cast<std::size_t>(file.size()));
+  CHECK_THROWS_WITH(file.read_at(0, bytes), Catch::Matchers::Contains("@100: file ends early"));
 }
 
 TEST_CASE("W07, W15: suspicious values are remarked on", "[detect][weight_file]") {
