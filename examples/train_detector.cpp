@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <numbers>
 #include <string>
+#include <string_view>
+#include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
@@ -14,7 +16,9 @@
 #include <tapestry/optim/adam.hpp>
 #include <vector>
 
+#include "support/finite_logits.hpp"
 #include "support/labelled_scene.hpp"
+#include "support/problem_list.hpp"
 #include "support/program.hpp"
 #include "support/progress.hpp"
 #include "support/stop_signal.hpp"
@@ -24,7 +28,7 @@ using namespace tapestry;
 using namespace tapestry::examples;
 
 struct Options {
-  std::string cfg = TAPESTRY_ASSETS "/detector.cfg";
+  std::string cfg;
   std::string weights;
   std::string output = "detector.weights";
   std::size_t steps = 2400, batch = 16, fresh = 6, pool = 3000, size = 0;
@@ -38,7 +42,9 @@ void describe(CLI::App& app, Options& o) {
   const auto add = [&](const char* name, auto& value, const char* text) {
     app.add_option(name, value, text)->capture_default_str();
   };
-  add("--cfg", o.cfg, "Darknet cfg file of the network; its heads need 3 classes (car, van, clutter)");
+  add("--cfg", o.cfg,
+      "Darknet cfg file of the network; its heads need 3 classes (car, van, clutter); the bundled one when "
+      "left out");
   add("--weights,--resume", o.weights, "weights to start from; random ones when left out");
   add("--output", o.output, "weights file to write");
   add("--steps", o.steps, "steps of the optimiser; 0: only validate");
@@ -81,7 +87,10 @@ HeldOut held_out(const std::string& name, PaintKind paint, const Options& option
   scene.paint = paint;
   const Random source = Random(0x5EED0FF5E7ULL).fork(static_cast<std::uint64_t>(paint));
   std::vector<LabelledScene> drawn(2 * options.validate);
-  parallel_for(drawn.size(), [&](std::size_t i) { drawn[i] = draw_labelled(source.fork(i), scene, size); });
+  parallel_for(drawn.size(), [&](std::size_t i) {
+    StopSignal::throw_if_arrived();
+    drawn[i] = draw_labelled(source.fork(i), scene, size);
+  });
   for (auto& candidate : drawn)
     if (candidate.main_share >= 0.4 && set.scenes.size() < options.validate)
       set.scenes.push_back(std::move(candidate));
@@ -103,6 +112,7 @@ Validation validate(const detect::Network<float>& network, const std::vector<Lab
   for (const LabelledScene& scene : scenes) {
     put_into_batch(scene, 0, false, {1, 1, 1}, batch);
     network.forward(batch, pass);
+    require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
     const auto detections =
         detect::suppress(detect::decode(network.heads(), pass.logits, 0, 0.25, size, size), 0.45);
     found.push_back(evaluate::is_found(detections, scene.main));
@@ -186,9 +196,17 @@ class Trainer {
   std::vector<float> gradient_;
 };
 
-int train(const Options& options) {
+/// What to type to go on: the steps left, from the weights saved.
+std::string command_to_go_on(const CLI::App& app, const char* program, const Options& options,
+                             std::size_t done) {
+  std::vector<std::string> words{program, "--weights", options.output, "--steps",
+                                 std::to_string(options.steps - done)};
+  for (auto& word : given_options(app, {"weights", "steps"})) words.push_back(std::move(word));
+  return shell_line(words);
+}
+
+int train(const CLI::App& app, const char* program, const Options& options) {
   using Clock = std::chrono::steady_clock;
-  const StopSignal stop;
   detect::Network<float> network(detect::read_network_config(options.cfg), options.size, options.size);
   if (network.input_height() != network.input_width())
     throw Error(ErrorKind::mismatch, options.cfg + ": the input must be square, or --size given");
@@ -228,9 +246,11 @@ int train(const Options& options) {
       print_validation(network, sets);
     }
   }
+  if (done == 0) StopSignal::throw_if_arrived();
   if (done > 0) network.write_weights(options.output);
-  if (StopSignal::arrived()) {
-    std::printf("stopped after step %zu; go on with --weights %s\n", done, options.output.c_str());
+  if (done < options.steps && StopSignal::arrived()) {
+    std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
+                 command_to_go_on(app, program, options, done).c_str());
     return StopSignal::exit_code();
   }
   std::printf("after step %zu, loss %.3f\n", done, smoothed);
@@ -238,16 +258,42 @@ int train(const Options& options) {
   return 0;
 }
 
-void require_sense(const Options& o) {
-  const auto require = [](bool holds, const char* message) {
-    if (!holds) throw Error(ErrorKind::usage, message);
-  };
-  require(o.batch > 0, "--batch must be at least 1");
-  require(o.save_every > 0 && o.validate_every > 0, "--save-every and --validate-every must be at least 1");
-  require(o.learning_rate > 0, "--learning-rate must be above 0");
-  const auto folder = std::filesystem::absolute(o.output).parent_path();
-  if (!std::filesystem::is_directory(folder))  // better known now than at the first save
-    throw FileError(ErrorKind::write, {o.output, "", "its folder does not exist"});
+void require_sound(const Options& o) {
+  ProblemList list;
+  list.require(o.batch >= 1 && o.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(o.save_every > 0 && o.validate_every > 0,
+               "--save-every and --validate-every must be at least 1");
+  list.require(o.learning_rate > 0, "--learning-rate must be above 0");
+  list.require(o.size <= 4096, "--size must be at most 4096 pixels");
+  list.require(o.validate <= 100000, "--validate must be at most 100000");
+  list.require(o.threads >= 0 && o.threads <= 1024, "--threads must be 0 to 1024");
+  list.throw_first();
+}
+
+/// Makes sure that the weights can be written, before hours are spent.
+void require_writable(const std::string& path) {
+  const auto folder = std::filesystem::absolute(path).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw FileError(ErrorKind::write, {path, "", "its folder does not exist"});
+  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+    throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
+  const std::string probe = path + ".probe";
+  write_file_atomically(probe, std::string_view("tapestry\n"));
+  std::filesystem::remove(probe);
+}
+
+int run(const CLI::App& app, const char* program, Options& options) {
+  require_sound(options);
+  if (options.cfg.empty()) options.cfg = TAPESTRY_ASSETS "/detector.cfg";
+  if (options.threads > 0) limit_threads(options.threads);
+  if (options.steps > 0) require_writable(options.output);
+  const StopSignal stop_signal;
+  try {
+    return train(app, program, options);
+  } catch (const Stopped&) {
+    std::fprintf(stderr, "\nstopped before the first step; nothing was written\n");
+    return StopSignal::exit_code();
+  }
 }
 
 }  // namespace
@@ -258,9 +304,5 @@ int main(int argc, char** argv) {
   describe(app, options);
   const int code = parse_arguments(app, argc, argv);
   if (code >= 0) return code;
-  return run_program([&] {
-    require_sense(options);
-    if (options.threads > 0) limit_threads(options.threads);
-    return train(options);
-  });
+  return run_program([&] { return run(app, argv[0], options); });
 }

@@ -3,6 +3,9 @@
 
 namespace tapestry::examples {
 
+/// Thrown to leave long work after a signal. It is no error.
+struct Stopped {};
+
 /// Remembers SIGINT, SIGTERM and SIGHUP so that a loop can finish its step and save. The second
 /// signal ends the process at once, as it would without us.
 class StopSignal {
@@ -16,6 +19,10 @@ class StopSignal {
   }
 
   [[nodiscard]] static bool arrived() { return received != 0; }
+
+  static void throw_if_arrived() {
+    if (arrived()) throw Stopped{};
+  }
 
   /// 128 + the signal's number: 130 for Ctrl-C, 143 for SIGTERM.
   [[nodiscard]] static int exit_code() {

@@ -25,7 +25,7 @@ expect_exit() {
 expect_error_line() {
   local count
   count=$(grep -c '^error: ' command.err)
-  if [ "$count" -eq 1 ] && grep -Eq "$1" command.err; then pass; else
+  if [ "$count" -eq 1 ] && grep -Eq -- "$1" command.err; then pass; else
     fail "expected one error line matching '$1', got:"
     cat command.err
   fi

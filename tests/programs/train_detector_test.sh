@@ -16,17 +16,32 @@ cmp -s one.weights other.weights && fail "two seeds give the same weights" || pa
 expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.weights --output none.weights
 [ -e none.weights ] && fail "validation alone wrote weights" || pass
 
-"$train" $small --steps 1000000 --output stopped.weights >command.out 2>command.err &
+"$train" $small --steps 1000000 --output "it's stopped.weights" >command.out 2>command.err &
 child=$!
 for _ in $(seq 600); do grep -q '^step 1 ' command.err && break; sleep 0.1; done
 kill -TERM "$child"
 wait "$child"
 [ $? -eq 143 ] && pass || fail "stopping did not end with 143"
-expect_file stopped.weights
+expect_file "it's stopped.weights"
+eval "go_on() { exec $(tail -n 1 command.err); }"
+(go_on >command.out 2>command.err) &
+child=$!
+for _ in $(seq 600); do grep -q '^step 1 ' command.err && break; sleep 0.1; done
+kill -INT "$child"
+wait "$child"
+[ $? -eq 130 ] && pass || fail "the command to go on does not work when pasted"
 
 expect_exit 2 "a misspelt option" "$train" --stepz 3
 expect_error_line 'did you mean --steps'
 expect_exit 2 "an empty batch" "$train" --batch 0
+for words in "--steps -3" "--learning-rate nan" "--threads 1000000" "--validate 1000000000000" "--batch 100000000"; do
+  # shellcheck disable=SC2086  # several words on purpose
+  expect_exit 2 "$words" "$train" $words --output refused.weights
+  expect_error_line "^error: ${words% *}"
+done
+mkdir folder
+expect_exit 5 "a folder in the file's place" "$train" $small --output folder
+[ -e refused.weights ] && fail "a refused run wrote weights" || pass
 expect_exit 3 "missing weights" "$train" --weights absent.weights --steps 0
 expect_error_line 'absent.weights'
 expect_exit 5 "a missing folder" "$train" $small --output absent/x.weights
