@@ -1,7 +1,7 @@
 // The main job: optimises a camouflage for a car against a detector, and measures what it does.
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -67,26 +67,15 @@ Json settings_json(const Options& options) {
   return json;
 }
 
-void validate(const Options& options) {
-  const auto& o = options.optimisation;
-  require_choice("--smooth-over", o.smooth_over, {"picture", "texture"});
-  require_choice("--start", o.start, {"random", "zero", "own"});
-  require_choice("--mask", options.scene.mask, {"auto", "silhouette", "file"});
-  require_choice("--texture", options.scene.texture, {"atlas", "cube"});
-  (void)loss::adversarial_loss_by_name(o.loss);
-  const auto require = [](bool holds, const char* message) {
-    if (!holds) throw Error(ErrorKind::usage, message);
-  };
-  require(o.batch > 0, "--batch must be at least 1");
-  require(std::isfinite(o.learning_rate) && o.learning_rate > 0, "--learning-rate must be above 0");
-  require(options.detector.confidence >= 0 && options.detector.confidence <= 1,
-          "--confidence lies in 0 to 1");
-  require(options.detector.nms >= 0 && options.detector.nms <= 1, "--nms lies in 0 to 1");
-  require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
-  require(options.threads >= 0, "--threads must be at least 0");
-  const auto samples = options.scene.samples;
-  require(samples == 1 || samples == 2 || samples == 4 || samples == 8, "--samples is 1, 2, 4 or 8");
-  require(options.scene.texels <= 8192, "--texels must be at most 8192");
+/// Of a run to resume, the settings come from its manifest and are checked there.
+void require_sound(const Options& options, ProblemList& list) {
+  require_sound_thread_count(options.threads, list);
+  list.require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
+  list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
+  if (options.resume) return;
+  require_sound(options.scene, list);
+  require_sound(options.detector, list);
+  require_sound(options.optimisation, list);
 }
 
 camouflage::ObjectiveOptions objective_options(const Options& options, std::size_t class_index) {
@@ -137,12 +126,31 @@ class Run {
         inputs_(std::move(inputs)),
         resume_command_(std::move(resume_command)),
         train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
-        test_(inputs_.car.painted, store_settings(), frame_loaders(inputs_.frames.test, options_.scene.mask)),
+        test_(inputs_.car.painted, store_settings(),
+              frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)),
         objective_(inputs_.detector.network, inputs_.car.painted.layout,
                    objective_options(options_, inputs_.class_index)) {}
 
+  /// \returns the exit code
   int execute() {
+    try {
+      run();
+      return 0;
+    } catch (const Stopped&) {
+      const bool has_begun = std::filesystem::exists(path("manifest.json"));
+      std::cerr << '\n' << (has_begun ? "stopped" : "stopped before the first step; nothing was written");
+      if (saved_steps_ > 0) std::cerr << "; saved after step " << saved_steps_;
+      if (has_begun) std::cerr << ". Resume with\n  " << resume_command_;
+      std::cerr << '\n';
+      return StopSignal::exit_code();
+    }
+  }
+
+ private:
+  void run() {
     const auto start = Clock::now();
+    for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
+    inputs_.warnings.clear();
     const auto usable_train = usable_views(train_, inputs_.warnings);
     auto& test = test_store();
     const auto usable_test = inputs_.frames.held_out ? usable_views(test, inputs_.warnings) : usable_train;
@@ -161,12 +169,10 @@ class Run {
     camouflage::Training<float> training(objective_, train_, usable_train,
                                          start_texture(options_, inputs_.car.painted), training_options);
     if (options_.resume) restore(training);
-    if (!optimise(training)) return StopSignal::exit_code();
+    optimise(training);
     report(training, test, usable_test, start);
-    return 0;
   }
 
- private:
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
     return {inputs_.detector.network.input_height(), inputs_.detector.network.input_width(),
             options_.scene.samples, options_.keep_mib << 20U};
@@ -187,6 +193,17 @@ class Run {
     return paths;
   }
 
+  /// The paths of the inputs in `some` that `others` lack, the first ten of them.
+  static std::string names_of_missing(const Json& some, const Json& others) {
+    std::string names;
+    std::size_t count = 0;
+    for (const auto& input : some) {
+      if (std::find(others.begin(), others.end(), input) != others.end()) continue;
+      if (++count <= 10) names += (names.empty() ? "" : ", ") + input.value("path", std::string("?"));
+    }
+    return count <= 10 ? names : names + ", ... (" + std::to_string(count) + " in all)";
+  }
+
   /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
   void open_folder() {
     Json manifest{{"program", "camouflage"},
@@ -196,35 +213,36 @@ class Run {
                   {"options", settings_json(options_)},
                   {"held_out", inputs_.frames.held_out},
                   {"inputs", input_hashes(input_paths())}};
-    settings_ = Json{{"options", manifest["options"]}, {"inputs", manifest["inputs"]}}.dump();
-    if (options_.resume) {
-      const Json saved = read_json(path("manifest.json"));
-      std::string changed;
-      for (const auto& input : manifest["inputs"])
-        if (std::find(saved["inputs"].begin(), saved["inputs"].end(), input) == saved["inputs"].end())
-          changed += (changed.empty() ? "" : ", ") + input["path"].get<std::string>();
-      if (!changed.empty())
-        throw Error(ErrorKind::in_use, options_.output + ": cannot resume, inputs have changed: " + changed);
+    const Json identity{{"options", manifest["options"]}, {"inputs", manifest["inputs"]}};
+    settings_ = exact_text(identity, -1);
+    if (!options_.resume) {
+      write_text(path("manifest.json"), exact_text(manifest) + "\n");
       return;
     }
-    write_text(path("manifest.json"), manifest.dump(2) + "\n");
+    const Json saved = read_json(path("manifest.json"));
+    std::string changed = names_of_missing(manifest["inputs"], saved["inputs"]);
+    if (changed.empty()) changed = names_of_missing(saved["inputs"], manifest["inputs"]);
+    if (!changed.empty())
+      throw Error(ErrorKind::in_use, options_.output + ": cannot resume, inputs have changed: " + changed);
   }
 
-  void restore(camouflage::Training<float>& training) const {
+  void restore(camouflage::Training<float>& training) {
     if (!std::filesystem::exists(path("checkpoint.npz"))) return;  // stopped before the first one
     auto checkpoint = camouflage::read_checkpoint<float>(path("checkpoint.npz"));
     if (checkpoint.settings != settings_)
       throw Error(ErrorKind::in_use, path("checkpoint.npz") + ": belongs to a run with other settings");
     training.restore(std::move(checkpoint.state));
+    saved_steps_ = training.steps_taken();
   }
 
-  void save(const camouflage::Training<float>& training) const {
+  void save(const camouflage::Training<float>& training) {
     camouflage::write_checkpoint(path("checkpoint.npz"), training.state(), settings_);
     write_text(path("history.csv"), history_csv(training.history()));
+    saved_steps_ = training.steps_taken();
   }
 
-  /// \returns false when a signal stopped it after saving
-  bool optimise(camouflage::Training<float>& training) {
+  /// \throws Stopped after saving, when a signal arrives
+  void optimise(camouflage::Training<float>& training) {
     ProgressLine progress;
     const auto start = Clock::now();
     std::size_t images = 0;
@@ -240,16 +258,13 @@ class Run {
       show(progress, training, images, seconds, first);
       if (StopSignal::arrived()) {
         save(training);
-        std::cerr << "\nstopped; saved after step " << training.steps_taken() << ". Resume with\n  "
-                  << resume_command_ << '\n';
-        return false;
+        throw Stopped{};
       }
       if (training.steps_taken() % options_.checkpoint_steps == 0) save(training);
     }
     save(training);
     optimise_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
     if (options_.profile) print_profile(training.steps_taken() - first);
-    return true;
   }
 
   static void show(ProgressLine& progress, const camouflage::Training<float>& training, std::size_t images,
@@ -305,14 +320,16 @@ class Run {
     report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial.found);
     write_textures(training.parameter(), colours);
     const std::size_t columns = before.size() > 12 ? 8 : 3;
+    StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
     io::write_image(path("before.png"), contact_sheet(before, columns));
+    StopSignal::throw_if_arrived();
     io::write_image(path("after.png"), contact_sheet(after, columns));
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report.held_out = inputs_.frames.held_out;
     report.history = training.history();
     report.options = settings_json(options_);
     write_text(path("report.html"), report_html(report));
-    write_text(path("metrics.json"), metrics_json(report).dump(2) + "\n");
+    write_text(path("metrics.json"), report_text(metrics_json(report)));
     std::cout << summary_text(report) << "report: " << path("report.html") << '\n';
   }
 
@@ -335,43 +352,83 @@ class Run {
   camouflage::Objective<float> objective_;
   std::string settings_;
   double optimise_seconds_ = 0;
+  std::uint64_t saved_steps_ = 0;
 };
 
 /// A folder that already holds a run is only touched to resume it.
-void claim_folder(const CLI::App& app, Options& options) {
-  if (options.output.empty()) {
-    if (options.resume) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
-    options.output = next_free_folder("runs/camouflage");
-  }
-  const std::string manifest = options.output + "/manifest.json";
-  const bool holds_run = std::filesystem::exists(manifest);
-  if (holds_run && !options.resume)
+void require_free_folder(const Options& options) {
+  if (!options.resume && !options.output.empty() &&
+      std::filesystem::exists(options.output + "/manifest.json"))
     throw Error(ErrorKind::in_use,
                 options.output + " already holds a run; give --resume to go on with it, or another --output");
-  if (!holds_run && options.resume)
+}
+
+/// Takes the settings of a run to resume from its folder.
+void adopt_run(const CLI::App& app, Options& options) {
+  if (options.output.empty()) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
+  const std::string manifest = options.output + "/manifest.json";
+  if (!std::filesystem::exists(manifest))
     throw FileError(ErrorKind::malformed, {manifest, "", "no run to resume: the file is missing"});
-  if (!options.resume) return;
   const Json saved = read_json(manifest);
-  if (!saved.contains("options") || !saved.contains("inputs"))
+  const auto& inputs = saved.is_object() && saved.contains("inputs") ? saved["inputs"] : Json();
+  const auto is_input = [](const Json& input) {
+    return input.is_object() && input.contains("path") && input["path"].is_string();
+  };
+  if (!inputs.is_array() || !std::all_of(inputs.begin(), inputs.end(), is_input) ||
+      !saved.contains("options"))
     throw FileError(ErrorKind::malformed, {manifest, "", "not the manifest of a run"});
   std::vector<std::string> differing;
-  adopt_saved(app, saved["options"], options.scene, differing);
-  adopt_saved(app, saved["options"], options.detector, differing);
-  adopt_saved(app, saved["options"], options.optimisation, differing);
+  adopt_saved(app, saved["options"], manifest, options.scene, differing);
+  adopt_saved(app, saved["options"], manifest, options.detector, differing);
+  adopt_saved(app, saved["options"], manifest, options.optimisation, differing);
   if (differing.empty()) return;
   std::string list;
   for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
   throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
 }
 
-int check_only(const Options& options) {
-  const auto problems = check_inputs(options.scene, options.detector);
+int check_only(const Options& options, ProblemList& list) {
+  SceneSettings scene = options.scene;
+  fill_in_bundled(scene);
+  for (const auto& warning : warnings_about(scene)) std::cerr << "warning: " << warning << '\n';
+  check_inputs(options.scene, options.detector, list);
+  const auto& problems = list.problems();
   for (const auto& problem : problems) std::cerr << "error: " << problem.what() << '\n';
   if (problems.empty()) std::cout << "all inputs are sound\n";
   int code = 0;  // of several, the one a run would meet first: unreadable before unfit
   for (const auto& problem : problems)
     code = code == 0 ? exit_code_of(problem.kind()) : std::min(code, exit_code_of(problem.kind()));
   return code;
+}
+
+/// What to type to go on; settings come from the manifest.
+std::string resume_command(const CLI::App& app, const char* program, const Options& options) {
+  std::vector<std::string> words{program, "--resume", "--output", options.output};
+  std::vector<std::string> from_manifest{"resume", "output"};
+  const Json settings = settings_json(options);
+  for (const auto& setting : settings.items()) from_manifest.push_back(setting.key());
+  for (auto& word : given_options(app, from_manifest)) words.push_back(std::move(word));
+  return shell_line(words);
+}
+
+int run(const CLI::App& app, const char* program, Options& options) {
+  ProblemList problems;
+  require_sound(options, problems);
+  if (options.check && !options.resume) return check_only(options, problems);
+  problems.throw_first();
+  if (options.threads > 0) limit_threads(options.threads);
+  const StopSignal stop_signal;
+  if (options.resume) adopt_run(app, options);
+  if (options.check) return check_only(options, problems);
+  require_free_folder(options);
+  Inputs inputs = load_inputs(options.scene, options.detector);
+  require_one_scale(inputs.frames);
+  const bool is_new = options.output.empty() || !std::filesystem::exists(options.output);
+  if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
+  const RunFolder folder(options.output, is_new);
+  require_free_folder(options);  // another process may have begun and ended a run there meanwhile
+  const std::string resume = resume_command(app, program, options);
+  return Run(std::move(options), std::move(inputs), resume).execute();
 }
 
 int camouflage_main(int argc, char** argv) {
@@ -382,18 +439,7 @@ int camouflage_main(int argc, char** argv) {
       "measures it beside the untouched photo, the clean car, random noise and solid colours.");
   describe(app, options);
   if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
-  return run_program([&] {
-    validate(options);
-    if (options.threads > 0) limit_threads(options.threads);
-    if (options.check) return check_only(options);
-    const StopSignal stop_signal;
-    claim_folder(app, options);
-    Inputs inputs = load_inputs(options.scene, options.detector);
-    make_writable_folder(options.output);
-    const io::RunLock lock(options.output);
-    const std::string resume = shell_words(1, argv) + " --resume --output " + options.output;
-    return Run(std::move(options), std::move(inputs), resume).execute();
-  });
+  return run_program([&] { return run(app, argv[0], options); });
 }
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_decode.hpp>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "support/contact_sheet.hpp"
+#include "support/finite_logits.hpp"
 #include "support/inputs.hpp"
 #include "support/program.hpp"
 #include "support/run_folder.hpp"
@@ -34,21 +36,22 @@ struct Options {
 
 void describe(CLI::App& app, Options& options) {
   app.add_option("--cfg", options.cfg, "Darknet network description; the bundled detector when left out");
-  app.add_option("--weights", options.weights, "Darknet weights that belong to --cfg");
-  app.add_option("--names", options.names, "class names, one a line");
+  app.add_option("--weights", options.weights,
+                 "Darknet weights that belong to --cfg; the bundled detector's when left out");
+  app.add_option("--names", options.names,
+                 "class names, one a line; left out, those of the bundled detector, or for others none");
   app.add_option("--size", options.size, "side of the network's square input, pixels; 0: as the cfg says")
       ->capture_default_str();
   app.add_option("--confidence", options.confidence, "least objectness x class probability, 0 to 1")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->capture_default_str();
   app.add_option("--nms", options.nms,
                  "overlap (IoU) above which the weaker of two boxes of a class is dropped, 0 to 1")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->capture_default_str();
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
   app.add_flag("--json", options.json,
                "print a JSON array; boxes in pixels of the image, x and y the top left corner");
-  app.add_option("--annotate", options.annotate, "folder for copies of the pictures with the boxes drawn in");
+  app.add_option("--annotate", options.annotate,
+                 "folder for copies of the pictures with the boxes drawn in; none when left out");
   app.add_option("IMAGE", options.images, "PNG pictures or frames (.npz)")->required();
 }
 
@@ -58,8 +61,9 @@ Array<std::uint8_t, 3> read_picture(const std::string& path) {
 }
 
 /// Boxes in pixels of the image.
-std::vector<detect::Detection> detect_in(const Array<std::uint8_t, 3>& picture, const Options& options,
-                                         const detect::Network<float>& network, detect::Pass<float>& pass) {
+std::vector<detect::Detection> detect_in(const std::string& path, const Array<std::uint8_t, 3>& picture,
+                                         const Options& options, const detect::Network<float>& network,
+                                         detect::Pass<float>& pass) {
   const std::size_t height = network.input_height();
   const std::size_t width = network.input_width();
   Array<float, 3> values(picture.shape());
@@ -71,6 +75,7 @@ std::vector<detect::Detection> detect_in(const Array<std::uint8_t, 3>& picture, 
     for (std::size_t c = 0; c < 3; ++c)
       planes.data()[c * height * width + pixel] = canvas.data()[3 * pixel + c];
   network.forward(planes, pass);
+  require_finite_logits(pass.logits, path);
   auto detections = detect::suppress(
       detect::decode(network.heads(), pass.logits, 0, options.confidence, height, width), options.nms);
   const auto box = image::letterbox(picture.shape(0), picture.shape(1), height, width);
@@ -112,10 +117,20 @@ void print_table(const std::string& path, const std::vector<detect::Detection>& 
   if (detections.empty()) std::printf("  nothing found\n");
 }
 
-void write_annotated(const std::string& folder, const std::string& path, Bitmap picture,
-                     const std::vector<detect::Detection>& detections) {
-  for (const auto& detection : detections) draw_box(picture, detection.box, {40, 220, 60});
-  io::write_image(folder + "/" + std::filesystem::path(path).stem().string() + "-detections.png", picture);
+std::string annotated_path(const std::string& folder, const std::string& image) {
+  return folder + "/" + std::filesystem::path(image).stem().string() + "-detections.png";
+}
+
+/// Everything that can be known to fail is tried before the first detection.
+void require_sound_pictures(const Options& options) {
+  std::map<std::string, std::string> taken;
+  for (const auto& image : options.images) {
+    const auto [first, is_free] = taken.emplace(annotated_path(options.annotate, image), image);
+    if (!options.annotate.empty() && !is_free && first->second != image)
+      throw Error(ErrorKind::usage,
+                  "--annotate: " + first->second + " and " + image + " would both become " + first->first);
+  }
+  for (const auto& image : options.images) (void)read_picture(image);
 }
 
 int run(const Options& options) {
@@ -124,27 +139,36 @@ int run(const Options& options) {
   settings.weights = options.weights;
   settings.names = options.names;
   settings.size = options.size;
+  settings.confidence = options.confidence;
+  settings.nms = options.nms;
+  ProblemList problems;
+  require_sound(settings, problems);
+  require_sound_thread_count(options.threads, problems);
+  problems.throw_first();
   fill_in_bundled(settings);
   if (options.threads > 0) limit_threads(options.threads);
-  if (!options.annotate.empty()) make_writable_folder(options.annotate);
   const auto detector = load_detector(settings);
   for (const auto& warning : detector.warnings) std::cerr << "warning: " << warning << '\n';
+  require_sound_pictures(options);
+  if (!options.annotate.empty()) make_writable_folder(options.annotate);
   detect::Pass<float> pass;
   Json all = Json::array();
   double seconds = 0;
   for (const auto& path : options.images) {
-    const auto picture = read_picture(path);
+    auto picture = read_picture(path);
     const auto start = std::chrono::steady_clock::now();
-    const auto detections = detect_in(picture, options, detector.network, pass);
+    const auto detections = detect_in(path, picture, options, detector.network, pass);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (options.json)
       all.push_back(json_of(path, detections, detector.names));
     else
       print_table(path, detections, detector.names);
-    if (!options.annotate.empty()) write_annotated(options.annotate, path, picture, detections);
+    if (options.annotate.empty()) continue;
+    for (const auto& detection : detections) draw_box(picture, detection.box, {40, 220, 60});
+    io::write_image(annotated_path(options.annotate, path), picture);
   }
   if (options.json)
-    std::cout << all.dump(2) << '\n';
+    std::cout << report_text(all);
   else
     std::printf("%.1f ms an image, %.0f MiB at most\n",
                 1e3 * seconds / static_cast<double>(options.images.size()), peak_mib());

@@ -1,4 +1,5 @@
 // Measures a finished camouflage: with the detector it was made for, or with another one.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -27,14 +28,17 @@ struct Options {
   std::uint64_t seed = 1;
   int threads = 0;
   bool clean_only = false;
+  bool other_frames = false;  ///< than the run's
 };
 
 void describe(CLI::App& app, Options& options) {
-  app.add_option("--run", options.run,
-                 "run folder of camouflage; its settings apply where none are given here");
+  app.add_option(
+      "--run", options.run,
+      "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
   add_options(app, options.scene);
   add_options(app, options.detector);
-  app.add_option("--sweep", options.sweep, "confidence thresholds at which P@0.5 is listed as well");
+  app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
+      ->capture_default_str();
   app.add_option("--output", options.output,
                  "folder for metrics.json and contact sheets; nothing is written when left out");
   app.add_option("--seed", options.seed, "seed of the random-noise control")->capture_default_str();
@@ -44,13 +48,45 @@ void describe(CLI::App& app, Options& options) {
 
 /// Settings of the run, for those not given; a detector given here replaces the run's altogether.
 void adopt_run(const CLI::App& app, Options& options) {
-  const Json saved = read_json(options.run + "/manifest.json");
-  if (!saved.contains("options"))
-    throw FileError(ErrorKind::malformed, {options.run + "/manifest.json", "", "not the manifest of a run"});
+  const std::string manifest = options.run + "/manifest.json";
+  const Json saved = read_json(manifest);
+  if (!saved.is_object() || !saved.contains("options"))
+    throw FileError(ErrorKind::malformed, {manifest, "", "not the manifest of a run"});
   std::vector<std::string> differing;
-  adopt_saved(app, saved["options"], options.scene, differing);
+  adopt_saved(app, saved["options"], manifest, options.scene, differing);
+  const auto is_frames = [](const std::string& name) { return name.rfind("--frames ", 0) == 0; };
+  options.other_frames = std::any_of(differing.begin(), differing.end(), is_frames);
   const bool other_detector = app.get_option("--cfg")->count() > 0;
-  if (!other_detector) adopt_saved(app, saved["options"], options.detector, differing);
+  if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
+}
+
+/// What was asked for, once the run's settings are adopted.
+void require_sound(const Options& options) {
+  ProblemList list;
+  require_sound(options.scene, list);
+  require_sound(options.detector, list);
+  require_sound_thread_count(options.threads, list);
+  for (const double threshold : options.sweep)
+    list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
+  list.throw_first();
+  if (!options.output.empty() && std::filesystem::exists(options.output + "/manifest.json"))
+    throw Error(ErrorKind::in_use,
+                options.output + " holds a run, whose metrics would be lost; give another --output");
+}
+
+/// The colours that a run ended with.
+Array<float, 2> read_colours(const std::string& path, std::size_t texel_count) {
+  auto colours = io::NpzFile::read(path).array<float, 2>("colours");
+  if (colours.shape(0) != texel_count || colours.shape(1) != 3)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "the texture does not fit the car",
+                     io::shape_text(std::vector<std::size_t>{texel_count, 3}),
+                     io::shape_text(std::vector<std::size_t>{colours.shape(0), colours.shape(1)})});
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    if (!(colours.data()[i] >= 0 && colours.data()[i] <= 1))
+      throw FileError(ErrorKind::malformed, {path, "", "colour " + std::to_string(i), "a number in 0 to 1",
+                                             std::to_string(colours.data()[i])});
+  return colours;
 }
 
 void print_sweep(const Options& options, const Inputs& inputs, camouflage::ViewStore<float>& store,
@@ -79,22 +115,23 @@ int run(const CLI::App& app, Options& options) {
   if (options.run.empty() && !options.clean_only)
     throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
   if (!options.run.empty()) adopt_run(app, options);
+  require_sound(options);
   if (options.threads > 0) limit_threads(options.threads);
-  if (!options.output.empty()) make_writable_folder(options.output);
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
   const auto& network = inputs.detector.network;
   camouflage::ViewStore<float> store(
       car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
-      frame_loaders(inputs.frames.test, options.scene.mask));
+      frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));
   const auto usable = usable_views(store, inputs.warnings);
   for (const auto& warning : inputs.warnings) std::cerr << "warning: " << warning << '\n';
+  if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
   std::vector<Control> textures{{"clean", camouflage::own_colours<float>(car)}};
   if (!options.clean_only) {
-    const auto file = io::NpzFile::read(options.run + "/texture.npz");
-    textures.push_back({"adversarial", file.array<float, 2>("colours")});
-    require_shape("evaluate", "texture", textures.back().colours, {car.layout.texel_count(car.mesh), 3});
+    textures.push_back(
+        {"adversarial", read_colours(options.run + "/texture.npz", car.layout.texel_count(car.mesh))});
   }
+  if (!options.output.empty()) make_writable_folder(options.output);
   Meter meter(network, inputs.class_index, options.detector);
   RunReport report;
   std::vector<Bitmap> sheet;
@@ -105,7 +142,7 @@ int run(const CLI::App& app, Options& options) {
   for (const auto& control : make_controls(car.layout.texel_count(car.mesh), options.seed))
     report.controls.push_back(measure(control.name, meter, store, usable, &control.colours));
   report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial.found);
-  report.held_out = inputs.frames.held_out;
+  report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);
   report.options["seed"] = options.seed;
@@ -115,7 +152,7 @@ int run(const CLI::App& app, Options& options) {
   if (options.output.empty()) return 0;
   io::write_image(options.output + "/" + shown.name + ".png",
                   contact_sheet(sheet, sheet.size() > 12 ? 8 : 3));
-  write_text(options.output + "/metrics.json", metrics.dump(2) + "\n");
+  write_text(options.output + "/metrics.json", report_text(metrics));
   std::cout << "written: " << options.output << "/metrics.json\n";
   return 0;
 }

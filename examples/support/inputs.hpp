@@ -60,9 +60,6 @@ inline void fill_in_bundled(DetectorSettings& detector) {
     detector.weights = bundled.weights();
     if (detector.names.empty()) detector.names = bundled.names();
   }
-  if (detector.cfg.empty() || detector.weights.empty())
-    throw Error(ErrorKind::usage, "--cfg and --weights go together; --" +
-                                      std::string(detector.cfg.empty() ? "cfg" : "weights") + " is missing");
 }
 
 /// A network with its weights and the names of its classes.
@@ -122,14 +119,9 @@ inline raster::TextureLayout layout_of(const SceneSettings& settings, const geom
 }
 
 inline Car load_car(const SceneSettings& settings) {
-  require_choice("--texture", settings.texture, {"atlas", "cube"});
   auto loaded = io::read_obj(settings.mesh);
   Car car;
   car.warnings = loaded.warnings;
-  if (!settings.faces.empty() && !settings.material.empty())
-    throw Error(ErrorKind::usage, "--faces and --material cannot be given together");
-  if (settings.faces.empty() && settings.material.empty())
-    throw Error(ErrorKind::usage, "--mesh needs --material or --faces to say what is painted");
   if (settings.faces.empty()) {
     car.painted.painted = geometry::faces_by_material(loaded.mesh, settings.material);
   } else {
@@ -174,6 +166,7 @@ struct FrameLists {
   std::vector<std::string> test;
   std::size_t drawn = 0;  ///< scenes drawn to optimise on, instead of `train`
   bool held_out = false;
+  bool posed = false;  ///< frames carry poses, not cameras, and see a car normalised to length 2
 };
 
 inline FrameLists find_frames(const SceneSettings& scene) {
@@ -186,10 +179,19 @@ inline FrameLists find_frames(const SceneSettings& scene) {
   FrameLists lists;
   const bool has_test = fs::is_directory(folder + "/test");
   lists.drawn = scene.scenes;
-  lists.held_out = has_test && (lists.drawn > 0 || fs::is_directory(folder + "/train"));
+  lists.held_out = lists.drawn > 0 || (has_test && fs::is_directory(folder + "/train"));
   lists.test = listed(has_test ? folder + "/test" : folder);
   if (lists.drawn == 0) lists.train = lists.held_out ? listed(folder + "/train") : lists.test;
   return lists;
+}
+
+inline bool is_posed(const std::string& frame) { return !io::read_frame(frame).has_camera; }
+
+inline void require_one_scale(const FrameLists& lists) {
+  if (lists.posed && lists.drawn > 0)
+    throw FileError(ErrorKind::mismatch, {lists.test.front(), "",
+                                          "a frame without a camera sees a car normalised to length 2, but "
+                                          "--scenes see the bundled car in metres"});
 }
 
 /// maskN.png beside dataN.npz.
@@ -236,8 +238,14 @@ inline camouflage::Frame prepared_frame(std::string name, io::Frame stored, cons
   return frame;
 }
 
-inline camouflage::Frame load_frame(const std::string& path, const std::string& mask_rule) {
+/// \param posed  see FrameLists; all frames of a run agree in it
+inline camouflage::Frame load_frame(const std::string& path, const std::string& mask_rule, bool posed) {
   auto stored = io::read_frame(path);
+  if (stored.has_camera == posed)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "frames with and without a camera cannot be mixed",
+                     posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
+                     posed ? "a camera" : "poses alone"});
   Array<std::uint8_t, 2> mask;
   if (mask_rule == "file") mask = mask_from_file(mask_path_of(path), stored);
   auto frame = prepared_frame(fs::path(path).stem().string(), std::move(stored), mask_rule);
@@ -245,20 +253,19 @@ inline camouflage::Frame load_frame(const std::string& path, const std::string& 
   return frame;
 }
 
-/// Whether the frames see a car normalised to length 2 instead of one in metres.
-inline bool wants_normalised_car(const std::string& frame) { return !io::read_frame(frame).has_camera; }
-
 using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
 
-inline FrameLoaders frame_loaders(const std::vector<std::string>& paths, const std::string& mask_rule) {
+inline FrameLoaders frame_loaders(const std::vector<std::string>& paths, const std::string& mask_rule,
+                                  bool posed) {
   FrameLoaders loaders;
-  for (const auto& path : paths) loaders.push_back([path, mask_rule] { return load_frame(path, mask_rule); });
+  for (const auto& path : paths) loaders.push_back([=] { return load_frame(path, mask_rule, posed); });
   return loaders;
 }
 
-/// Loaders of the frames to optimise on.
-inline FrameLoaders train_loaders(const FrameLists& lists, const std::string& mask_rule) {
-  auto loaders = frame_loaders(lists.train, mask_rule);
+/// Loaders of the frames to optimise on. Drawn ones have no mask files; they use their own masks instead.
+inline FrameLoaders train_loaders(const FrameLists& lists, const std::string& frame_mask_rule) {
+  auto loaders = frame_loaders(lists.train, frame_mask_rule, lists.posed);
+  const std::string mask_rule = frame_mask_rule == "file" ? "auto" : frame_mask_rule;
   const DrawnFrames draw{lists.drawn, DrawnFrames::Stream::train};
   for (std::size_t i = 0; i < lists.drawn; ++i)
     loaders.push_back([=] { return prepared_frame("scene " + std::to_string(i), draw(i), mask_rule); });
@@ -274,39 +281,30 @@ struct Inputs {
   std::vector<std::string> warnings;
 };
 
-/// Tries every input and collects all complaints instead of stopping at the first.
-class ProblemList {
- public:
-  template <class Action>
-  void attempt(Action action) {
-    try {
-      action();
-    } catch (const Error& error) {
-      problems_.push_back(error);
-    }
-  }
-  [[nodiscard]] const std::vector<Error>& problems() const { return problems_; }
-
- private:
-  std::vector<Error> problems_;
-};
+/// Frames that come with the programs show the bundled sedan, whatever mesh is given.
+inline std::vector<std::string> warnings_about(const SceneSettings& scene) {
+  const BundledAssets bundled;
+  if (scene.mesh == bundled.mesh() || (scene.scenes == 0 && scene.frames != bundled.frames())) return {};
+  return {"the bundled frames and --scenes show the bundled car, not " + scene.mesh +
+          "; the two will not cover each other. Give --frames of that car, and no --scenes"};
+}
 
 inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
   fill_in_bundled(scene);
   fill_in_bundled(detector);
-  require_choice("--mask", scene.mask, {"auto", "silhouette", "file"});
-  Inputs inputs{load_detector(detector), 0, load_car(scene), find_frames(scene), {}};
+  Inputs inputs{load_detector(detector), 0, load_car(scene), find_frames(scene), warnings_about(scene)};
   inputs.class_index = class_index_of(detector, inputs.detector);
-  if (wants_normalised_car(inputs.frames.test.front()))
+  inputs.frames.posed = is_posed(inputs.frames.test.front());
+  if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
-  inputs.warnings = inputs.detector.warnings;
-  inputs.warnings.insert(inputs.warnings.end(), inputs.car.warnings.begin(), inputs.car.warnings.end());
+  for (const auto* more : {&inputs.detector.warnings, &inputs.car.warnings})
+    inputs.warnings.insert(inputs.warnings.end(), more->begin(), more->end());
   return inputs;
 }
 
 /// Of a detector whose cfg is unsound, the other files can still be missing.
 inline void check_detector(DetectorSettings settings, ProblemList& list) {
-  list.attempt([&] { fill_in_bundled(settings); });
+  fill_in_bundled(settings);
   if (settings.cfg.empty() || settings.weights.empty()) return;
   bool is_sound = false;
   list.attempt([&] {
@@ -319,19 +317,23 @@ inline void check_detector(DetectorSettings settings, ProblemList& list) {
     if (!path.empty() && !fs::exists(path)) list.attempt([&] { (void)RegularFile(path); });
 }
 
-/// Checks every input and returns all problems found.
-inline std::vector<Error> check_inputs(SceneSettings scene, const DetectorSettings& detector) {
-  ProblemList list;
-  list.attempt([&] { fill_in_bundled(scene); });
-  list.attempt([&] { require_choice("--mask", scene.mask, {"auto", "silhouette", "file"}); });
+/// Checks every input and adds all problems found. The settings themselves have been checked before.
+inline void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list) {
+  fill_in_bundled(scene);
   check_detector(detector, list);
-  list.attempt([&] { (void)load_car(scene); });
+  if (!scene.faces.empty() || !scene.material.empty()) list.attempt([&] { (void)load_car(scene); });
   FrameLists frames;
   list.attempt([&] { frames = find_frames(scene); });
   std::vector<std::string> paths = frames.test;
   if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
-  for (const auto& path : paths) list.attempt([&] { (void)load_frame(path, scene.mask); });
-  return list.problems();
+  bool kind_known = false;
+  for (const auto& path : paths)
+    list.attempt([&] {
+      if (!kind_known) frames.posed = is_posed(path);
+      kind_known = true;
+      (void)load_frame(path, scene.mask, frames.posed);
+    });
+  list.attempt([&] { require_one_scale(frames); });
 }
 
 }  // namespace tapestry::examples

@@ -12,15 +12,19 @@
 #include <vector>
 
 #include "contact_sheet.hpp"
+#include "finite_logits.hpp"
 #include "inputs.hpp"
+#include "stop_signal.hpp"
 
 namespace tapestry::examples {
 
 /// The views of a store that show the car, with a warning for each that does not.
+/// \throws Stopped when a signal arrives meanwhile
 inline std::vector<std::size_t> usable_views(camouflage::ViewStore<float>& store,
                                              std::vector<std::string>& warnings) {
   std::vector<std::size_t> usable;
   store.for_each([&](std::size_t i, const camouflage::View<float>& view) {
+    StopSignal::throw_if_arrived();
     if (view.visible_pixels > 0)
       usable.push_back(i);
     else
@@ -55,6 +59,7 @@ class Meter {
     Array<float, 4> batch(Extents<4>{1, 3, height, width});
     std::copy_n(picture, batch.size(), batch.data());
     network_.forward(batch, pass_);
+    require_finite_logits(pass_.logits, view.name);
     auto candidates = detect::decode(network_.heads(), pass_.logits, 0, settings_.confidence, height, width);
     ViewResult result;
     result.detections = detect::suppress(std::move(candidates), settings_.nms);
@@ -86,12 +91,14 @@ inline Bitmap annotated(const float* picture, const ViewResult& result, const ca
 
 /// Measures one texture, or the untouched frames when `colours` is null, in every usable view.
 /// With `sheet`, the annotated pictures are added to it.
+/// \throws Stopped when a signal arrives meanwhile
 inline Measurement measure(const std::string& name, Meter& meter, camouflage::ViewStore<float>& store,
                            const std::vector<std::size_t>& usable, const Array<float, 2>* colours,
                            std::vector<Bitmap>* sheet = nullptr) {
   Measurement measurement;
   measurement.name = name;
   for (const std::size_t index : usable) {
+    StopSignal::throw_if_arrived();
     const auto view = store.view(index);
     const camouflage::View<float>* views[] = {view.get()};
     const Array<float, 4> composed =

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -36,7 +37,7 @@ inline Json metrics_json(const RunReport& report) {
           {"held_out", report.held_out},
           {"seconds", report.seconds},
           {"peak_mib", peak_mib()},
-          {"seed", report.options.value("seed", 0)},
+          {"seed", report.options.value("seed", std::uint64_t(0))},
           {"options", report.options}};
 }
 
@@ -69,6 +70,12 @@ inline std::string summary_text(const RunReport& report) {
   else
     text += "  attack success is not defined: no view is found in clean\n";
   return text;
+}
+
+inline std::string html_text(const std::string& text) {
+  std::string html;
+  for (const char c : text) html += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return html;
 }
 
 inline std::string html_row(const Measurement& row) {
@@ -131,7 +138,7 @@ inline std::string report_html(const RunReport& report) {
          "alt='clean views'>\n"
          "<h2>Camouflaged</h2>\n<img src='after.png' alt='camouflaged views'>\n"
          "<h2>Texture</h2>\n<img src='texture.png' alt='texture atlas'>\n<h2>Loss</h2>\n" +
-         loss_curve_svg(report.history) + "<h2>Options</h2>\n<pre>" + report.options.dump(2) +
+         loss_curve_svg(report.history) + "<h2>Options</h2>\n<pre>" + html_text(report_text(report.options)) +
          "</pre></html>\n";
 }
 

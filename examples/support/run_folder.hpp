@@ -14,6 +14,7 @@
 #include <tapestry/io/run_lock.hpp>
 #include <tapestry/io/sha256.hpp>
 #include <tapestry/version.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::examples {
@@ -37,12 +38,59 @@ inline void make_writable_folder(const std::string& folder) {
   std::filesystem::remove(probe, failure);
 }
 
-/// The first of `base`-001, `base`-002, … that does not exist.
-inline std::string next_free_folder(const std::string& base) {
+/// The folder of a run, claimed for this process. If it was made for the run and the run ends before it
+/// has a manifest, it is taken away again.
+class RunFolder {
+ public:
+  /// \param is_new  whether the folder is the run's own, and not there before it
+  RunFolder(std::string path, bool is_new) : path_(std::move(path)), is_new_(is_new), lock_(claim()) {}
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+  ~RunFolder() {
+    std::error_code ignored;
+    if (!is_new_ || std::filesystem::exists(path_ + "/manifest.json", ignored)) return;
+    std::filesystem::remove(path_ + "/.lock", ignored);
+    std::filesystem::remove(path_, ignored);
+  }
+
+ private:
+  [[nodiscard]] io::RunLock claim() const {
+    make_writable_folder(path_);
+    return io::RunLock(path_);
+  }
+
+  std::string path_;
+  bool is_new_;
+  io::RunLock lock_;
+};
+
+/// Makes the first of `base`-001, `base`-002, … that does not exist; never the same for two processes.
+inline std::string make_next_folder(const std::string& base) {
+  make_writable_folder(std::filesystem::path(base).parent_path().string());
   for (int number = 1;; ++number) {
     char suffix[16];
     std::snprintf(suffix, sizeof suffix, "-%03d", number);
-    if (!std::filesystem::exists(base + suffix)) return base + suffix;
+    std::error_code failure;
+    if (std::filesystem::create_directory(base + suffix, failure)) return base + suffix;
+    if (failure && failure != std::errc::file_exists)
+      throw FileError(ErrorKind::write,
+                      {base + suffix, "", "cannot create the folder: " + failure.message()});
+  }
+}
+
+/// A report as JSON. File names need not be UTF-8; what is not shows as U+FFFD.
+inline std::string report_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// As JSON that will be read again, and so cannot hold everything.
+/// \throws Error (usage) for text that is not UTF-8
+inline std::string exact_text(const Json& json, int indent = 2) {
+  try {
+    return json.dump(indent);
+  } catch (const Json::type_error&) {
+    throw Error(ErrorKind::usage,
+                "the name of an input is not UTF-8, so the manifest cannot hold it; rename the file");
   }
 }
 
@@ -68,21 +116,6 @@ inline double peak_mib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
-}
-
-/// The words of a command line, each quoted for a shell where it needs it.
-inline std::string shell_words(int argc, char** argv) {
-  std::string line;
-  for (int i = 0; i < argc; ++i) {
-    const std::string word = argv[i];
-    const bool plain = !word.empty() && word.find_first_not_of(
-                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                            "0123456789_-./=,:+@") == std::string::npos;
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += (line.empty() ? "" : " ") + (plain ? word : quoted + "'");
-  }
-  return line;
 }
 
 }  // namespace tapestry::examples

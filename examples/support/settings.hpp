@@ -5,8 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/loss/adversarial.hpp>
 #include <type_traits>
+#include <utility>
 #include <vector>
+
+#include "problem_list.hpp"
 
 namespace tapestry::examples {
 
@@ -53,8 +57,9 @@ struct OptimisationSettings {
 template <class Visit>
 void visit_settings(SceneSettings& s, Visit visit) {
   visit("mesh", s.mesh, "OBJ file of the car; the bundled sedan when left out");
-  visit("material", s.material, "materials whose faces are painted; 'body' for the bundled car");
-  visit("faces", s.faces, "text file of painted faces, one 1-based number a line, instead of --material");
+  visit("material", s.material, "materials whose faces are painted; left out, 'body' for the bundled car");
+  visit("faces", s.faces,
+        "text file of painted faces, one 1-based number a line, instead of --material; none when left out");
   visit("frames", s.frames,
         "folder of frames (.npz), or one with the folders train and test; bundled frames when left out");
   visit("scenes", s.scenes,
@@ -71,9 +76,11 @@ void visit_settings(SceneSettings& s, Visit visit) {
 template <class Visit>
 void visit_settings(DetectorSettings& s, Visit visit) {
   visit("cfg", s.cfg, "Darknet network description; the bundled detector when left out");
-  visit("weights", s.weights, "Darknet weights that belong to --cfg");
-  visit("names", s.names, "class names, one a line");
-  visit("class", s.class_name, "name of the class that is the car");
+  visit("weights", s.weights, "Darknet weights that belong to --cfg; the bundled detector's when left out");
+  visit("names", s.names,
+        "class names, one a line; left out, those of the bundled detector, or for others none");
+  visit("class", s.class_name,
+        "name of the class that is the car; its number, from 0, when there are no names");
   visit("size", s.size, "side of the network's square input, pixels; 0: as the cfg says");
   visit("confidence", s.confidence, "least objectness x class probability of a detection, 0 to 1");
   visit("nms", s.nms, "overlap (IoU) above which the weaker of two boxes of one class is dropped, 0 to 1");
@@ -101,7 +108,9 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
 template <class Settings>
 void add_options(CLI::App& app, Settings& settings) {
   visit_settings(settings, [&](const char* name, auto& value, const char* help) {
-    app.add_option(std::string("--") + name, value, help)->capture_default_str();
+    auto* option = app.add_option(std::string("--") + name, value, help);
+    if constexpr (!std::is_same_v<std::remove_reference_t<decltype(value)>, std::vector<std::string>>)
+      option->capture_default_str();
   });
 }
 
@@ -111,32 +120,78 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
   visit_settings(settings, [&](const char* name, auto& value, const char*) { json[name] = value; });
 }
 
+inline void require_sound(const SceneSettings& s, ProblemList& list) {
+  list.require_choice("--mask", s.mask, {"auto", "silhouette", "file"});
+  list.require_choice("--texture", s.texture, {"atlas", "cube"});
+  list.require(s.samples == 1 || s.samples == 2 || s.samples == 4 || s.samples == 8,
+               "--samples is " + std::to_string(s.samples) + "; expected 1, 2, 4 or 8");
+  list.require(s.scenes <= 1000000, "--scenes must be at most 1000000");
+  const std::size_t most_texels = s.texture == "cube" ? 256 : 8192;
+  list.require(s.texels <= most_texels, "--texels must be at most " + std::to_string(most_texels));
+  list.require(s.faces.empty() || s.material.empty(), "--faces and --material cannot be given together");
+  list.require(s.mesh.empty() || !s.faces.empty() || !s.material.empty(),
+               "--mesh needs --material or --faces to say what is painted");
+}
+
+inline void require_sound(const DetectorSettings& s, ProblemList& list) {
+  list.require(s.cfg.empty() == s.weights.empty(), std::string("--cfg and --weights go together; --") +
+                                                       (s.cfg.empty() ? "cfg" : "weights") + " is missing");
+  list.require(s.size <= 4096, "--size must be at most 4096 pixels");
+  list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
+  list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");
+}
+
+inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
+  list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
+  list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});
+  list.require_choice("--start", s.start, {"random", "zero", "own"});
+  const std::pair<const char*, double> weights[] = {{"--iou-weight", s.iou},
+                                                    {"--objectness-weight", s.objectness},
+                                                    {"--class-weight", s.classification},
+                                                    {"--max-score-weight", s.max_score},
+                                                    {"--smoothness-weight", s.smoothness}};
+  for (const auto& [name, weight] : weights)
+    list.require(weight >= 0, std::string(name) + " must be at least 0");
+  list.require(s.epochs <= 1000000, "--epochs must be at most 1000000");
+  list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(s.learning_rate > 0, "--learning-rate must be above 0");
+}
+
+inline void require_sound_thread_count(int threads, ProblemList& list) {
+  list.require(threads >= 0 && threads <= 1024, "--threads must be 0 to 1024");
+}
+
 /// For a resumed run: settings not given on the command line are taken from the saved ones; the names of
-/// those given and different are added to `differing`.
+/// those given and different are added to `differing`. A 0 that leaves the choice to the program agrees
+/// with whatever it chose.
+/// \throws FileError (malformed) when `saved`, read from the file `path`, lacks a setting or has one
+///         that makes no sense
 template <class Settings>
-void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, Settings& settings,
-                 std::vector<std::string>& differing) {
+void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
+                 Settings& settings, std::vector<std::string>& differing) {
+  Settings whole;
+  visit_settings(whole, [&](const char* name, auto& value, const char*) {
+    try {
+      saved.at(name).get_to(value);
+    } catch (const nlohmann::json::exception&) {
+      throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'"});
+    }
+  });
+  ProblemList problems;
+  require_sound(whole, problems);
+  if (!problems.problems().empty())
+    throw FileError(ErrorKind::malformed, {path, "", problems.problems().front().what()});
   visit_settings(settings, [&](const char* name, auto& value, const char*) {
     using Value = std::remove_reference_t<decltype(value)>;
-    if (!saved.contains(name)) return;
     const auto previous = saved[name].template get<Value>();
-    if (app.get_option(std::string("--") + name)->count() > 0 && value != previous)
+    const bool given = app.get_option(std::string("--") + name)->count() > 0;
+    const bool left_open = std::is_unsigned_v<Value> && value == Value{} && std::string(name) != "seed";
+    if (given && !left_open && value != previous)
       differing.push_back(std::string("--") + name + " (was " + saved[name].dump() + ", now " +
                           nlohmann::ordered_json(value).dump() + ")");
     else
       value = previous;
   });
-}
-
-/// Throws Error (usage) naming the choices unless `value` is one of them.
-inline void require_choice(const char* option, const std::string& value,
-                           const std::vector<std::string>& choices) {
-  std::string list;
-  for (const auto& choice : choices) {
-    if (choice == value) return;
-    list += (list.empty() ? "" : ", ") + choice;
-  }
-  throw Error(ErrorKind::usage, std::string(option) + " is '" + value + "'; expected one of " + list);
 }
 
 }  // namespace tapestry::examples

@@ -88,4 +88,98 @@ expect_exit 3 "check with several problems" "$camouflage" --check --frames frame
 if [ "$(grep -c '^error: ' command.err)" -ge 2 ]; then pass; else fail "--check does not list all problems"; fi
 expect_exit 0 "check of sound inputs" "$camouflage" --check
 expect_exit 0 "help" "$camouflage" --help
+
+# From here on four frames, of which a step takes a moment.
+assets=$sources/examples/assets
+mkdir "four frames" && cp "$assets"/frames/test/00[0-3].npz "four frames"
+brief=(--frames "four frames" --texels 8)
+
+# Values that make no sense are refused before anything is read or written.
+for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch 0" "--scenes 10000000000" \
+  "--texels 8193" "--texture cube --texels 500" "--keep-mib 18446744073709551615" "--threads 1000000" \
+  "--iou-weight nan" "--objectness-weight inf" "--smoothness-weight -1" "--seed 1.5" "--size 100000"; do
+  # shellcheck disable=SC2086  # several words on purpose
+  expect_exit 2 "$words" "$camouflage" $words --output senseless
+  option=${words##*--}
+  expect_error_line "^error: --${option% *}"
+done
+expect_exit 2 "an empty name" "$camouflage" --mesh "" --output senseless
+expect_exit 2 "check of several settings" "$camouflage" --check --texels 9999 --loss hinge --mask none --frames absent
+[ "$(grep -c '^error: ' command.err)" -eq 4 ] && pass || fail "--check does not list settings and inputs together"
+cp -r "four frames" cut_later && head -c 500 "four frames/003.npz" >cut_later/003.npz
+expect_exit 3 "a cut frame after the first" "$camouflage" --frames cut_later --output senseless
+[ -e senseless ] && fail "a refused run left a folder behind" || pass
+expect_exit 0 "another car with the bundled frames" "$camouflage" --check --mesh "$assets/van.obj" --material body
+grep -q '^warning: .*van.obj' command.err && pass || fail "no warning that the frames show another car"
+
+# Scenes to optimise on, frames to measure on.
+expect_exit 0 "scenes and frames" "$camouflage" "${brief[@]}" --scenes 4 --epochs 1 --output both_kinds
+grep -q '"held_out": true' both_kinds/metrics.json && pass || fail "the frames were not held out"
+[ "$(grep -m1 -o '"views": [0-9]*' both_kinds/metrics.json)" = '"views": 4' ] && pass || fail "measured on other views"
+
+# Failures on the way leave what can be resumed.
+(
+  ulimit -f 16 # KiB a file
+  exec "$camouflage" "${brief[@]}" --epochs 2 --output limited >command.out 2>command.err
+)
+[ $? -eq 5 ] && pass || fail "a file that cannot be written whole does not end with 5"
+expect_error_line 'limited/.*cannot write'
+expect_exit 0 "resumed with more room" "$camouflage" --epochs 0 --resume --output limited
+expect_file limited/metrics.json
+ls -A limited | grep -q part && fail "a temporary file was left behind" || pass
+expect_exit 6 "a loss that overflows" "$camouflage" "${brief[@]}" --max-score-weight 1e308 --output overflow
+expect_error_line 'step 1: term total is inf'
+"$camouflage" "${brief[@]}" --epochs 1 --output unheard >/dev/full 2>command.err
+[ $? -eq 5 ] && pass || fail "a full standard output does not end with 5"
+expect_file unheard/metrics.json
+"$camouflage" "${brief[@]}" --epochs 1 --output no_streams >&- 2>&- <&-
+[ "$(wc -l <no_streams/.lock)" -eq 1 ] && pass || fail "what was printed went into a file"
+
+# Refusals to resume name the cause.
+cp -r limited damaged && echo '{"options": {"mesh": 3}, "inputs": []}' >damaged/manifest.json
+expect_exit 3 "a manifest of another shape" "$camouflage" --resume --output damaged
+expect_error_line "damaged/manifest.json: no sound setting 'mesh'"
+expect_exit 3 "evaluate with it" "$programs/evaluate" --run damaged
+rm "four frames/003.npz"
+expect_exit 7 "an input that is gone" "$camouflage" --resume --output limited
+expect_error_line 'inputs have changed: four frames/003.npz'
+expect_exit 7 "evaluate into a run's folder" "$programs/evaluate" --run both_kinds --output both_kinds
+
+# Two at once: one of them runs. Without --output each gets a folder of its own.
+"$camouflage" "${brief[@]}" --epochs 9 --output twice >/dev/null 2>&1 &
+process=$!
+"$camouflage" "${brief[@]}" --epochs 9 --output twice >/dev/null 2>&1
+codes=$?
+wait "$process"
+codes=$((codes + $?))
+[ "$codes" -eq 7 ] && pass || fail "two runs in one folder: exit codes add up to $codes, expected 0 and 7"
+"$camouflage" "${brief[@]}" --epochs 1 >/dev/null 2>&1 &
+process=$!
+expect_exit 0 "a folder of its own" "$camouflage" "${brief[@]}" --epochs 1
+wait "$process"
+[ $? -eq 0 ] && [ -e runs/camouflage-001/metrics.json ] && [ -e runs/camouflage-002/metrics.json ] && pass ||
+  fail "two runs without --output got in each other's way"
+
+# A signal ends the preparation at once, and the command to go on can be pasted.
+"$camouflage" --scenes 5000 --output unprepared >/dev/null 2>&1 &
+process=$!
+sleep 0.5
+kill -TERM "$process"
+wait "$process"
+[ $? -eq 143 ] && [ ! -e unprepared ] && pass || fail "SIGTERM while scenes are drawn"
+"$camouflage" "${brief[@]}" --epochs 100000 --threads 2 --output "it's a folder" >/dev/null 2>stopped.err &
+process=$!
+for _ in $(seq 100); do
+  [ -e "it's a folder/manifest.json" ] && break
+  sleep 0.1
+done
+kill -INT "$process"
+wait "$process"
+eval "exec_resumed() { exec $(tail -n 1 stopped.err); }"
+(exec_resumed >/dev/null 2>resumed.err) &
+process=$!
+sleep 1
+kill -INT "$process"
+wait "$process"
+[ $? -eq 130 ] && grep -q 'saved after step' resumed.err && pass || fail "the resume command does not work when pasted"
 finish

@@ -25,7 +25,51 @@ printf '<html>not found</html>' >page.weights
 expect_exit 3 "a page instead of weights" "$detect" --cfg "$assets/detector.cfg" --weights page.weights "$frame"
 expect_error_line 'page.weights.*HTML'
 
+
+# Several pictures of which one is broken: nothing is printed or drawn of the others.
+head -c 900 "drawn/$(basename "$frame" .npz)-detections.png" >cut.png
+mkfifo pipe.png
+: >empty.png
+for broken in cut.png pipe.png empty.png . /dev/zero; do
+  expect_exit 3 "$broken after a sound one" "$detect" --json --annotate untouched "$frame" "$broken"
+  expect_error_line "^error: $broken:"
+  [ -s command.out ] && fail "half of the answer was printed" || pass
+done
+mkdir other && cp "$frame" other
+expect_exit 2 "two pictures of one name" "$detect" --annotate untouched "$frame" "other/$(basename "$frame")"
+[ -e untouched ] && fail "a refused command left a folder behind" || pass
+picture=$'not utf-8 \xff.png'
+cp "drawn/$(basename "$frame" .npz)-detections.png" "$picture"
+expect_exit 0 "a name that is not UTF-8" "$detect" --json "$picture"
+for words in "--confidence nan" "--nms 2" "--size -32" "--size 0x40" "--threads -1" "--threads 1000000"; do
+  # shellcheck disable=SC2086  # several words on purpose
+  expect_exit 2 "$words" "$detect" $words "$frame"
+  expect_error_line "^error: ${words% *}"
+done
+expect_exit 4 "a size that does not divide" "$detect" --size 33 "$frame"
+expect_exit 2 "a misspelt option and no picture" "$detect" --jsn
+expect_error_line 'did you mean --json'
+printf 'car\nvan\n' >two.names
+expect_exit 4 "too few names" "$detect" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
+  --names two.names "$frame"
+expect_error_line 'two.names.*expected 3, found 2'
+"$detect" "$frame" >/dev/full 2>command.err
+[ $? -eq 5 ] && pass || fail "a full standard output does not end with 5"
+
+# Finite weights that overflow on the way.
+expect_exit 6 "a step far too long" "$programs/train_detector" --steps 1 --batch 2 --validate 2 --learning-rate 1e30 \
+  --output far.weights
+far=(--cfg "$assets/detector.cfg" --weights far.weights)
+expect_exit 6 "outputs that are not finite" "$detect" "${far[@]}" "$frame"
+expect_error_line 'expected a finite number'
+
 evaluate=$programs/evaluate
+expect_exit 6 "evaluate with such outputs" "$evaluate" --clean-only "${far[@]}" --names "$assets/detector.names"
+expect_exit 2 "a threshold beyond 1" "$evaluate" --clean-only --sweep 0.5 2
+expect_exit 2 "a confidence that is none" "$evaluate" --clean-only --confidence nan
+mkdir nothing
+expect_exit 4 "a folder without frames" "$evaluate" --clean-only --frames nothing --output absent
+[ -e absent ] && fail "a refused evaluation left a folder behind" || pass
 expect_exit 0 "evaluate without a texture" "$evaluate" --clean-only --sweep 0.25 --output measured
 expect_file measured/metrics.json
 expect_exit 2 "evaluate without a run" "$evaluate"
