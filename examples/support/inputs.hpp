@@ -123,7 +123,11 @@ inline Car load_car(const SceneSettings& settings) {
   Car car;
   car.warnings = loaded.warnings;
   if (settings.faces.empty()) {
-    car.painted.painted = geometry::faces_by_material(loaded.mesh, settings.material);
+    try {
+      car.painted.painted = geometry::faces_by_material(loaded.mesh, settings.material);
+    } catch (const Error& error) {
+      throw FileError(error.kind(), {settings.mesh, "", error.what()});
+    }
   } else {
     const auto list = io::read_face_list(settings.faces, loaded.mesh.faces.size());
     car.warnings.insert(car.warnings.end(), list.warnings.begin(), list.warnings.end());

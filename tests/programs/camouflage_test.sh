@@ -75,6 +75,7 @@ expect_exit 3 "a missing mesh" "$camouflage" --mesh absent.obj --material body -
 expect_error_line 'absent.obj'
 expect_exit 4 "a missing class" "$camouflage" --class unicorn --output absent
 expect_exit 4 "a missing material" "$camouflage" --mesh "$sources/examples/assets/car_sedan.obj" --material paint --output absent
+expect_error_line 'car_sedan.obj: .*paint'
 [ -e absent ] && fail "a refused run left a folder behind" || pass
 touch file
 expect_exit 5 "a file in the folder's place" "$camouflage" "${quick[@]}" --output file
