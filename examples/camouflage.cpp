@@ -324,6 +324,7 @@ class Run {
     io::write_image(path("before.png"), contact_sheet(before, columns));
     StopSignal::throw_if_arrived();
     io::write_image(path("after.png"), contact_sheet(after, columns));
+    io::write_image(path("result.png"), comparison(before, after, 6));
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report.held_out = inputs_.frames.held_out;
     report.history = training.history();
@@ -397,7 +398,7 @@ int check_only(const Options& options, ProblemList& list) {
   if (problems.empty()) std::cout << "all inputs are sound\n";
   int code = 0;  // of several, the one a run would meet first: unreadable before unfit
   for (const auto& problem : problems)
-    code = code == 0 ? exit_code_of(problem.kind()) : std::min(code, exit_code_of(problem.kind()));
+    code = code == 0 ? static_cast<int>(problem.kind()) : std::min(code, static_cast<int>(problem.kind()));
   return code;
 }
 

@@ -60,4 +60,15 @@ inline Bitmap contact_sheet(const std::vector<Bitmap>& pictures, std::size_t col
   return sheet;
 }
 
+/// `columns` of the views, evenly spread, in two rows: `before` above `after`.
+inline Bitmap comparison(const std::vector<Bitmap>& before, const std::vector<Bitmap>& after,
+                         std::size_t columns) {
+  columns = std::min(columns, before.size());
+  std::vector<Bitmap> pictures;
+  for (const auto* row : {&before, &after})
+    for (std::size_t i = 0; i < columns; ++i)
+      pictures.push_back((*row)[(2 * i + 1) * row->size() / (2 * columns)]);
+  return contact_sheet(pictures, columns);
+}
+
 }  // namespace tapestry::examples

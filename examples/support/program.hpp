@@ -25,12 +25,6 @@ inline void keep_freed_memory() {
 #endif
 }
 
-/// 2 usage, 3 unreadable or malformed input, 4 inputs that do not fit each other, 5 cannot write, 6 numeric
-/// failure, 7 output folder in use. Beyond a limit counts as malformed.
-[[nodiscard]] inline int exit_code_of(ErrorKind kind) {
-  return static_cast<int>(kind == ErrorKind::limit ? ErrorKind::malformed : kind);
-}
-
 /// Throws Error (write) unless everything printed so far has reached the standard output.
 inline void flush_standard_output() {
   std::cout.flush();
@@ -47,10 +41,10 @@ int run_program(Body body) {
     return code;
   } catch (const Error& error) {
     std::cerr << "error: " << error.what() << '\n';
-    return exit_code_of(error.kind());
+    return static_cast<int>(error.kind());
   } catch (const std::bad_alloc&) {
     std::cerr << "error: out of memory\n";
-    return exit_internal_fault;
+    return static_cast<int>(ErrorKind::limit);
   } catch (const std::exception& error) {
     std::cerr << "error: internal fault: " << error.what() << '\n';
     return exit_internal_fault;

@@ -134,9 +134,11 @@ inline std::string report_html(const RunReport& report) {
          ".</p>\n<p><i>photo</i> is the untouched frame, <i>clean</i> the car in its own colours rendered "
          "and composited "
          "like every other row, so that what rendering alone does is not credited to the attack.</p>\n"
-         "<h2>Clean</h2>\n<p>Green: the car, found. Orange: any other box.</p><img src='before.png' "
+         "<h2>Clean above, camouflaged below</h2>\n<p>Green: the car, found. Orange: any other box.</p>"
+         "<img src='result.png' alt='clean and camouflaged views'>\n"
+         "<h2>All clean views</h2>\n<img src='before.png' "
          "alt='clean views'>\n"
-         "<h2>Camouflaged</h2>\n<img src='after.png' alt='camouflaged views'>\n"
+         "<h2>All camouflaged views</h2>\n<img src='after.png' alt='camouflaged views'>\n"
          "<h2>Texture</h2>\n<img src='texture.png' alt='texture atlas'>\n<h2>Loss</h2>\n" +
          loss_curve_svg(report.history) + "<h2>Options</h2>\n<pre>" + html_text(report_text(report.options)) +
          "</pre></html>\n";
