@@ -317,7 +317,7 @@ class Run {
     report.adversarial = measure("adversarial", meter, test, usable, &colours, &after);
     for (const auto& control : make_controls(colours.shape(0), options_.optimisation.seed))
       report.controls.push_back(measure(control.name, meter, test, usable, &control.colours));
-    report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial.found);
+    report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial->found);
     write_textures(training.parameter(), colours);
     const std::size_t columns = before.size() > 12 ? 8 : 3;
     StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress

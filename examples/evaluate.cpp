@@ -136,12 +136,15 @@ int run(const CLI::App& app, Options& options) {
   RunReport report;
   std::vector<Bitmap> sheet;
   report.photo = measure("photo", meter, store, usable, nullptr);
-  report.clean = measure("clean", meter, store, usable, &textures.front().colours);
   const auto& shown = textures.back();
-  report.adversarial = measure(shown.name, meter, store, usable, &shown.colours, &sheet);
+  report.clean = measure("clean", meter, store, usable, &textures.front().colours,
+                         options.clean_only ? &sheet : nullptr);
+  if (!options.clean_only)
+    report.adversarial = measure("adversarial", meter, store, usable, &shown.colours, &sheet);
   for (const auto& control : make_controls(car.layout.texel_count(car.mesh), options.seed))
     report.controls.push_back(measure(control.name, meter, store, usable, &control.colours));
-  report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial.found);
+  if (report.adversarial)
+    report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial->found);
   report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);

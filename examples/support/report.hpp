@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
 #include <vector>
@@ -15,7 +16,7 @@ namespace tapestry::examples {
 struct RunReport {
   Measurement photo;
   Measurement clean;
-  Measurement adversarial;
+  std::optional<Measurement> adversarial;  ///< none when no camouflage was measured
   std::vector<Measurement> controls;
   evaluate::AttackSuccess asr;  ///< of the views found in `clean`, those not found in `adversarial`
   double seconds = 0;
@@ -29,7 +30,7 @@ inline Json metrics_json(const RunReport& report) {
   for (const auto& control : report.controls) controls[control.name] = json_of(control);
   return {{"photo", json_of(report.photo)},
           {"clean", json_of(report.clean)},
-          {"adversarial", json_of(report.adversarial)},
+          {"adversarial", report.adversarial ? json_of(*report.adversarial) : Json()},
           {"controls", controls},
           {"asr", report.asr.views > 0 ? Json(report.asr.rate) : Json()},
           {"asr_views", report.asr.views},
@@ -48,14 +49,17 @@ inline std::string percent_text(double share) {
 }
 
 inline std::vector<const Measurement*> rows_of(const RunReport& report) {
-  std::vector<const Measurement*> rows{&report.photo, &report.clean, &report.adversarial};
+  std::vector<const Measurement*> rows{&report.photo, &report.clean};
+  if (report.adversarial) rows.push_back(&*report.adversarial);
   for (const auto& control : report.controls) rows.push_back(&control);
   return rows;
 }
 
 /// The table that a run prints when it is done.
 inline std::string summary_text(const RunReport& report) {
-  std::string text = report.held_out ? "held-out views\n" : "the views that were optimised on\n";
+  std::string text = !report.adversarial ? "views\n"
+                     : report.held_out   ? "held-out views\n"
+                                         : "the views that were optimised on\n";
   char line[160];
   for (const auto* row : rows_of(report)) {
     std::snprintf(line, sizeof line,
@@ -64,6 +68,7 @@ inline std::string summary_text(const RunReport& report) {
                   100 * row->rate.interval[0], 100 * row->rate.interval[1]);
     text += line;
   }
+  if (!report.adversarial) return text;
   if (report.asr.views > 0)
     text += "  attack success " + percent_text(report.asr.rate) + " of the " +
             std::to_string(report.asr.views) + " views found in clean\n";
