@@ -95,7 +95,7 @@ inline std::vector<std::string> given_options(const CLI::App& app, const std::ve
     const std::string& name = option->get_lnames().front();
     if (std::find(except.begin(), except.end(), name) != except.end()) continue;
     words.push_back("--" + name);
-    if (option->get_type_size() == 0) continue;  // a flag
+    if (option->get_items_expected_max() == 0) continue;  // a flag
     words.insert(words.end(), option->results().begin(), option->results().end());
   }
   return words;

@@ -46,7 +46,7 @@ expect_same killed/history.csv two/history.csv
 
 # Stopped politely: saves, says how to go on, and goes on to the same bits.
 long=(--scenes 40 --texels 32 --epochs 60 --checkpoint-steps 1000)
-"$camouflage" "${long[@]}" --output stopped >/dev/null 2>stopped.err &
+"$camouflage" "${long[@]}" --profile --output stopped >/dev/null 2>stopped.err &
 process=$!
 for _ in $(seq 100); do
   [ -e stopped/manifest.json ] && break
@@ -59,6 +59,7 @@ code=$?
 if [ "$code" -eq 130 ]; then
   pass
   grep -q -- "--resume" stopped.err && pass || fail "no word on how to resume"
+  grep -q -- '--output stopped --profile$' stopped.err && pass || fail "the command to resume is not the right one"
   expect_file stopped/checkpoint.npz
 elif [ "$code" -eq 0 ]; then echo "the run was over before the signal"; else fail "SIGINT: exit code $code"; fi
 
