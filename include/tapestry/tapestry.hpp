@@ -94,6 +94,8 @@
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/convolution_region.hpp>
 #include <tapestry/nn/convolution_weight_adjoint.hpp>
+#include <tapestry/nn/engine.hpp>
+#include <tapestry/nn/few_channel_convolution.hpp>
 #include <tapestry/nn/layout.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/pointwise.hpp>
@@ -101,6 +103,7 @@
 #include <tapestry/nn/reduction.hpp>
 #include <tapestry/nn/upsample.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/winograd.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/fragment_shader.hpp>

@@ -1,5 +1,5 @@
-#include <tapestry/nn/convolution.hpp>
 #include <tapestry/nn/convolution_weight_adjoint.hpp>
+#include <tapestry/nn/engine.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -74,12 +74,18 @@ std::vector<nn::ConvolutionShape> shapes() {
           nn::square_convolution(9, 10, 6, 7, 1, 2, 0),
           nn::square_convolution(20, 30, 8, 8, 1, 1, 0),
           nn::square_convolution(7, 7, 3, 4, 7, 2, 3),
-          nn::square_convolution(3, 3, 2, 2, 5, 1, 4)};
+          nn::square_convolution(3, 3, 2, 2, 5, 1, 4),
+          nn::square_convolution(2, 3, 70, 9, 3, 1, 1),
+          nn::square_convolution(17, 30, 8, 3, 3, 1, 1),
+          nn::square_convolution(16, 21, 3, 20, 3, 1, 2),
+          nn::square_convolution(11, 19, 9, 4, 3, 1, 0),
+          nn::square_convolution(9, 9, 2, 20, 5, 2, 2)};
 }
 
 template <class T>
-void check_shape(const nn::ConvolutionShape& s, std::size_t images) {
-  CAPTURE(s.rows.input, s.columns.input, s.in_channels, s.out_channels, s.rows.taps, s.rows.stride, s.groups);
+void check_shape(nn::Engine engine, const nn::ConvolutionShape& s, std::size_t images) {
+  CAPTURE(nn::name_of(engine), s.rows.input, s.columns.input, s.in_channels, s.out_channels, s.rows.taps,
+          s.rows.stride, s.groups);
   const auto in = random_buffer<T>(images * s.in_size(), 1);
   const auto weights = random_buffer<T>(s.weight_count(), 2);
   const auto bias = random_buffer<T>(s.out_channels, 3);
@@ -107,19 +113,21 @@ void check_shape(const nn::ConvolutionShape& s, std::size_t images) {
   // Sums of at most `longest` products below 1 wander off by about ε·longest; 8 covers the worst of all.
   const std::size_t longest = std::max(
       {s.group_in() * s.taps(), s.group_out() * s.taps(), images * s.rows.output * s.columns.output});
+  // Winograd's transforms multiply that by at most about 20, the largest row sums of A and B together.
+  const double growth = engine == nn::Engine::direct ? 8 : 40;
   const double tolerance =
-      8 * static_cast<double>(longest + 1) * static_cast<double>(std::numeric_limits<T>::epsilon());
+      growth * static_cast<double>(longest + 1) * static_cast<double>(std::numeric_limits<T>::epsilon());
   const auto weight_at = [&](std::size_t i) { return weights.data()[i]; };
   nn::Buffer<T> out(images * s.out_size());
   out.fill_zero();
-  nn::convolve<T>(nn::pack_convolution<T>(s, weight_at), images, in.data(), {bias.data(), false, T(0.125)},
-                  out.data(), s.out_size());
+  nn::convolve<T>(engine, nn::pack_convolution<T>(s, weight_at), images, in.data(),
+                  {bias.data(), false, T(0.125)}, out.data(), s.out_size());
   CHECK(largest_difference(out, out_expected) <= tolerance);
 
   nn::Buffer<T> in_adjoint(images * s.in_size());
   for (std::size_t i = 0; i < in_adjoint.size(); ++i) in_adjoint.data()[i] = 1;
   for (const auto& part : nn::pack_convolution_adjoint<T>(s, weight_at))
-    nn::convolve<T>(part, images, adjoint.data(), {nullptr, true, 1}, in_adjoint.data(), s.in_size());
+    nn::convolve<T>(engine, part, images, adjoint.data(), {nullptr, true, 1}, in_adjoint.data(), s.in_size());
   CHECK(largest_difference(in_adjoint, in_adjoint_expected) <= tolerance);
 
   nn::Buffer<T> weights_adjoint(s.weight_count());
@@ -132,11 +140,15 @@ void check_shape(const nn::ConvolutionShape& s, std::size_t images) {
 
 TEMPLATE_TEST_CASE("convolution and its adjoints equal the sums of their definition", "[nn][convolution]",
                    float, double) {
-  for (const auto& shape : shapes()) check_shape<TestType>(shape, 2);
-  check_shape<TestType>(nn::square_convolution(5, 6, 9, 10, 3, 1, 1), 7);
+  for (const auto engine :
+       {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4}) {
+    for (const auto& shape : shapes()) check_shape<TestType>(engine, shape, 2);
+    check_shape<TestType>(engine, nn::square_convolution(5, 6, 9, 10, 3, 1, 1), 7);
+  }
 }
 
 TEST_CASE("an adjoint that covers its input overwrites all of it", "[nn][convolution]") {
+  const auto engine = GENERATE(nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4);
   for (const auto& s : shapes()) {
     if (!nn::adjoint_covers_input(s)) continue;
     const auto weights = random_buffer<float>(s.weight_count(), 2);
@@ -146,7 +158,7 @@ TEST_CASE("an adjoint that covers its input overwrites all of it", "[nn][convolu
     for (std::size_t i = 0; i < s.in_size(); ++i) in_adjoint.data()[i] = nan;
     for (const auto& part :
          nn::pack_convolution_adjoint<float>(s, [&](std::size_t i) { return weights.data()[i]; }))
-      nn::convolve<float>(part, 1, adjoint.data(), {}, in_adjoint.data(), s.in_size());
+      nn::convolve<float>(engine, part, 1, adjoint.data(), {}, in_adjoint.data(), s.in_size());
     bool is_finite = true;
     for (std::size_t i = 0; i < s.in_size(); ++i)
       is_finite = is_finite && std::isfinite(in_adjoint.data()[i]);

@@ -76,6 +76,10 @@ class Network {
   [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }
   void set_images_seen(std::uint64_t count) { images_seen_ = count; }
 
+  /// How convolutions are computed, in both directions; automatic unless set.
+  void set_engine(nn::Engine engine) { engine_ = engine; }
+  [[nodiscard]] nn::Engine engine() const { return engine_; }
+
   /// All parameters in the order of layout(), running statistics included. Once they have been handed out
   /// for writing, every pass first compares them with those it prepared.
   [[nodiscard]] std::vector<T>& parameters() {
@@ -91,6 +95,7 @@ class Network {
     for (std::size_t i = 0; i < parameters_.size(); ++i)
       other.parameters_[i] = static_cast<U>(parameters_[i]);
     other.images_seen_ = images_seen_;
+    other.engine_ = engine_;
     return other;
   }
 
@@ -99,6 +104,7 @@ class Network {
     Network other(graph_.config, input_height, input_width);
     other.parameters_ = parameters_;
     other.images_seen_ = images_seen_;
+    other.engine_ = engine_;
     return other;
   }
 
@@ -115,7 +121,7 @@ class Network {
     pass.mode = mode;
     pass.images = images.shape(0);
     pass.logits.resize(graph_.heads.size());
-    detail::ForwardPass<T>(graph_, parameters_, *weights, pass).run(images.data());
+    detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, pass).run(images.data());
   }
 
   /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, [N, 3, H, W].
@@ -192,11 +198,12 @@ class Network {
   void backward(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint, T* images_adjoint,
                 T* parameters_adjoint) const {
     const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
-    detail::BackwardPass<T>(graph_, parameters_, *weights, pass)
+    detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, pass)
         .run(logits_adjoint, images_adjoint, parameters_adjoint);
   }
 
   detail::Graph graph_;
+  nn::Engine engine_ = nn::Engine::automatic;
   std::vector<T> parameters_;
   std::uint64_t images_seen_ = 0;
   mutable detail::WeightCache<T> cache_;

@@ -46,6 +46,21 @@ struct DepthwiseArguments {
   Epilogue<T> end;
 };
 
+/// One row of outputs that are sums of products made before, for each tap and channel; see
+/// convolve_few_channels().
+template <class T>
+struct GatherArguments {
+  const T* const* tap_rows;  ///< for each row tap its products, [pixel, products of a pixel]
+  std::size_t row_taps;
+  std::size_t column_taps;
+  std::size_t products_step;  ///< from a pixel's products to the next one's
+  std::size_t pixel_count;
+  std::size_t channel_count;  ///< at most 4; a pixel's products are [row tap, column tap, channel]
+  T* out;
+  std::size_t out_pixel_step;
+  Epilogue<T> end;
+};
+
 /// Index of a pixel in a picture; as wide as T, so that vectors of both have as many lanes.
 template <class T>
 using Position = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
@@ -64,13 +79,52 @@ struct MaxPoolArguments {
   Position<T>* choice;  ///< or null
 };
 
+/// Transforms the filters of some input channels for Winograd's algorithm; see winograd.hpp.
+template <class T>
+struct WinogradFilterArguments {
+  const T* weights;  ///< [9 taps (tap_step apart), channel_count, width]
+  std::size_t tap_step;
+  std::size_t channel_count;
+  std::size_t width;  ///< filters side by side, whole vectors
+  T* out;             ///< [points (point_step apart), channel_count, width]
+  std::size_t point_step;
+};
+
+/// Transforms the inputs of one tile.
+template <class T>
+struct WinogradInputArguments {
+  const T* const* pixels;  ///< of the tile in reading order, each readable up to whole vectors
+  std::size_t first_channel;
+  std::size_t channel_count;
+  T* out;  ///< [points (point_step apart), channels]
+  std::size_t point_step;
+};
+
+/// Transforms one tile's products back.
+template <class T>
+struct WinogradOutputArguments {
+  const T* sums;  ///< [points (point_step apart), filters]
+  std::size_t point_step;
+  std::size_t rows;     ///< of the tile that lie in the picture
+  std::size_t columns;  ///< likewise
+  T* out;               ///< the tile's first pixel
+  std::size_t row_step;
+  std::size_t pixel_step;
+  std::size_t lane_count;  ///< filters to store
+  Epilogue<T> end;
+};
+
 /// The kernels of one instruction set; see vector_kernels.inl for what each computes.
 template <class T>
 struct Kernels {
   static constexpr std::size_t most_tile_rows = 12;
-  std::size_t lanes = 0;                                              ///< of one vector
-  std::size_t tile_rows = 0;                                          ///< largest P
-  void (*reduce[2][most_tile_rows])(const ReduceArguments<T>&) = {};  ///< [V − 1][P − 1]
+  std::size_t lanes = 0;                                                ///< of one vector
+  std::size_t tile_rows = 0;                                            ///< largest P
+  void (*reduce[2][most_tile_rows])(const ReduceArguments<T>&) = {};    ///< [V − 1][P − 1]
+  void (*winograd_filters[2])(const WinogradFilterArguments<T>&) = {};  ///< tiles of 2 and of 4 pixels
+  void (*winograd_input[2])(const WinogradInputArguments<T>&) = {};
+  void (*winograd_output[2])(const WinogradOutputArguments<T>&) = {};
+  void (*gather_row)(const GatherArguments<T>&) = nullptr;
   void (*depthwise_row)(const DepthwiseArguments<T>&) = nullptr;
   void (*depthwise_weight_adjoint_row)(const DepthwiseArguments<T>&, T*) = nullptr;
   void (*add)(const T*, T*, std::size_t) = nullptr;

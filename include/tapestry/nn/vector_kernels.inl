@@ -129,6 +129,53 @@ void depthwise_weight_adjoint_row(const DepthwiseArguments<T>& a, T* weights_adj
   }
 }
 
+/// out[x, c] = Σ_{y, t} products[row y, x + t, (y, t, c)] for P pixels and up to four channels c.
+template <class T, int P>
+inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out, bool is_last) {
+  typedef T Quad __attribute__((vector_size(4 * sizeof(T))));
+  typedef T QuadMemory __attribute__((vector_size(4 * sizeof(T)), aligned(sizeof(T)), may_alias));
+  Quad sum[P];
+#pragma GCC unroll 4
+  for (int p = 0; p < P; ++p) sum[p] = Quad{};
+  for (std::size_t y = 0; y < a.row_taps; ++y) {
+    const T* product = a.tap_rows[y] + x * a.products_step + y * a.column_taps * a.channel_count;
+    for (std::size_t t = 0; t < a.column_taps; ++t, product += a.products_step + a.channel_count)
+#pragma GCC unroll 4
+      for (int p = 0; p < P; ++p)
+        sum[p] +=
+            *reinterpret_cast<const QuadMemory*>(product + static_cast<std::size_t>(p) * a.products_step);
+  }
+  const T count = static_cast<T>(a.channel_count);
+  const auto is_channel = Quad{0, 1, 2, 3} < count;
+  Quad bias{};
+  for (std::size_t c = 0; c < a.channel_count && a.end.bias != nullptr; ++c) bias[c] = a.end.bias[c];
+#pragma GCC unroll 4
+  for (int p = 0; p < P; ++p, out += a.out_pixel_step) {
+    if (is_last && p + 1 == P) {  // what follows its channels may belong to another thread
+      for (std::size_t c = 0; c < a.channel_count; ++c) {
+        const T value = sum[p][c] + bias[c] + (a.end.adds ? out[c] : T(0));
+        out[c] = value > 0 ? value : value * a.end.slope;
+      }
+      return;
+    }
+    QuadMemory& to = *reinterpret_cast<QuadMemory*>(out);
+    Quad value = sum[p] + bias;
+    if (a.end.adds) value += to;
+    if (a.end.slope != T(1)) value = value > T(0) ? value : value * a.end.slope;
+    to = is_channel ? value : to;
+  }
+}
+
+template <class T>
+void gather_row(const GatherArguments<T>& a) {
+  std::size_t x = 0;
+  T* out = a.out;
+  for (; x + 4 <= a.pixel_count; x += 4, out += 4 * a.out_pixel_step)
+    gather_pixels<T, 4>(a, x, out, x + 4 == a.pixel_count);
+  for (; x < a.pixel_count; ++x, out += a.out_pixel_step)
+    gather_pixels<T, 1>(a, x, out, x + 1 == a.pixel_count);
+}
+
 /// to[i] += from[i]
 template <class T>
 void add(const T* from, T* to, std::size_t count) {
@@ -224,6 +271,8 @@ void max_pool_pixel(const MaxPoolArguments<T>& a) {
   }
 }
 
+#include <tapestry/nn/winograd_kernels.inl>
+
 template <class T, int V, int P>
 void fill_rows(Kernels<T>& kernels) {
   kernels.reduce[V - 1][P - 1] = &reduce_tile<T, V, P>;
@@ -237,6 +286,13 @@ Kernels<T> make_kernels() {
   kernels.tile_rows = TAPESTRY_TILE_ROWS;
   fill_rows<T, 1, TAPESTRY_TILE_ROWS>(kernels);
   fill_rows<T, 2, TAPESTRY_TILE_ROWS>(kernels);
+  kernels.winograd_filters[0] = &winograd_filters<T, 2>;
+  kernels.winograd_filters[1] = &winograd_filters<T, 4>;
+  kernels.winograd_input[0] = &winograd_input<T, 2>;
+  kernels.winograd_input[1] = &winograd_input<T, 4>;
+  kernels.winograd_output[0] = &winograd_output<T, 2>;
+  kernels.winograd_output[1] = &winograd_output<T, 4>;
+  kernels.gather_row = &gather_row<T>;
   kernels.depthwise_row = &depthwise_row<T>;
   kernels.depthwise_weight_adjoint_row = &depthwise_weight_adjoint_row<T>;
   kernels.add = &add<T>;

@@ -14,9 +14,10 @@ namespace tapestry::detect::detail {
 template <class T>
 class BackwardPass {
  public:
-  BackwardPass(const Graph& graph, const std::vector<T>& parameters, const AdjointWeights<T>& weights,
-               Pass<T>& pass)
+  BackwardPass(const Graph& graph, nn::Engine engine, const std::vector<T>& parameters,
+               const AdjointWeights<T>& weights, Pass<T>& pass)
       : graph_(graph),
+        engine_(engine),
         parameters_(parameters),
         weights_(weights),
         pass_(pass),
@@ -152,7 +153,8 @@ class BackwardPass {
     if (overwrites) adjoints_[input] = pass_.workspace.take(size_of(input));
     T* const in_adjoint = overwrites ? adjoints_[input].data() : summed_adjoint(input);
     for (const auto& part : weights_.convolutions[i])
-      nn::convolve<T>(part, pass_.images, adjoint, {nullptr, !overwrites, T(1)}, in_adjoint, shape.in_size());
+      nn::convolve<T>(engine_, part, pass_.images, adjoint, {nullptr, !overwrites, T(1)}, in_adjoint,
+                      shape.in_size());
   }
 
   void join_adjoint(std::size_t i, const T* adjoint) {
@@ -167,6 +169,7 @@ class BackwardPass {
   }
 
   const Graph& graph_;
+  nn::Engine engine_;
   const std::vector<T>& parameters_;
   const AdjointWeights<T>& weights_;
   Pass<T>& pass_;

@@ -7,7 +7,7 @@
 #include <tapestry/detect/network/pass.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
 #include <tapestry/nn/batch_norm.hpp>
-#include <tapestry/nn/convolution.hpp>
+#include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/layout.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/pooling.hpp>
@@ -38,9 +38,9 @@ void copy_channels(const T* from, std::size_t from_pitch, T* to, std::size_t to_
 template <class T>
 class ForwardPass {
  public:
-  ForwardPass(const Graph& graph, const std::vector<T>& parameters, const ForwardWeights<T>& weights,
-              Pass<T>& pass)
-      : graph_(graph), parameters_(parameters), weights_(weights), pass_(pass) {}
+  ForwardPass(const Graph& graph, nn::Engine engine, const std::vector<T>& parameters,
+              const ForwardWeights<T>& weights, Pass<T>& pass)
+      : graph_(graph), engine_(engine), parameters_(parameters), weights_(weights), pass_(pass) {}
 
   void run(const T* images) {
     const FeatureShape& image = graph_.shapes.back();
@@ -140,13 +140,14 @@ class ForwardPass {
     const T slope = is_leaky ? nn::negative_slope<T>(layer.activation) : T(1);
     const std::size_t size = graph_.shapes[i].size();
     if (pass_.mode != Mode::training || !layer.batch_normalize) {
-      nn::convolve<T>(weights_.convolutions[i], pass_.images, from, {weights_.biases[i].data(), false, slope},
-                      to, size);
+      nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from,
+                      {weights_.biases[i].data(), false, slope}, to, size);
     } else {
       auto& state = pass_.layers[i];
       const ConvolutionParameters& own = graph_.layout.layers[i];
       state.unnormalised = pass_.workspace.take(size_of(i));
-      nn::convolve<T>(weights_.convolutions[i], pass_.images, from, {}, state.unnormalised.data(), size);
+      nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, {}, state.unnormalised.data(),
+                      size);
       state.statistics = nn::batch_statistics(state.unnormalised.data(), pixels_of(i), layer.filters,
                                               graph_.config.batch_norm_epsilon);
       nn::batch_norm(state.statistics, parameters_.data() + own.scale, parameters_.data() + own.bias,
@@ -184,6 +185,7 @@ class ForwardPass {
   }
 
   const Graph& graph_;
+  nn::Engine engine_;
   const std::vector<T>& parameters_;
   const ForwardWeights<T>& weights_;
   Pass<T>& pass_;
