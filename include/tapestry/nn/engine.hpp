@@ -41,7 +41,7 @@ template <std::floating_point T>
   const double of_filter = 6 * products;
   const double of_tile = 8 * products;
   return 1.15 * products * tiles * channels * vectors_out +
-         of_filter * static_cast<double>(plan.ranges) * channels * vectors_out +
+         of_filter * static_cast<double>(plan.shares_filters ? 1 : plan.ranges) * channels * vectors_out +
          of_tile * tiles * (vectors_in + vectors_out);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
@@ -34,21 +35,38 @@ void activate(Activation activation, T* values, std::size_t count) {
   });
 }
 
-/// True if an activation's slope needs its argument; otherwise its result is enough.
+/// True if an activation's slope needs its argument.
 [[nodiscard]] constexpr bool slope_needs_argument(Activation activation) {
   return activation == Activation::swish || activation == Activation::mish;
 }
 
-/// adjoint[i] *= activation'(argument), where `kept` is the argument if slope_needs_argument(), else the
-/// result.
+/// True if an activation's slope needs no more than whether its argument, or just as well its result, is
+/// above 0.
+[[nodiscard]] constexpr bool slope_needs_sign(Activation activation) {
+  return activation == Activation::leaky || activation == Activation::relu;
+}
+
+/// Bit i mod 64 of bits[i / 64] becomes whether values[i] is above 0. NaN is not.
+template <std::floating_point T>
+void positive_bits(const T* values, std::uint64_t* bits, std::size_t count) {
+  detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
+    kernels<T>().positive_bits(values + begin, bits + begin / 64, size);
+  });
+}
+
+/// adjoint[i] *= slope where bit i of positive_bits() is not set.
+template <std::floating_point T>
+void leaky_adjoint(const std::uint64_t* bits, T slope, T* adjoint, std::size_t count) {
+  detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
+    kernels<T>().leaky_adjoint(bits + begin / 64, slope, adjoint + begin, size);
+  });
+}
+
+/// adjoint[i] *= activation'(argument) for the others, where `kept` is the argument if
+/// slope_needs_argument(), else the result.
 template <std::floating_point T>
 void activation_adjoint(Activation activation, const T* kept, T* adjoint, std::size_t count) {
-  if (activation == Activation::linear) return;
   detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-    if (is_piecewise_linear(activation)) {
-      kernels<T>().leaky_adjoint(kept + begin, negative_slope<T>(activation), adjoint + begin, size);
-      return;
-    }
     for (std::size_t i = begin; i < begin + size; ++i)
       adjoint[i] *= activation == Activation::logistic ? kept[i] * (1 - kept[i])
                                                        : activation_slope(activation, kept[i]);

@@ -128,7 +128,8 @@ struct Kernels {
   void (*depthwise_row)(const DepthwiseArguments<T>&) = nullptr;
   void (*depthwise_weight_adjoint_row)(const DepthwiseArguments<T>&, T*) = nullptr;
   void (*add)(const T*, T*, std::size_t) = nullptr;
-  void (*leaky_adjoint)(const T*, T, T*, std::size_t) = nullptr;
+  void (*positive_bits)(const T*, std::uint64_t*, std::size_t) = nullptr;
+  void (*leaky_adjoint)(const std::uint64_t*, T, T*, std::size_t) = nullptr;
   void (*affine)(const T*, const T*, const T*, std::size_t, T, T*, std::size_t) = nullptr;
   void (*combine)(const T*, const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
   void (*max_pool_pixel)(const MaxPoolArguments<T>&) = nullptr;

@@ -55,7 +55,11 @@ void reduce_tile(const ReduceArguments<T>& a) {
   const T* weights = a.weights;
   const std::ptrdiff_t row = a.in_row_step;
   for (std::size_t outer = 0; outer < a.outer_count; ++outer) {
-    const T* in = a.in + static_cast<std::ptrdiff_t>(outer) * a.in_outer_step;
+    // One pointer for three rows, so that all addresses are a register, or one plus one or two steps.
+    const T* in[(P + 2) / 3];
+#pragma GCC unroll 4
+    for (int p = 0; p < P; p += 3)
+      in[p / 3] = a.in + static_cast<std::ptrdiff_t>(outer) * a.in_outer_step + p * row;
     for (std::size_t inner = 0; inner < a.inner_count; ++inner) {
       Register<T> weight[V];
 #pragma GCC unroll 2
@@ -63,8 +67,9 @@ void reduce_tile(const ReduceArguments<T>& a) {
 #pragma GCC unroll 16
       for (int p = 0; p < P; ++p)
 #pragma GCC unroll 2
-        for (int v = 0; v < V; ++v) sum[p][v] += weight[v] * in[p * row];
-      in += a.in_inner_step;
+        for (int v = 0; v < V; ++v) sum[p][v] += weight[v] * in[p / 3][p % 3 * row];
+#pragma GCC unroll 4
+      for (int p = 0; p < P; p += 3) in[p / 3] += a.in_inner_step;
       weights += static_cast<std::size_t>(V) * lanes;
     }
   }
@@ -184,15 +189,57 @@ void add(const T* from, T* to, std::size_t count) {
   for (; i < count; ++i) to[i] += from[i];
 }
 
-/// adjoint[i] *= slope where value[i] is not above 0
+/// Bit i: whether value[i] is above 0, for the lanes of one vector.
+#if TAPESTRY_VECTOR_BYTES == 64
+inline std::uint64_t positive_lanes(const float* value) {
+  const Register<float> x = at(value);
+  return static_cast<std::uint16_t>(__builtin_ia32_cmpps512_mask(x, Register<float>{}, 30, 0xffff, 4));
+}
+inline std::uint64_t positive_lanes(const double* value) {
+  const Register<double> x = at(value);
+  return static_cast<std::uint8_t>(__builtin_ia32_cmppd512_mask(x, Register<double>{}, 30, 0xff, 4));
+}
+#else
 template <class T>
-void leaky_adjoint(const T* value, T slope, T* adjoint, std::size_t count) {
+inline std::uint64_t positive_lanes(const T* value) {
+  std::uint64_t bits = 0;
+  for (std::size_t lane = 0; lane < Vector<T>::lanes; ++lane)
+    bits |= static_cast<std::uint64_t>(value[lane] > 0) << lane;
+  return bits;
+}
+#endif
+
+/// Bit i mod 64 of word i / 64: whether value[i] is above 0.
+template <class T>
+void positive_bits(const T* value, std::uint64_t* bits, std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
   std::size_t i = 0;
-  for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) {
-    const Register<T> a = at(adjoint + i);
-    at(adjoint + i) = at(value + i) > T(0) ? a : a * slope;
+  for (; i + 64 <= count; i += 64) {
+    std::uint64_t word = 0;
+    for (std::size_t j = 0; j < 64; j += lanes) word |= positive_lanes(value + i + j) << j;
+    bits[i / 64] = word;
   }
-  for (; i < count; ++i) adjoint[i] *= value[i] > 0 ? T(1) : slope;
+  if (i == count) return;
+  std::uint64_t word = 0;
+  for (std::size_t j = 0; i + j < count; ++j) word |= static_cast<std::uint64_t>(value[i + j] > 0) << j;
+  bits[i / 64] = word;
+}
+
+/// adjoint[i] *= slope where bit i is not set
+template <class T>
+void leaky_adjoint(const std::uint64_t* bits, T slope, T* adjoint, std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  using Lanes = typename Vector<Position<T>>::Register;
+  Lanes lane_bit{};
+  for (std::size_t lane = 0; lane < lanes; ++lane) lane_bit[lane] = Position<T>(1) << lane;
+  std::size_t i = 0;
+  for (; i + 64 <= count; i += 64)
+    for (std::size_t j = 0; j < 64; j += lanes) {
+      const Lanes word = Lanes{} + static_cast<Position<T>>(bits[i / 64] >> j & 0xffff);
+      const Register<T> a = at(adjoint + i + j);
+      at(adjoint + i + j) = (word & lane_bit) != 0 ? a : a * slope;
+    }
+  for (; i < count; ++i) adjoint[i] *= (bits[i / 64] >> i % 64 & 1) != 0 ? T(1) : slope;
 }
 
 /// out[i] = leaky(scale[i mod period] · in[i] + shift[i mod period])
@@ -296,6 +343,7 @@ Kernels<T> make_kernels() {
   kernels.depthwise_row = &depthwise_row<T>;
   kernels.depthwise_weight_adjoint_row = &depthwise_weight_adjoint_row<T>;
   kernels.add = &add<T>;
+  kernels.positive_bits = &positive_bits<T>;
   kernels.leaky_adjoint = &leaky_adjoint<T>;
   kernels.affine = &affine<T>;
   kernels.combine = &combine<T>;

@@ -32,7 +32,10 @@ struct WinogradPlan {
   std::size_t channels_per_block = 0;  ///< of a partial sum; whole vectors
   std::size_t blocks = 0;
   std::size_t panels = 0;
-  bool shares_input = true;  ///< transformed inputs are made once for all panels, not within each task
+  /// Either the transformed filters of all panels are made first, and each task transforms the inputs of its
+  /// range and multiplies them with all; or all inputs are transformed first, and each task transforms the
+  /// filters of its panel. The first writes the smaller of the two to memory where there are few filters.
+  bool shares_filters = false;
 
   // Distances in memory, a cache line longer than needed so that points do not fall into one cache set.
   [[nodiscard]] std::size_t input_point_step(std::size_t line) const {
@@ -43,6 +46,9 @@ struct WinogradPlan {
   }
   [[nodiscard]] std::size_t input_range_step(std::size_t line) const {
     return blocks * input_block_step(line);
+  }
+  [[nodiscard]] std::size_t filter_point_step(std::size_t line, std::size_t width) const {
+    return channels_per_block * width + line;
   }
 };
 
@@ -61,12 +67,15 @@ template <std::floating_point T>
   plan.channels_per_block = round_up(block_count(shape.in_channels, plan.blocks), lanes);
   plan.blocks = block_count(shape.in_channels, plan.channels_per_block);
   const std::size_t products = plan.points * plan.points;
-  // Sums of a range, filters of a block and, if they are not shared, inputs stay in the second cache.
-  constexpr std::size_t cache_bytes = 320 * 1024;
+  // Sums of a range, filters of a block and inputs of a range stay in the second cache together.
+  constexpr std::size_t cache_bytes = 480 * 1024;
   const std::size_t fitting = std::max<std::size_t>(8, cache_bytes / (products * 2 * lanes * sizeof(T)));
   const std::size_t fitting_inputs = cache_bytes / (products * shape.in_channels * sizeof(T));
-  plan.shares_input = fitting_inputs < 36 || plan.tiles / fitting_inputs < 8;
-  const std::size_t most = plan.shares_input ? fitting : std::min(fitting, fitting_inputs);
+  const std::size_t filter_bytes =
+      products * shape.in_channels * round_up(shape.out_channels, lanes) * sizeof(T);
+  plan.shares_filters =
+      filter_bytes <= 3 * cache_bytes && fitting_inputs >= 12 && plan.tiles >= 8 * fitting_inputs;
+  const std::size_t most = plan.shares_filters ? std::min(fitting, fitting_inputs) : fitting;
   plan.ranges = block_count(plan.tiles, most);
   plan.tiles_per_range = block_count(plan.tiles, plan.ranges);
   plan.ranges = block_count(plan.tiles, plan.tiles_per_range);
@@ -88,29 +97,36 @@ class WinogradConvolution {
         out_image_size_(out_image_size) {}
 
   void run() const {
-    static thread_local Buffer<T> kept_inputs;
-    Buffer<T>& inputs = kept_inputs;  // this thread's, whichever threads run the tasks
-    if (!plan_.shares_input) {
+    static thread_local Buffer<T> kept;
+    Buffer<T>& shared = kept;  // this thread's, whichever threads run the tasks
+    if (plan_.shares_filters) {
+      shared.resize(plan_.panels * filter_panel_step());
+      parallel_for(plan_.panels * plan_.blocks, [&](std::size_t task) {
+        const std::size_t panel = task / plan_.blocks;
+        const std::size_t block = task % plan_.blocks;
+        transform_filters(panel, block, shared.data() + panel * filter_panel_step() + block * filter_step());
+      });
       parallel_for(plan_.ranges, [&](std::size_t range) {
-        static thread_local Buffer<T> own_inputs;
-        own_inputs.resize(plan_.input_range_step(line));
-        transform_inputs(range, 0, tiles_of(range), own_inputs.data());
-        for (std::size_t panel = 0; panel < plan_.panels; ++panel) multiply(range, panel, own_inputs.data());
+        static thread_local Buffer<T> inputs;
+        inputs.resize(plan_.input_range_step(line));
+        transform_inputs(range, 0, tiles_of(range), inputs.data());
+        for (std::size_t panel = 0; panel < plan_.panels; ++panel)
+          multiply(range, panel, inputs.data(), shared.data() + panel * filter_panel_step());
       });
       return;
     }
-    inputs.resize(plan_.ranges * plan_.input_range_step(line));
+    shared.resize(plan_.ranges * plan_.input_range_step(line));
     constexpr std::size_t at_once = 4;
     const std::size_t chunks = block_count(plan_.tiles_per_range, at_once);
     parallel_for(plan_.ranges * chunks, [&](std::size_t task) {
       const std::size_t range = task / chunks;
       const std::size_t begin = task % chunks * at_once;
       transform_inputs(range, begin, std::min(begin + at_once, tiles_of(range)),
-                       inputs.data() + range * plan_.input_range_step(line));
+                       shared.data() + range * plan_.input_range_step(line));
     });
     parallel_for(plan_.ranges * plan_.panels, [&](std::size_t task) {
       const std::size_t range = task % plan_.ranges;
-      multiply(range, task / plan_.ranges, inputs.data() + range * plan_.input_range_step(line));
+      multiply(range, task / plan_.ranges, shared.data() + range * plan_.input_range_step(line), nullptr);
     });
   }
 
@@ -175,24 +191,42 @@ class WinogradConvolution {
     return std::min(plan_.channels_per_block, shape_.in_channels - first);
   }
 
-  void multiply(std::size_t range, std::size_t panel, const T* inputs) const {
-    static thread_local Buffer<T> filters;
+  /// Filters of a panel, side by side in memory.
+  [[nodiscard]] std::size_t width_of(std::size_t panel) const {
+    const std::size_t lanes = kernels<T>().lanes;
+    return panel_lanes(panel * 2 * lanes, round_up(shape_.out_channels, lanes), lanes);
+  }
+  // Distances between the transformed filters of blocks and panels, as if all panels were full.
+  [[nodiscard]] std::size_t filter_step() const {
+    return plan_.points * plan_.points * plan_.filter_point_step(line, 2 * kernels<T>().lanes);
+  }
+  [[nodiscard]] std::size_t filter_panel_step() const { return plan_.blocks * filter_step(); }
+
+  /// Where the packed weights of a panel's block begin; taps are in_channels · width apart.
+  [[nodiscard]] const T* packed_filters(std::size_t panel, std::size_t block) const {
+    return packed_.weights.data() + panel * 2 * kernels<T>().lanes * packed_.reduction() +
+           block * plan_.channels_per_block * width_of(panel);
+  }
+
+  void transform_filters(std::size_t panel, std::size_t block, T* filters) const {
+    const std::size_t width = width_of(panel);
+    kernels<T>().winograd_filters[engine()]({packed_filters(panel, block), shape_.in_channels * width,
+                                             channels_of(block), width, filters,
+                                             plan_.filter_point_step(line, width)});
+  }
+
+  /// \param all_filters  of the panel, transformed, or null
+  void multiply(std::size_t range, std::size_t panel, const T* inputs, const T* all_filters) const {
+    static thread_local Buffer<T> own_filters;
     static thread_local Buffer<T> sums;
     const std::size_t lanes = kernels<T>().lanes;
-    const std::size_t padded = round_up(shape_.out_channels, lanes);
-    const std::size_t first = panel * 2 * lanes;
-    const std::size_t width = panel_lanes(first, padded, lanes);
+    const std::size_t width = width_of(panel);
     const std::size_t tiles = tiles_of(range);
     const std::size_t products = plan_.points * plan_.points;
-    const std::size_t filter_step = plan_.channels_per_block * width + line;
+    const std::size_t point_step = plan_.filter_point_step(line, width);
     const std::size_t sum_step = tiles * width + line;
-    filters.resize(products * filter_step);
+    if (all_filters == nullptr) own_filters.resize(filter_step());
     sums.resize(products * sum_step);
-    WinogradFilterArguments<T> transform{};
-    transform.tap_step = shape_.in_channels * width;
-    transform.width = width;
-    transform.out = filters.data();
-    transform.point_step = filter_step;
     ReduceArguments<T> product{};
     product.in_row_step = static_cast<std::ptrdiff_t>(plan_.channels_per_block);
     product.in_inner_step = 1;
@@ -200,31 +234,31 @@ class WinogradConvolution {
     product.out_row_step = static_cast<std::ptrdiff_t>(width);
     product.lane_count = width;
     for (std::size_t block = 0; block < plan_.blocks; ++block) {
-      transform.channel_count = product.inner_count = channels_of(block);
-      transform.weights =
-          packed_.weights.data() + first * packed_.reduction() + block * plan_.channels_per_block * width;
-      kernels<T>().winograd_filters[engine()](transform);
+      if (all_filters == nullptr) transform_filters(panel, block, own_filters.data());
+      const T* const filters =
+          all_filters == nullptr ? own_filters.data() : all_filters + block * filter_step();
+      product.inner_count = channels_of(block);
       product.end.adds = block > 0;
-      const T* const next =
-          block + 1 < plan_.blocks ? transform.weights + transform.channel_count * width : nullptr;
       for (std::size_t point = 0; point < products; ++point) {
-        if (next != nullptr)
-          prefetch_filters(next, transform.tap_step, channels_of(block + 1) * width, point);
-        product.weights = filters.data() + point * filter_step;
+        if (all_filters == nullptr && block + 1 < plan_.blocks) prefetch_filters(panel, block + 1, point);
+        product.weights = filters + point * point_step;
         multiply_point(inputs + block * plan_.input_block_step(line) + point * plan_.input_point_step(line),
                        tiles, width / lanes, product, sums.data() + point * sum_step);
       }
     }
+    const std::size_t first = panel * 2 * lanes;
     write(range, first, std::min(width, shape_.out_channels - first), width, sums.data(), sum_step);
   }
 
-  /// Asks for the point-th part of the next block's filters, so that memory works while products are made.
-  void prefetch_filters(const T* weights, std::size_t tap_step, std::size_t count, std::size_t point) const {
-    const std::size_t lines_of_tap = block_count(count, line);
+  /// Asks for the point-th part of a block's weights, so that memory works while products are made.
+  void prefetch_filters(std::size_t panel, std::size_t block, std::size_t point) const {
+    const std::size_t width = width_of(panel);
+    const std::size_t lines_of_tap = block_count(channels_of(block) * width, line);
     const std::size_t lines = 9 * lines_of_tap;
     const std::size_t products = plan_.points * plan_.points;
+    const T* const weights = packed_filters(panel, block);
     for (std::size_t i = lines * point / products; i < lines * (point + 1) / products; ++i)
-      __builtin_prefetch(weights + i / lines_of_tap * tap_step + i % lines_of_tap * line, 0, 2);
+      __builtin_prefetch(weights + i / lines_of_tap * shape_.in_channels * width + i % lines_of_tap * line);
   }
 
   void multiply_point(const T* inputs, std::size_t tiles, std::size_t registers, ReduceArguments<T>& product,

@@ -124,6 +124,11 @@ class BackwardPass {
   void activation_adjoint(std::size_t i, T* adjoint) {
     const nn::Activation activation = graph_.config.layers[i].activation;
     const auto& state = pass_.layers[i];
+    if (activation == nn::Activation::linear) return;
+    if (nn::slope_needs_sign(activation)) {
+      nn::leaky_adjoint(state.positive.data(), nn::negative_slope<T>(activation), adjoint, size_of(i));
+      return;
+    }
     const T* kept = nn::slope_needs_argument(activation) ? state.argument.data() : state.output.data();
     nn::activation_adjoint(activation, kept, adjoint, size_of(i));
   }

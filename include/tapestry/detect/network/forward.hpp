@@ -84,8 +84,7 @@ class ForwardPass {
     if (pass_.mode == Mode::training) return true;
     if (value == graph_.image()) return false;
     const LayerConfig& layer = graph_.config.layers[value];
-    return layer.kind == LayerKind::softmax ||
-           (layer.activation != nn::Activation::linear && !nn::slope_needs_argument(layer.activation));
+    return layer.kind == LayerKind::softmax || layer.activation == nn::Activation::logistic;
   }
 
   void release_if_done(std::size_t value, std::size_t layer) {
@@ -95,6 +94,7 @@ class ForwardPass {
 
   void run_layer(std::size_t i) {
     const LayerConfig& layer = graph_.config.layers[i];
+    if (layer.kind == LayerKind::shortcut) return add_up(i);
     const FeatureShape& in = graph_.shapes[graph_.inputs[i].front()];
     const T* from = output_of(graph_.inputs[i].front());
     T* const to = make_output(i);
@@ -115,12 +115,6 @@ class ForwardPass {
       case LayerKind::route:
         join(i, to);
         break;
-      case LayerKind::shortcut:
-        std::memcpy(to, from, size_of(i) * sizeof(T));
-        for (std::size_t k = 1; k < graph_.inputs[i].size(); ++k)
-          nn::add(output_of(graph_.inputs[i][k]), to, size_of(i));
-        activate(i, to);
-        break;
       case LayerKind::avgpool:
         nn::average_pool(pass_.images, in.height * in.width, in.channels, from, to);
         break;
@@ -128,10 +122,27 @@ class ForwardPass {
         nn::softmax(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature, from,
                     to);
         break;
+      case LayerKind::shortcut:
       case LayerKind::yolo:
       case LayerKind::dropout:
-        break;  // makes no value
+        break;  // made above, or makes no value
     }
+  }
+
+  /// A shortcut, in place of its first input where nobody needs that any more.
+  void add_up(std::size_t i) {
+    const std::size_t first = graph_.inputs[i].front();
+    if (graph_.last_use[first] == i && !keeps_output(first) && first != graph_.image()) {
+      pass_.layers[i].output = std::move(pass_.layers[first].output);
+    } else {
+      std::memcpy(make_output(i), output_of(first), size_of(i) * sizeof(T));
+    }
+    T* const to = pass_.layers[i].output.data();
+    for (std::size_t k = 1; k < graph_.inputs[i].size(); ++k) {
+      const std::size_t other = graph_.inputs[i][k];
+      nn::add(other == first ? to : output_of(other), to, size_of(i));
+    }
+    activate(i, to);
   }
 
   void convolve(std::size_t i, const T* from, T* to) {
@@ -153,7 +164,15 @@ class ForwardPass {
       nn::batch_norm(state.statistics, parameters_.data() + own.scale, parameters_.data() + own.bias,
                      state.unnormalised.data(), pixels_of(i), slope, to);
     }
-    if (!is_leaky) activate(i, to);
+    if (!is_leaky) return activate(i, to);
+    keep_signs(i, to);
+  }
+
+  /// For the adjoint of leaky and relu.
+  void keep_signs(std::size_t i, const T* values) {
+    if (pass_.mode == Mode::inference || !nn::slope_needs_sign(graph_.config.layers[i].activation)) return;
+    pass_.layers[i].positive.resize(block_count(size_of(i), 64));
+    nn::positive_bits(values, pass_.layers[i].positive.data(), size_of(i));
   }
 
   void activate(std::size_t i, T* values) {
@@ -163,6 +182,7 @@ class ForwardPass {
       std::memcpy(pass_.layers[i].argument.data(), values, size_of(i) * sizeof(T));
     }
     nn::activate(activation, values, size_of(i));
+    keep_signs(i, values);
   }
 
   void join(std::size_t i, T* to) {
