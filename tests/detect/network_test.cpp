@@ -13,6 +13,7 @@
 #include "../support/relative_distance.hpp"
 
 namespace detect = tapestry::detect;
+namespace nn = tapestry::nn;
 using tapestry::Array;
 using tapestry::test::random_array;
 using tapestry::test::relative_distance;
@@ -146,6 +147,54 @@ classes=1
 num=3
 )";
 
+/// Wide enough for Winograd's algorithm to be chosen, with channels that are no multiple of a vector and sums
+/// of several blocks.
+const std::string wide_layers = R"(
+[net]
+width=64
+height=64
+[convolutional]
+filters=40
+size=3
+stride=2
+pad=1
+batch_normalize=1
+activation=leaky
+[convolutional]
+filters=70
+size=3
+pad=1
+batch_normalize=1
+activation=leaky
+[maxpool]
+size=2
+stride=2
+[convolutional]
+filters=130
+size=3
+pad=1
+batch_normalize=1
+activation=leaky
+[convolutional]
+filters=70
+size=1
+batch_normalize=1
+activation=leaky
+[shortcut]
+from=-3
+activation=linear
+[convolutional]
+filters=21
+size=3
+pad=1
+activation=linear
+[yolo]
+mask=0,1,2
+anchors=4,5, 9,8, 12,10
+classes=2
+num=3
+)";
+
 template <class T>
 detect::Network<T> random_network(const std::string& cfg) {
   return tapestry::test::random_detector<T>(detect::parse_network_config(cfg, "some.cfg"), 1);
@@ -253,8 +302,35 @@ TEST_CASE("float follows double", "[detect][network]") {
   CHECK(relative_distance(single_gradient, gradient) < 3e-6);
 }
 
+TEST_CASE("with the kinks of the float pass every engine's gradient follows double", "[detect][network]") {
+  const auto network = random_network<double>(wide_layers);
+  const auto images = random_array<double>({2, 3, 64, 64}, 2);
+  auto single = network.cast<float>();
+  single.set_engine(
+      GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4));
+  CAPTURE(nn::name_of(single.engine()));
+  detect::Pass<double> pass;
+  detect::Pass<float> single_pass;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  single.forward(tapestry::cast<float>(images), single_pass, detect::Mode::input_gradient);
+  CHECK(relative_distance(single_pass.logits[0], pass.logits[0]) < 2e-6);
+  const auto adjoint = random_like(pass.logits, 3);
+  auto gradient = tapestry::zeros<double, 4>({2, 3, 64, 64});
+  auto single_gradient = tapestry::zeros<float, 4>({2, 3, 64, 64});
+  pass.take_kinks(single_pass);
+  network.input_adjoint(pass, adjoint, gradient);
+  single.input_adjoint(single_pass, {tapestry::cast<float>(adjoint[0])}, single_gradient);
+  CHECK(relative_distance(single_gradient, gradient) < 3e-6);
+
+  detect::Pass<double> inference;
+  network.forward(images, inference);
+  CHECK_THROWS_AS(inference.take_kinks(single_pass), tapestry::DomainError);
+}
+
 TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][network]") {
-  auto network = random_network<float>(real_layers);
+  auto network = random_network<float>(GENERATE(real_layers, wide_layers));
+  network.set_engine(GENERATE(nn::Engine::automatic, nn::Engine::winograd_f4));
+  network = network.resized(32, 32);
   const auto images = random_array<float>({7, 3, 32, 32}, 2);
   const auto run = [&](int threads) {
     tapestry::limit_threads(threads);
@@ -275,6 +351,7 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][n
   const auto one = run(1);
   CHECK(one == run(2));
   CHECK(one == run(3));
+  CHECK(one == run(8));
   tapestry::limit_threads(threads);
 
   detect::Pass<float> all;
@@ -284,7 +361,7 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][n
     Array<float, 4> image({1, 3, 32, 32});
     std::copy_n(images.data() + n * image.size(), image.size(), image.data());
     network.forward(image, single);  // the pass is used again
-    for (std::size_t h = 0; h < 2; ++h)
+    for (std::size_t h = 0; h < all.logits.size(); ++h)
       CHECK(std::equal(single.logits[h].data(), single.logits[h].data() + single.logits[h].size(),
                        all.logits[h].data() + n * single.logits[h].size()));
   }

@@ -7,19 +7,12 @@
 #include <vector>
 
 #include "../support/catch.hpp"
-#include "../support/random_array.hpp"
+#include "../support/random_buffer.hpp"
 
 namespace nn = tapestry::nn;
+using tapestry::test::random_buffer;
 
 namespace {
-template <class T>
-nn::Buffer<T> random_buffer(std::size_t count, std::uint64_t seed) {
-  nn::Buffer<T> buffer(count);
-  tapestry::Random random(seed);
-  for (std::size_t i = 0; i < count; ++i) buffer.data()[i] = static_cast<T>(random.uniform(-1, 1));
-  return buffer;
-}
-
 /// Calls visit(input index, weight index, output index) for every product of a convolution of one image.
 template <class Visit>
 void for_each_product(const nn::ConvolutionShape& s, Visit visit) {

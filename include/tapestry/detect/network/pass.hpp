@@ -1,7 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
@@ -78,6 +80,23 @@ struct Pass {
   std::vector<detail::LayerState<T>> layers{};  ///< one for each layer, then the image
   detail::Workspace<T> workspace{};
   nn::Buffer<T> partial_sums{};  ///< of weight gradients
+
+  /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
+  /// over the same network and images. A forward pass in float flips a few signs next to zero, each of which
+  /// changes the gradient by a step; with the sides of the float pass a pass in double is the reference that
+  /// leaves only rounding. \throws DomainError unless both passes are for a gradient of the same number of
+  /// images
+  template <class U>
+  void take_kinks(const Pass<U>& other) {
+    if (mode == Mode::inference || other.mode == Mode::inference || images != other.images ||
+        layers.size() != other.layers.size())
+      throw DomainError("Pass::take_kinks: the passes are not both for a gradient of the same images");
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      std::copy_n(other.layers[i].positive.data(), layers[i].positive.size(), layers[i].positive.data());
+      for (std::size_t k = 0; k < layers[i].choice.size(); ++k)
+        layers[i].choice.data()[k] = static_cast<nn::Position<T>>(other.layers[i].choice.data()[k]);
+    }
+  }
 };
 
 }  // namespace tapestry::detect

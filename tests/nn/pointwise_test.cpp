@@ -1,0 +1,46 @@
+#include <tapestry/nn/pointwise.hpp>
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/random_buffer.hpp"
+
+namespace nn = tapestry::nn;
+
+TEMPLATE_TEST_CASE("signs kept as bits scale the adjoint of leaky, whatever the count", "[nn][pointwise]",
+                   float, double) {
+  using Limits = std::numeric_limits<TestType>;
+  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set)
+    for (const std::size_t count : {1, 3, 16, 63, 64, 65, 200, 256}) {
+      const auto kernels = nn::kernels_of<TestType>(static_cast<nn::InstructionSet>(set));
+      auto values = tapestry::test::random_buffer<TestType>(count, 1);
+      const TestType edges[] = {0,
+                                -TestType(0),
+                                Limits::quiet_NaN(),
+                                Limits::denorm_min(),
+                                Limits::infinity(),
+                                -Limits::infinity()};
+      for (std::size_t i = 0; i < count && i < 6; ++i) values.data()[count - 1 - i] = edges[i];
+      std::vector<std::uint64_t> bits((count + 63) / 64, ~std::uint64_t(0));
+      std::vector<TestType> adjoint(count, 4);
+      kernels.positive_bits(values.data(), bits.data(), count);
+      kernels.leaky_adjoint(bits.data(), TestType(0.25), adjoint.data(), count);
+      bool is_right = true;
+      for (std::size_t i = 0; i < count; ++i)
+        is_right = is_right && adjoint[i] == (values.data()[i] > 0 ? TestType(4) : TestType(1));
+      CAPTURE(set, count);
+      CHECK(is_right);
+    }
+}
+
+TEST_CASE("signs of many values are the same bits for any number of threads", "[nn][pointwise]") {
+  const auto values = tapestry::test::random_buffer<float>(200001, 1);
+  std::vector<std::uint64_t> bits(200001 / 64 + 1);
+  nn::positive_bits(values.data(), bits.data(), 200001);
+  bool is_right = true;
+  for (std::size_t i = 0; i < 200001; ++i)
+    is_right = is_right && (bits[i / 64] >> i % 64 & 1) == static_cast<std::uint64_t>(values.data()[i] > 0);
+  CHECK(is_right);
+}

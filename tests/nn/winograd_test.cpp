@@ -1,0 +1,141 @@
+#include <tapestry/nn/engine.hpp>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/random_buffer.hpp"
+#include "../support/relative_distance.hpp"
+
+namespace nn = tapestry::nn;
+using tapestry::test::random_buffer;
+
+namespace {
+const nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
+                              nn::Engine::winograd_f4};
+
+template <class T>
+nn::Buffer<T> convolved(nn::Engine engine, const nn::ConvolutionShape& s, const nn::Buffer<double>& in,
+                        const nn::Buffer<double>& weights) {
+  nn::Buffer<T> from(in.size());
+  for (std::size_t i = 0; i < in.size(); ++i) from.data()[i] = static_cast<T>(in.data()[i]);
+  const auto packed = nn::pack_convolution<T>(s, [&](std::size_t i) { return weights.data()[i]; });
+  nn::Buffer<T> out(s.out_size());
+  nn::convolve<T>(engine, packed, 1, from.data(), {}, out.data(), s.out_size());
+  return out;
+}
+
+double error_of(nn::Engine engine, const nn::ConvolutionShape& s) {
+  const auto in = random_buffer<double>(s.in_size(), 1);
+  const auto weights = random_buffer<double>(s.weight_count(), 2);
+  const auto expected = convolved<double>(nn::Engine::direct, s, in, weights);
+  const auto found = convolved<float>(engine, s, in, weights);
+  return tapestry::test::relative_distance(found.data(), expected.data(), expected.size());
+}
+}  // namespace
+
+TEST_CASE("every engine's rounding is bounded, whatever the number of channels", "[nn][winograd]") {
+  for (const std::size_t channels : {16, 64, 256}) {
+    const auto shape = nn::square_convolution(13, 13, channels, 20, 3, 1, 1);
+    CAPTURE(channels);
+    CHECK(error_of(nn::Engine::direct, shape) < 6e-7);
+    CHECK(error_of(nn::Engine::winograd_f2, shape) < 6e-7);
+    CHECK(error_of(nn::Engine::winograd_f4, shape) < 1.2e-6);
+  }
+}
+
+TEST_CASE("a reduction of 9216 products is as accurate as a short one", "[nn][winograd]") {
+  const auto shape = nn::square_convolution(6, 5, 1024, 17, 3, 1, 1);
+  for (const auto engine : engines) {
+    CAPTURE(nn::name_of(engine));
+    CHECK(error_of(engine, shape) < 1.2e-6);
+  }
+}
+
+TEST_CASE("NaN reaches every output that reads it, by any engine", "[nn][winograd]") {
+  const auto shape = nn::square_convolution(11, 14, 5, 6, 3, 1, 1);
+  auto in = random_buffer<double>(shape.in_size(), 1);
+  const auto weights = random_buffer<double>(shape.weight_count(), 2);
+  const double bad =
+      GENERATE(std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity());
+  in.data()[(4 * 14 + 7) * 5 + 2] = bad;
+  for (const auto engine : engines) {
+    CAPTURE(nn::name_of(engine), bad);
+    const auto out = convolved<float>(engine, shape, in, weights);
+    bool is_visible = true;
+    bool is_finite_elsewhere = true;
+    for (std::size_t y = 0; y < 11; ++y)
+      for (std::size_t x = 0; x < 14; ++x)
+        for (std::size_t m = 0; m < 6; ++m) {
+          const bool is_finite = std::isfinite(out.data()[(y * 14 + x) * 6 + m]);
+          const bool reads = y >= 3 && y <= 5 && x >= 6 && x <= 8;
+          const bool is_far = y > 4 + 8 || x > 7 + 5 || x + 5 < 7;  // no tile reaches further
+          is_visible = is_visible && !(reads && is_finite);
+          is_finite_elsewhere = is_finite_elsewhere && (!is_far || is_finite);
+        }
+    CHECK(is_visible);
+    CHECK(is_finite_elsewhere);
+  }
+}
+
+TEST_CASE("zeros, constants and denormals go through every engine", "[nn][winograd]") {
+  const auto shape = nn::square_convolution(7, 9, 5, 6, 3, 1, 1);
+  nn::Buffer<double> in(shape.in_size());
+  nn::Buffer<double> weights(shape.weight_count());
+  for (std::size_t i = 0; i < weights.size(); ++i) weights.data()[i] = 0.25;
+  for (const auto engine : engines) {
+    CAPTURE(nn::name_of(engine));
+    for (const double value : {0.0, 1.0, 1e-41, 1e36}) {
+      for (std::size_t i = 0; i < in.size(); ++i) in.data()[i] = value;
+      const auto out = convolved<float>(engine, shape, in, weights);
+      CAPTURE(value);
+      const auto centre = static_cast<double>(out.data()[(3 * 9 + 4) * 6 + 1]);
+      const auto corner = static_cast<double>(out.data()[0]);
+      const double ulp = 1.5e-45;  // the denormals' spacing
+      CHECK(centre == Approx(45 * value / 4).epsilon(2e-6).margin(90 * ulp));
+      CHECK(corner == Approx(20 * value / 4).epsilon(4e-6).margin(90 * ulp));
+    }
+  }
+}
+
+TEST_CASE("every instruction set of this machine transforms alike", "[nn][vector_kernels]") {
+  const auto in = random_buffer<double>(36 * 8, 1);
+  const auto weights = random_buffer<double>(9 * 8, 2);
+  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set)
+    for (const std::size_t tile : {2, 4}) {
+      const auto kernels = nn::kernels_of<double>(static_cast<nn::InstructionSet>(set));
+      const std::size_t points = tile + 2;
+      const std::size_t count = points * points;
+      const std::size_t which = tile == 4 ? 1 : 0;
+      const double* pixels[36];
+      for (std::size_t i = 0; i < count; ++i) pixels[i] = in.data() + i * 8;
+      nn::Buffer<double> filters(count * 8);
+      nn::Buffer<double> inputs(count * 8);
+      nn::Buffer<double> out(tile * tile * 8);
+      kernels.winograd_filters[which]({weights.data(), 8, 1, 8, filters.data(), 8});
+      kernels.winograd_input[which]({pixels, 0, 8, inputs.data(), 8});
+      for (std::size_t i = 0; i < count * 8; ++i) inputs.data()[i] *= filters.data()[i];
+      kernels.winograd_output[which]({inputs.data(), 8, tile, tile, out.data(), tile * 8, 8, 8, {}});
+      for (std::size_t y = 0; y < tile; ++y)
+        for (std::size_t x = 0; x < tile; ++x)
+          for (std::size_t lane = 0; lane < 8; ++lane) {
+            double expected = 0;
+            for (std::size_t t = 0; t < 9; ++t)
+              expected += weights.data()[t * 8 + lane] * pixels[(y + t / 3) * points + x + t % 3][lane];
+            CHECK(out.data()[(y * tile + x) * 8 + lane] == Approx(expected).margin(1e-13));
+          }
+    }
+}
+
+TEST_CASE("the automatic engine sums directly where tiles would be mostly empty", "[nn][winograd]") {
+  const auto tile_of = [](std::size_t size, std::size_t in, std::size_t out) {
+    const auto shape = nn::square_convolution(size, size, in, out, 3, 1, 1);
+    return nn::detail::winograd_tile(nn::Engine::automatic,
+                                     nn::pack_convolution<float>(shape, [](std::size_t) { return 0; }));
+  };
+  CHECK(tile_of(1, 64, 64) == 0);
+  CHECK(tile_of(208, 3, 32) == 0);
+  CHECK(tile_of(52, 128, 256) == 4);
+  CHECK(tile_of(13, 512, 1024) == 4);
+}
