@@ -63,7 +63,7 @@ struct NetworkConfig {
   if (layer.kind == LayerKind::route) return layer.sources;
   std::vector<std::size_t> inputs;
   if (index > 0) inputs.push_back(index - 1);
-  inputs.insert(inputs.end(), layer.sources.begin(), layer.sources.end());
+  for (const std::size_t source : layer.sources) inputs.push_back(source);
   return inputs;
 }
 
