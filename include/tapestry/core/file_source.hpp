@@ -22,7 +22,8 @@ inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 /// A regular file open for reading, whose size was checked against a limit before anything is read.
 ///
 /// Folders, FIFOs and devices are refused without waiting on them. A file that changes its size while it
-/// is read is refused too; nothing is memory-mapped, so a cut file cannot kill the process.
+/// is read is refused too; it maps nothing into memory (FileMapping does), so a cut file cannot kill the
+/// process.
 class RegularFile {
  public:
   /// \param path   as the user gave it
@@ -53,6 +54,7 @@ class RegularFile {
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] int descriptor() const { return descriptor_; }  ///< of the open file, owned by this object
 
   /// Fills `bytes` with the file's content from byte `offset` on.
   /// \throws FileError (malformed) if the file ends before or cannot be read
@@ -124,12 +126,17 @@ class RegularFile {
   return text;
 }
 
+/// What recognised_format() says of one of the formats that Tapestry reads.
+inline constexpr std::string_view recognised_safetensors = "a safetensors file";
+
 /// What a file that begins with these bytes probably is, when it is a well-known kind of file that people
 /// pass by mistake; empty when nothing is recognised. At least 16 bytes should be given.
 [[nodiscard]] inline std::string_view recognised_format(std::span<const std::byte> beginning) {
   const std::string_view text(reinterpret_cast<const char*>(beginning.data()), beginning.size());
   const auto starts = [&](std::string_view magic) { return text.substr(0, magic.size()) == magic; };
   using namespace std::string_view_literals;
+  // First of all: its length field may be any other format's magic number.
+  if (text.size() > 9 && text[8] == '{' && text.substr(3, 5) == "\0\0\0\0\0"sv) return recognised_safetensors;
   if (starts("version https://git-lfs"sv)) return "a Git LFS pointer, not the file it stands for";
   if (starts("\x1f\x8b"sv)) return "a gzip archive";
   if (starts("PK\x03\x04"sv)) return "a zip archive (npz, or a PyTorch checkpoint)";
@@ -141,7 +148,6 @@ class RegularFile {
   if (starts("\x7f"
              "ELF"sv))
     return "a program";
-  if (text.size() > 9 && text[8] == '{' && text.substr(3, 5) == "\0\0\0\0\0"sv) return "a safetensors file";
   if (starts("\x08"sv) && text.size() > 3 && text[1] > 0 && text[1] < 16 &&
       (text[2] == 0x12 || text[2] == 0x1a))
     return "an ONNX model";

@@ -1,0 +1,200 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tapestry/core/atomic_file.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/file_mapping.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/float_formats.hpp>
+#include <tapestry/io/json_reader.hpp>
+#include <tapestry/io/safetensors_header.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io {
+
+inline constexpr std::uint64_t largest_safetensors_header = std::uint64_t(16) << 20U;
+
+namespace detail {
+[[nodiscard]] inline SafetensorsHeader read_safetensors_header(const RegularFile& file) {
+  const auto fail = [&](ErrorKind kind, const std::string& what, const std::string& expected,
+                        std::uint64_t found) {
+    throw FileError(kind, {file.path(), "@0", what, expected, std::to_string(found) + " bytes"});
+  };
+  std::array<std::byte, 16> beginning{};
+  if (file.size() < 8)
+    fail(ErrorKind::malformed, "file too short", "a header's length, 8 bytes", file.size());
+  const auto first = std::span(beginning).first(file.size() < 16 ? 8 : 16);
+  file.read_at(0, first);
+  const std::string_view recognised = recognised_format(first);
+  if (!recognised.empty() && recognised != recognised_safetensors)
+    throw FileError(ErrorKind::malformed, {file.path(), "@0", "not a safetensors file", "a .safetensors file",
+                                           std::string(recognised)});
+  const auto length = little_endian_word<std::uint64_t>(beginning.data());
+  if (length > file.size() - 8)
+    fail(ErrorKind::malformed, "header passes the end of the file",
+         "at most " + std::to_string(file.size() - 8) + " bytes", length);
+  if (length > largest_safetensors_header)
+    fail(ErrorKind::limit, "header too large", "at most 16777216 bytes", length);
+  std::string text(static_cast<std::size_t>(length), '\0');
+  file.read_at(8, std::as_writable_bytes(std::span<char>(text)));
+  return parse_safetensors_header(text, file.size() - 8 - length, file.path());
+}
+}  // namespace detail
+
+/// A safetensors file: named arrays of numbers, mapped into memory. Its header is read and checked at once;
+/// of the numbers nothing is read before they are asked for, and nothing copied that is usable as it stands.
+class SafetensorsFile {
+ public:
+  /// \throws FileError as RegularFile and parse_safetensors_header() do; malformed also when the header
+  ///         passes the end of the file, limit above 16 MiB of header or `limit` bytes in all
+  explicit SafetensorsFile(const std::string& path, std::uint64_t limit = default_file_limit)
+      : file_(path, limit), header_(detail::read_safetensors_header(file_)), mapping_(file_) {
+    file_.require_unchanged_size();
+  }
+
+  [[nodiscard]] const std::string& path() const { return file_.path(); }
+  [[nodiscard]] const std::map<std::string, std::string>& metadata() const { return header_.metadata; }
+  [[nodiscard]] const std::vector<Tensor>& tensors() const { return header_.tensors; }
+
+  /// Byte of the file where element `index` of a tensor stands, for messages.
+  [[nodiscard]] std::uint64_t position(const Tensor& tensor, std::size_t index = 0) const {
+    return header_.size + tensor.begin + std::uint64_t(index) * item_size(tensor.type);
+  }
+
+  /// The elements of tensors that lie one after the other, where they lie: valid as long as this object.
+  /// Nothing when they are not F32 or this machine could not use them there (byte order, alignment).
+  /// \throws FileError (malformed) if the file has changed its size
+  [[nodiscard]] std::optional<std::span<const float>> view(std::span<const Tensor> tensors) const {
+    if (tensors.empty()) return std::span<const float>();
+    for (const Tensor& tensor : tensors)
+      if (tensor.type != TensorType::f32) return std::nullopt;
+    const auto bytes = this->bytes(tensors.front().begin, tensors.back().end);
+    const bool is_aligned = reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(float) == 0;
+    if (std::endian::native != std::endian::little || !is_aligned) return std::nullopt;
+    return std::span(reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float));
+  }
+
+  /// Copies the elements of a tensor to `values`: F16 and BF16 exactly, F64 rounded to the nearest float, and
+  /// to infinity beyond the largest.
+  /// \throws FileError  mismatch for integers, malformed if the file has changed its size
+  /// \throws ShapeError unless values has as many elements as the tensor
+  void copy(const Tensor& tensor, std::span<float> values) const {
+    if (values.size() != tensor.size())
+      throw ShapeError("SafetensorsFile::copy: values is [" + std::to_string(values.size()) +
+                       "], expected [" + std::to_string(tensor.size()) + "]");
+    const std::size_t item = item_size(tensor.type);
+    const auto bytes = this->bytes(tensor.begin, tensor.end);
+    const auto convert = [&](auto float_at) {
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = float_at(bytes.data() + item * i);
+    };
+    if (tensor.type == TensorType::f32) {
+      convert(float_from_f32);
+    } else if (tensor.type == TensorType::f64) {
+      convert(float_from_f64);
+    } else if (tensor.type == TensorType::f16) {
+      convert(float_from_f16);
+    } else if (tensor.type == TensorType::bf16) {
+      convert(float_from_bf16);
+    } else {
+      detail::refuse_tensor(path(), tensor, "not floating point", "F32, F64, F16 or BF16",
+                            std::string(type_name(tensor.type)), ErrorKind::mismatch);
+    }
+    file_.require_unchanged_size();
+  }
+
+  /// Throws FileError (malformed) if the file no longer has the size it was opened with.
+  void require_unchanged_size() const { file_.require_unchanged_size(); }
+
+ private:
+  [[nodiscard]] std::span<const std::byte> bytes(std::uint64_t begin, std::uint64_t end) const {
+    file_.require_unchanged_size();
+    return mapping_.bytes().subspan(static_cast<std::size_t>(header_.size + begin),
+                                    static_cast<std::size_t>(end - begin));
+  }
+
+  RegularFile file_;
+  SafetensorsHeader header_;
+  FileMapping mapping_;
+};
+
+/// A tensor to write.
+struct NamedShape {
+  std::string name;
+  std::vector<std::size_t> shape;
+};
+
+namespace detail {
+/// The header of tensors of F32 that lie one after the other, with blanks so that they begin at a multiple
+/// of 8 bytes.
+[[nodiscard]] inline std::string safetensors_header_text(const std::map<std::string, std::string>& metadata,
+                                                         const std::vector<NamedShape>& tensors) {
+  std::string text = "{\"__metadata__\":{";
+  for (const auto& [key, value] : metadata) {
+    if (text.back() != '{') text += ',';
+    text.append(json_string(key)).append(":").append(json_string(value));
+  }
+  text += '}';
+  std::uint64_t begin = 0;
+  for (const NamedShape& tensor : tensors) {
+    std::uint64_t end = sizeof(float);
+    std::string shape;
+    for (const std::size_t extent : tensor.shape) {
+      end *= extent;
+      if (!shape.empty()) shape += ',';
+      shape += std::to_string(extent);
+    }
+    end += begin;
+    text.append(",").append(json_string(tensor.name)).append(R"(:{"dtype":"F32","shape":[)").append(shape);
+    text.append(R"(],"data_offsets":[)").append(std::to_string(begin)).append(",");
+    text.append(std::to_string(end)).append("]}");
+    begin = end;
+  }
+  text += '}';
+  text.append((8 - text.size() % 8) % 8, ' ');
+  return text;
+}
+}  // namespace detail
+
+/// Writes tensors of F32, or leaves the old file as it was. The same arguments give the same bytes.
+///
+/// \param metadata  names and values in UTF-8
+/// \param tensors   whose names differ
+/// \param values    the elements of all tensors, one after the other
+/// \throws FileError (write); DomainError for what no reader would accept: names that repeat, text that is
+/// not
+///         UTF-8, more than 16 MiB of header, another number of values than the shapes say
+inline void write_safetensors(const std::string& path, const std::map<std::string, std::string>& metadata,
+                              const std::vector<NamedShape>& tensors, std::span<const float> values) {
+  const std::string text = detail::safetensors_header_text(metadata, tensors);
+  if (text.size() > largest_safetensors_header)
+    throw DomainError("write_safetensors: the header is " + std::to_string(text.size()) +
+                      " bytes, expected at most 16777216");
+  try {
+    (void)parse_safetensors_header(text, values.size_bytes(), path);
+  } catch (const FileError& error) {
+    throw DomainError("write_safetensors: " + error.details().what);
+  }
+  const auto length = little_endian_bytes(std::uint64_t(text.size()));
+  const auto header = std::as_bytes(std::span<const char>(text));
+  if constexpr (std::endian::native == std::endian::little) {
+    write_file_atomically(path, {length, header, std::as_bytes(values)});
+  } else {
+    std::vector<std::byte> swapped;
+    for (const float value : values)
+      for (const std::byte byte : little_endian_bytes(std::bit_cast<std::uint32_t>(value)))
+        swapped.push_back(byte);
+    write_file_atomically(path, {length, header, swapped});
+  }
+}
+
+}  // namespace tapestry::io
