@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -59,9 +60,8 @@ class Network {
   /// \returns remarks on suspicious values
   std::vector<std::string> read_weights(const std::string& path, const WeightFileOptions& options = {}) {
     WeightFile file = read_weight_file(path, graph_.config, graph_.layout, options);
-    parameters_.assign(file.parameters.begin(), file.parameters.end());
+    set_parameters(std::span<const float>(file.parameters));
     images_seen_ = file.images_seen;
-    cache_.forget();
     return std::move(file.warnings);
   }
 
@@ -87,6 +87,18 @@ class Network {
     return parameters_;
   }
   [[nodiscard]] const std::vector<T>& parameters() const { return parameters_; }
+
+  /// Replaces all parameters by `values`, in the order of layout().
+  /// \throws ShapeError unless there are as many
+  template <std::floating_point U>
+  void set_parameters(std::span<const U> values) {
+    if (values.size() != parameters_.size()) {
+      throw ShapeError("Network::set_parameters: values is [" + std::to_string(values.size()) +
+                       "], expected [" + std::to_string(parameters_.size()) + "]");
+    }
+    parameters_.assign(values.begin(), values.end());
+    cache_.forget();
+  }
 
   /// The same network in another precision.
   template <std::floating_point U>

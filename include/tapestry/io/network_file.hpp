@@ -1,0 +1,82 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/sha256.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io {
+
+/// A network with its parameters, and remarks on what is suspicious about its files.
+template <std::floating_point T>
+struct LoadedNetwork {
+  detect::Network<T> network;
+  std::vector<std::string> warnings{};
+};
+
+/// Whether a file is a safetensors file, by its first bytes, or at least is named like one.
+/// \throws FileError as RegularFile
+[[nodiscard]] inline bool is_safetensors(const std::string& path) {
+  if (path.ends_with(".safetensors")) return true;
+  const RegularFile file(path);
+  std::vector<std::byte> beginning(file.size() < 16 ? static_cast<std::size_t>(file.size()) : 16);
+  file.read_at(0, beginning);
+  return recognised_format(beginning) == recognised_safetensors;
+}
+
+namespace detail {
+/// The cfg to use with a converted detector: its own, or the given one, which should be the same.
+[[nodiscard]] inline detect::NetworkConfig config_for(const DetectorFile& file, const std::string& weights,
+                                                      const std::string& cfg,
+                                                      std::vector<std::string>& warnings) {
+  if (cfg.empty()) return file.config();
+  const std::string text = read_text_file(cfg, std::uint64_t(4) << 20U);
+  auto config = file.adapted(detect::parse_network_config(text, cfg));
+  if (text != file.metadata().cfg)
+    warnings.push_back(cfg + ": differs from the cfg inside " + weights +
+                       " and is used instead of it; leave it out to use that");
+  return config;
+}
+}  // namespace detail
+
+/// Reads a network whose parameters are Darknet weights, or a detector that convert_weights wrote; the
+/// file itself says which.
+///
+/// \param cfg      path of the Darknet cfg file; may be empty with a converted detector, which holds its own
+/// \param weights  path
+/// \param input_height, input_width  of the pictures, in pixels; 0 takes the cfg's own
+/// \throws Error (usage) for Darknet weights without a cfg; FileError as detect::read_network_config(),
+///         detect::read_weight_file(), DetectorFile and Network's constructor
+template <std::floating_point T>
+[[nodiscard]] LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights,
+                                            std::size_t input_height = 0, std::size_t input_width = 0) {
+  std::vector<std::string> warnings;
+  const auto keep = [&](const std::vector<std::string>& more) {
+    warnings.insert(warnings.end(), more.begin(), more.end());
+  };
+  if (is_safetensors(weights)) {
+    const DetectorFile file(weights);
+    detect::Network<T> network(detail::config_for(file, weights, cfg, warnings), input_height, input_width);
+    keep(network.config().warnings);
+    const auto parameters = file.parameters(network.config(), network.layout());
+    keep(parameters.warnings);
+    network.set_parameters(parameters.values);
+    network.set_images_seen(file.metadata().images_seen);
+    return {std::move(network), std::move(warnings)};
+  }
+  if (cfg.empty()) throw Error(ErrorKind::usage, weights + ": Darknet weights need their cfg file");
+  detect::Network<T> network(detect::read_network_config(cfg), input_height, input_width);
+  keep(network.config().warnings);
+  keep(network.read_weights(weights));
+  return {std::move(network), std::move(warnings)};
+}
+
+}  // namespace tapestry::io
