@@ -12,6 +12,7 @@
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/io/network_file.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <vector>
@@ -72,6 +73,24 @@ void initialise(detect::Network<float>& network, std::uint64_t seed) {
       network.parameters()[network.layout().layers[i - 1].bias + anchor * (5 + layers[i].classes) +
                            loss::objectness_channel] = -4.6F;
   }
+}
+
+/// Random, or with the weights to start from, which may be a converted detector's.
+detect::Network<float> starting_network(const Options& options) {
+  if (options.weights.empty()) {
+    detect::Network<float> network(detect::read_network_config(options.cfg), options.size, options.size);
+    initialise(network, options.seed);
+    return network;
+  }
+  auto loaded = io::read_network<float>(options.cfg, options.weights, options.size, options.size);
+  const auto normalises = [](const detect::LayerConfig& layer) { return layer.batch_normalize; };
+  if (!std::ranges::equal(detect::read_network_config(options.cfg).layers, loaded.network.config().layers, {},
+                          normalises, normalises))
+    throw FileError(ErrorKind::mismatch,
+                    {options.weights, "", "batch normalisation is folded into the weights",
+                     "a detector to train, as convert_weights writes without --fold"});
+  for (const auto& warning : loaded.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  return std::move(loaded.network);
 }
 
 /// A kind of held-out view: main cars that show at least 40 % of themselves, with one kind of paint.
@@ -207,15 +226,11 @@ std::string command_to_go_on(const CLI::App& app, const char* program, const Opt
 
 int train(const CLI::App& app, const char* program, const Options& options) {
   using Clock = std::chrono::steady_clock;
-  detect::Network<float> network(detect::read_network_config(options.cfg), options.size, options.size);
+  detect::Network<float> network = starting_network(options);
   if (network.input_height() != network.input_width())
     throw Error(ErrorKind::mismatch, options.cfg + ": the input must be square, or --size given");
   for (const auto& head : network.heads())
     if (head.classes != 3) throw Error(ErrorKind::mismatch, options.cfg + ": heads must have 3 classes");
-  if (options.weights.empty())
-    initialise(network, options.seed);
-  else
-    network.read_weights(options.weights);
 
   const std::size_t size = network.input_width();
   const std::vector<HeldOut> sets{held_out("realistic", PaintKind::realistic, options, size),

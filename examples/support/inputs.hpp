@@ -17,6 +17,7 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/names_file.hpp>
+#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <utility>
 #include <vector>
@@ -70,11 +71,8 @@ struct Detector {
 };
 
 inline Detector load_detector(const DetectorSettings& settings) {
-  auto config = detect::read_network_config(settings.cfg);
-  auto warnings = config.warnings;
-  Detector detector{
-      detect::Network<float>(std::move(config), settings.size, settings.size), {}, std::move(warnings)};
-  detector.network.read_weights(settings.weights);
+  auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size);
+  Detector detector{std::move(loaded.network), {}, std::move(loaded.warnings)};
   if (detector.network.heads().empty())
     throw FileError(ErrorKind::mismatch, {settings.cfg, "", "the network has no [yolo] section"});
   if (!settings.names.empty())

@@ -1,0 +1,85 @@
+// Puts a Darknet detector, cfg and weights, into one .safetensors file that other tools can read, too.
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <system_error>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/safetensors_file.hpp>
+#include <tapestry/io/sha256.hpp>
+#include <utility>
+
+#include "support/problem_list.hpp"
+#include "support/program.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::examples;
+
+struct Options {
+  std::string cfg;
+  std::string weights;
+  std::string output;
+  std::string decode{io::supported_decode};
+  double epsilon = 1e-5;
+  bool fold = false;
+};
+
+void describe(CLI::App& app, Options& options) {
+  app.add_option("--cfg", options.cfg, "Darknet network description")->required();
+  app.add_option("--weights", options.weights, "Darknet weights that belong to --cfg")->required();
+  app.add_option("--output", options.output, "file to write, NAME.safetensors")->required();
+  app.add_flag("--fold", options.fold,
+               "multiply batch normalisation into the weights: the same boxes from a smaller file, which can "
+               "no longer be trained with it");
+  app.add_option("--batch-norm-epsilon", options.epsilon,
+                 "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV")
+      ->capture_default_str();
+  app.add_option("--decode", options.decode, "how logits become boxes; only darknet is implemented")
+      ->capture_default_str();
+}
+
+void require_sound(const Options& options) {
+  ProblemList list;
+  list.require_choice("--decode", options.decode, {std::string(io::supported_decode)});
+  list.require(options.epsilon > 0 && options.epsilon < 1, "--batch-norm-epsilon must lie between 0 and 1");
+  std::error_code no_such_file;
+  for (const auto& input : {options.cfg, options.weights})
+    list.require(!std::filesystem::equivalent(options.output, input, no_such_file),
+                 "--output would overwrite " + input);
+  list.throw_first();
+}
+
+int run(const Options& options) {
+  require_sound(options);
+  io::DetectorMetadata metadata;
+  metadata.cfg = read_text_file(options.cfg, std::uint64_t(4) << 20U);
+  metadata.is_folded = options.fold;
+  metadata.batch_norm_epsilon = options.epsilon;
+  detect::Network<float> network(detect::parse_network_config(metadata.cfg, options.cfg));
+  for (const auto& warning : network.config().warnings) std::cerr << "warning: " << warning << '\n';
+  for (const auto& warning : network.read_weights(options.weights))
+    std::cerr << "warning: " << warning << '\n';
+  metadata.images_seen = network.images_seen();
+  const auto& parameters = std::as_const(network).parameters();
+  io::write_detector_file(options.output, metadata, parameters, options.cfg);
+  std::printf("%s: %zu tensors, batch normalisation %s, decode %s\ncfg sha256 %s\n", options.output.c_str(),
+              io::SafetensorsFile(options.output).tensors().size(), options.fold ? "folded" : "kept",
+              options.decode.c_str(), io::sha256(metadata.cfg).c_str());
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Puts a Darknet detector, cfg and weights, into one .safetensors file, which every program here takes "
+      "as "
+      "--weights.");
+  describe(app, options);
+  if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
+  return run_program([&] { return run(options); });
+}
