@@ -37,8 +37,8 @@
 #include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_mapping.hpp>
 #include <tapestry/core/file_source.hpp>
+#include <tapestry/core/huge_pages.hpp>
 #include <tapestry/core/nearest_word.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>

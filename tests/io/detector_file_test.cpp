@@ -74,8 +74,11 @@ struct Parts {
     const io::SafetensorsFile file(path);
     metadata = file.metadata();
     for (const auto& tensor : file.tensors()) tensors.push_back({tensor.name, tensor.shape});
-    const auto view = file.view(file.tensors());
-    values.assign(view->begin(), view->end());
+    for (const auto& tensor : file.tensors()) {
+      const std::size_t begin = values.size();
+      values.resize(begin + tensor.size());
+      file.read(tensor, std::span(values).subspan(begin));
+    }
   }
   void write(const std::string& path) const { io::write_safetensors(path, metadata, tensors, values); }
 };
@@ -117,9 +120,9 @@ TEST_CASE("a converted detector has the bits of its weights", "[io][detector_fil
   const io::DetectorFile file(model.converted);
   CHECK(file.metadata().cfg == model.text);
   CHECK(file.config().batch_norm_epsilon == 1e-5);
-  const auto parameters = file.parameters(model.network.config(), model.network.layout());
-  CHECK(parameters.converted.empty());  // they are a view into the file
-  CHECK(parameters.warnings.empty());
+  CHECK(file.warnings().empty());
+  CHECK(same_bits(file.parameters<float>(model.network.config(), model.network.layout()),
+                  model.network.parameters()));
 
   const auto loaded = io::read_network<float>("", model.converted);
   CHECK(loaded.warnings.empty());
@@ -377,14 +380,52 @@ TEST_CASE("write_detector_file refuses what it could not read again", "[io][dete
   CHECK_FALSE(std::filesystem::exists(model.converted));
 }
 
-TEST_CASE("Network::set_parameters replaces all of them or none", "[detect][network]") {
-  Model model;
-  const auto before = logits_of(model.network, 2);
+TEST_CASE("a network takes its parameters at once", "[detect][network]") {
+  const Model model;
   auto parameters = model.network.parameters();
-  for (auto& value : parameters) value *= 1.25F;
-  model.network.set_parameters(std::span<const float>(parameters));
-  CHECK(logits_of(model.network, 2) != before);
+  const detect::Network<float> network(model.network.config(), parameters, 96, 128);
+  CHECK(network.input_width() == 128);
+  CHECK(same_bits(network.parameters(), model.network.parameters()));
   parameters.pop_back();
-  check_refused(ErrorKind::mismatch, "set_parameters: values is [",
-                [&] { model.network.set_parameters(std::span<const float>(parameters)); });
+  check_refused(ErrorKind::mismatch, "Network: parameters is [",
+                [&] { (void)detect::Network<float>(model.network.config(), parameters); });
+}
+
+TEST_CASE("a bad value is found wherever it stands in a large tensor", "[io][detector_file][bad_input]") {
+  const TemporaryFolder folder;
+  const std::string text =
+      "[net]\nwidth=32\nheight=32\nchannels=3\n[convolutional]\nfilters=4000\nsize=1\nactivation=linear\n"
+      "[convolutional]\nfilters=18\nsize=1\nactivation=linear\n"
+      "[yolo]\nmask=0,1,2\nanchors=1,1, 2,2, 3,3\nclasses=1\nnum=3\n";
+  detect::Network<float> network(detect::parse_network_config(text, "some.cfg"));
+  const auto path = folder.path("some.safetensors");
+  const std::size_t begin = network.layout().layers[1].weight;
+  for (const std::size_t at : {0U, 1U, 32767U, 32768U, 65535U, 71999U}) {
+    network.parameters()[begin + at] = std::numeric_limits<float>::quiet_NaN();
+    io::write_detector_file(path, {text}, network.parameters(), "some.cfg");
+    network.parameters()[begin + at] = 0;
+    const auto size = std::filesystem::file_size(path);
+    const auto place = "@" + std::to_string(size - 4 * (72000 - at)) + ": element " + std::to_string(at) +
+                       " of tensor 'layers.1.weight'; expected a finite float, found ";
+    check_refused(ErrorKind::malformed, place, [&] { (void)io::read_network<float>("", path); });
+  }
+}
+
+TEST_CASE("W16: a converted detector that is cut once its header is read is refused",
+          "[io][detector_file][bad_input]") {
+  const Model model;
+  model.convert();
+  const io::DetectorFile file(model.converted);
+  const auto refused = [&](std::uintmax_t size, const std::string& message) {
+    std::filesystem::resize_file(model.converted, size);
+    check_refused(ErrorKind::malformed, "some.safetensors:" + message,
+                  [&] { (void)file.parameters<float>(model.network.config(), model.network.layout()); });
+  };
+  const auto whole = std::filesystem::file_size(model.converted);
+  const std::string cut =
+      " file changed while it was read; expected " + std::to_string(whole) + " bytes, found ";
+  refused(whole - 1, cut + std::to_string(whole - 1));
+  refused(whole / 2, cut + std::to_string(whole / 2));
+  refused(0, "@" + std::to_string(whole - 4 * model.network.layout().count) +
+                 ": file ends early; expected 64 more bytes, found none");
 }

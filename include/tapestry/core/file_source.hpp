@@ -22,8 +22,7 @@ inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 /// A regular file open for reading, whose size was checked against a limit before anything is read.
 ///
 /// Folders, FIFOs and devices are refused without waiting on them. A file that changes its size while it
-/// is read is refused too; it maps nothing into memory (FileMapping does), so a cut file cannot kill the
-/// process.
+/// is read is refused too; nothing is memory-mapped, so a cut file cannot kill the process.
 class RegularFile {
  public:
   /// \param path   as the user gave it
@@ -54,7 +53,6 @@ class RegularFile {
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
-  [[nodiscard]] int descriptor() const { return descriptor_; }  ///< of the open file, owned by this object
 
   /// Fills `bytes` with the file's content from byte `offset` on.
   /// \throws FileError (malformed) if the file ends before or cannot be read

@@ -3,7 +3,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -36,6 +35,17 @@ class Network {
       if (block.role == ParameterRole::scale || block.role == ParameterRole::variance) fill(block, 1);
   }
 
+  /// With these parameters, in the order of layout(); errors as above.
+  /// \throws ShapeError unless there are as many as the cfg needs
+  Network(NetworkConfig config, std::vector<T> parameters, std::size_t input_height = 0,
+          std::size_t input_width = 0)
+      : graph_(detail::make_graph(std::move(config), input_height, input_width)),
+        parameters_(std::move(parameters)) {
+    if (parameters_.size() != graph_.layout.count)
+      throw ShapeError("Network: parameters is [" + std::to_string(parameters_.size()) + "], expected [" +
+                       std::to_string(graph_.layout.count) + "]");
+  }
+
   [[nodiscard]] std::size_t input_height() const { return graph_.height; }
   [[nodiscard]] std::size_t input_width() const { return graph_.width; }
   [[nodiscard]] const std::vector<Head>& heads() const { return graph_.heads; }
@@ -60,8 +70,9 @@ class Network {
   /// \returns remarks on suspicious values
   std::vector<std::string> read_weights(const std::string& path, const WeightFileOptions& options = {}) {
     WeightFile file = read_weight_file(path, graph_.config, graph_.layout, options);
-    set_parameters(std::span<const float>(file.parameters));
+    parameters_.assign(file.parameters.begin(), file.parameters.end());
     images_seen_ = file.images_seen;
+    cache_.forget();
     return std::move(file.warnings);
   }
 
@@ -87,18 +98,6 @@ class Network {
     return parameters_;
   }
   [[nodiscard]] const std::vector<T>& parameters() const { return parameters_; }
-
-  /// Replaces all parameters by `values`, in the order of layout().
-  /// \throws ShapeError unless there are as many
-  template <std::floating_point U>
-  void set_parameters(std::span<const U> values) {
-    if (values.size() != parameters_.size()) {
-      throw ShapeError("Network::set_parameters: values is [" + std::to_string(values.size()) +
-                       "], expected [" + std::to_string(parameters_.size()) + "]");
-    }
-    parameters_.assign(values.begin(), values.end());
-    cache_.forget();
-  }
 
   /// The same network in another precision.
   template <std::floating_point U>

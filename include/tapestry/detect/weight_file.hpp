@@ -41,6 +41,14 @@ template <class Word>
   return (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) != 0x7F800000U;
 }
 
+/// Whether all are: an exponent of all ones, and no other, carries into the highest bit.
+[[nodiscard]] inline bool are_finite(std::span<const float> values) {
+  std::uint32_t carried = 0;
+  for (const float value : values)
+    carried |= (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) + 0x00800000U;
+  return carried >> 31U == 0;
+}
+
 [[nodiscard]] inline std::string describe(const NetworkConfig& config, const ParameterBlock& block) {
   return std::string(name_of(block.role)) + " of layer " + std::to_string(block.layer) + " (convolutional, " +
          config.name + ":" + std::to_string(config.layers[block.layer].line) + ")";
@@ -117,6 +125,7 @@ template <class Word>
 /// Throws for the first value that no trained network can hold.
 inline void check_block(const std::string& path, const NetworkConfig& config, const ParameterBlock& block,
                         std::span<const float> values, std::uint64_t header) {
+  if (block.role != ParameterRole::variance && are_finite(values)) return;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bool negative_variance = block.role == ParameterRole::variance && values[i] < 0;
     if (is_finite(values[i]) && !negative_variance) continue;

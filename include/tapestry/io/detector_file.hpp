@@ -1,12 +1,13 @@
 #pragma once
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/huge_pages.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
@@ -51,12 +52,12 @@ namespace tapestry::io {
   return tensors;
 }
 
-/// Parameters read from a file: a view into it, or, when they had to be converted, into `converted`.
-struct DetectorParameters {
-  std::vector<float> converted{};
-  std::span<const float> values{};
-  std::vector<std::string> warnings{};
-};
+namespace detail {
+[[nodiscard]] inline detect::ParameterLayout layout_of(const detect::NetworkConfig& config,
+                                                       std::size_t input_height, std::size_t input_width) {
+  return detect::parameter_layout(config, detect::infer_shapes(config, input_height, input_width));
+}
+}  // namespace detail
 
 /// A detector in one .safetensors file: its cfg and its parameters, as convert_weights writes them.
 class DetectorFile {
@@ -77,42 +78,43 @@ class DetectorFile {
     return metadata_.is_folded ? detect::without_batch_norm(std::move(config)) : config;
   }
 
-  /// All parameters in the order of `layout`: straight from the mapped file, without a copy, when they are
-  /// F32 and lie in that order, as convert_weights leaves them. They are valid as long as this object.
+  /// Remarks on what is unusual about the file, one message each.
+  [[nodiscard]] std::vector<std::string> warnings() const {
+    const auto narrowed = std::ranges::count(file_.tensors(), TensorType::f64, &Tensor::type);
+    if (narrowed == 0) return {};
+    return {file_.path() + ": " + std::to_string(narrowed) + " tensors of F64 were rounded to F32"};
+  }
+
+  /// All parameters in the order of `layout`, whatever their order in the file. They are read a piece at a
+  /// time and checked while they are in the cache, so that memory is written once.
   ///
   /// \param config  config(), or another that went through adapted()
   /// \param layout  of config
   /// \throws FileError  mismatch for a tensor that is missing, not asked for, of another shape or of a type
-  ///                    that is no floating point, malformed for a value that no trained network can hold;
-  ///                    with the tensor's name
-  [[nodiscard]] DetectorParameters parameters(const detect::NetworkConfig& config,
-                                              const detect::ParameterLayout& layout) const {
-    const auto expected = detector_tensors(config, layout);
-    const auto tensors = matching(expected, config.name);
-    DetectorParameters parameters;
-    const bool in_order = std::ranges::equal(tensors, file_.tensors(), {}, &Tensor::name, &Tensor::name);
-    const auto view = in_order ? file_.view(file_.tensors()) : std::nullopt;
-    if (view) {
-      parameters.values = *view;
-    } else {
-      parameters.converted.resize(layout.count);
-      parameters.values = parameters.converted;
-      for (std::size_t i = 0; i < tensors.size(); ++i)
-        file_.copy(tensors[i],
-                   std::span(parameters.converted).subspan(layout.blocks[i].offset, layout.blocks[i].count));
+  ///                    that is no floating point, malformed for a value that no trained network can hold
+  ///                    and for a file that changes its size meanwhile; with the tensor's name
+  template <std::floating_point T>
+  [[nodiscard]] std::vector<T> parameters(const detect::NetworkConfig& config,
+                                          const detect::ParameterLayout& layout) const {
+    const auto tensors = matching(detector_tensors(config, layout), config.name);
+    std::vector<T> parameters;
+    parameters.reserve(layout.count);
+    prefer_huge_pages(parameters.data(), layout.count * sizeof(T));
+    std::vector<float> piece(piece_size);
+    for (std::size_t i = 0; i < tensors.size(); ++i) {
+      for (std::size_t first = 0; first < tensors[i].size(); first += piece_size) {
+        const auto values = std::span(piece).first(std::min(piece_size, tensors[i].size() - first));
+        file_.read(tensors[i], values, first);
+        check_values(tensors[i], layout.blocks[i].role, values, first);
+        parameters.insert(parameters.end(), values.begin(), values.end());
+      }
     }
-    const auto narrowed = std::ranges::count(tensors, TensorType::f64, &Tensor::type);
-    if (narrowed > 0)
-      parameters.warnings.push_back(file_.path() + ": " + std::to_string(narrowed) +
-                                    " tensors of F64 were rounded to F32");
-    for (std::size_t i = 0; i < tensors.size(); ++i)
-      check_values(tensors[i], layout.blocks[i],
-                   parameters.values.subspan(layout.blocks[i].offset, layout.blocks[i].count));
-    file_.require_unchanged_size();
     return parameters;
   }
 
  private:
+  static constexpr std::size_t piece_size = std::size_t(1) << 15U;  ///< floats, 128 KiB
+
   [[noreturn]] void fail(const std::string& what, const std::string& expected = "",
                          const std::string& found = "") const {
     throw FileError(ErrorKind::mismatch, {file_.path(), "", what, expected, found});
@@ -155,15 +157,18 @@ class DetectorFile {
       refuse("not floating point", "F32, F64, F16 or BF16", std::string(type_name(tensor.type)));
   }
 
-  void check_values(const Tensor& tensor, const detect::ParameterBlock& block,
-                    std::span<const float> values) const {
+  /// \param first  element of the tensor that `values` begin with
+  void check_values(const Tensor& tensor, detect::ParameterRole role, std::span<const float> values,
+                    std::size_t first) const {
+    const bool is_variance = role == detect::ParameterRole::variance;
+    if (!is_variance && detect::detail::are_finite(values)) return;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const bool is_negative_variance = block.role == detect::ParameterRole::variance && values[i] < 0;
+      const bool is_negative_variance = is_variance && values[i] < 0;
       if (detect::detail::is_finite(values[i]) && !is_negative_variance) continue;
       throw FileError(
           ErrorKind::malformed,
-          {file_.path(), "@" + std::to_string(file_.position(tensor, i)),
-           "element " + std::to_string(i) + " of tensor " + in_quotes(tensor.name),
+          {file_.path(), "@" + std::to_string(file_.position(tensor, first + i)),
+           "element " + std::to_string(first + i) + " of tensor " + in_quotes(tensor.name),
            is_negative_variance ? "a variance of at least 0" : "a finite float", std::to_string(values[i])});
     }
   }
@@ -189,10 +194,7 @@ inline void write_detector_file(const std::string& path, const DetectorMetadata&
                                            "not UTF-8, as text within a safetensors file has to be"});
   auto config = detect::parse_network_config(metadata.cfg, cfg_name);
   config.batch_norm_epsilon = metadata.batch_norm_epsilon;
-  const auto layout_of = [](const detect::NetworkConfig& c) {
-    return detect::parameter_layout(c, detect::infer_shapes(c, c.height, c.width));
-  };
-  const auto layout = layout_of(config);
+  const auto layout = detail::layout_of(config, config.height, config.width);
   if (parameters.size() != layout.count)
     throw ShapeError("write_detector_file: parameters is [" + std::to_string(parameters.size()) +
                      "], expected [" + std::to_string(layout.count) + "]");
@@ -202,7 +204,8 @@ inline void write_detector_file(const std::string& path, const DetectorMetadata&
     return;
   }
   const auto plain = detect::without_batch_norm(config);
-  write_safetensors(path, fields, detector_tensors(plain, layout_of(plain)),
+  write_safetensors(path, fields,
+                    detector_tensors(plain, detail::layout_of(plain, plain.height, plain.width)),
                     detect::fold_batch_norm(config, layout, parameters));
 }
 

@@ -64,11 +64,13 @@ template <std::floating_point T>
   };
   if (is_safetensors(weights)) {
     const DetectorFile file(weights);
-    detect::Network<T> network(detail::config_for(file, weights, cfg, warnings), input_height, input_width);
-    keep(network.config().warnings);
-    const auto parameters = file.parameters(network.config(), network.layout());
-    keep(parameters.warnings);
-    network.set_parameters(parameters.values);
+    auto config = detail::config_for(file, weights, cfg, warnings);
+    keep(config.warnings);
+    keep(file.warnings());
+    const auto layout = detail::layout_of(config, input_height == 0 ? config.height : input_height,
+                                          input_width == 0 ? config.width : input_width);
+    auto parameters = file.parameters<T>(config, layout);
+    detect::Network<T> network(std::move(config), std::move(parameters), input_height, input_width);
     network.set_images_seen(file.metadata().images_seen);
     return {std::move(network), std::move(warnings)};
   }

@@ -3,16 +3,13 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_mapping.hpp>
 #include <tapestry/core/file_source.hpp>
 #include <tapestry/io/float_formats.hpp>
 #include <tapestry/io/json_reader.hpp>
@@ -51,14 +48,15 @@ namespace detail {
 }
 }  // namespace detail
 
-/// A safetensors file: named arrays of numbers, mapped into memory. Its header is read and checked at once;
-/// of the numbers nothing is read before they are asked for, and nothing copied that is usable as it stands.
+/// A safetensors file: named arrays of numbers. Its header is read and checked at once, numbers when they are
+/// asked for. A file that is cut or grows meanwhile is refused; one that is renamed or deleted stays
+/// readable; one that is overwritten in place at its size is not noticed, and gives old and new numbers.
 class SafetensorsFile {
  public:
   /// \throws FileError as RegularFile and parse_safetensors_header() do; malformed also when the header
   ///         passes the end of the file, limit above 16 MiB of header or `limit` bytes in all
   explicit SafetensorsFile(const std::string& path, std::uint64_t limit = default_file_limit)
-      : file_(path, limit), header_(detail::read_safetensors_header(file_)), mapping_(file_) {
+      : file_(path, limit), header_(detail::read_safetensors_header(file_)) {
     file_.require_unchanged_size();
   }
 
@@ -71,40 +69,23 @@ class SafetensorsFile {
     return header_.size + tensor.begin + std::uint64_t(index) * item_size(tensor.type);
   }
 
-  /// The elements of tensors that lie one after the other, where they lie: valid as long as this object.
-  /// Nothing when they are not F32 or this machine could not use them there (byte order, alignment).
-  /// \throws FileError (malformed) if the file has changed its size
-  [[nodiscard]] std::optional<std::span<const float>> view(std::span<const Tensor> tensors) const {
-    if (tensors.empty()) return std::span<const float>();
-    for (const Tensor& tensor : tensors)
-      if (tensor.type != TensorType::f32) return std::nullopt;
-    const auto bytes = this->bytes(tensors.front().begin, tensors.back().end);
-    const bool is_aligned = reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(float) == 0;
-    if (std::endian::native != std::endian::little || !is_aligned) return std::nullopt;
-    return std::span(reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float));
-  }
-
-  /// Copies the elements of a tensor to `values`: F16 and BF16 exactly, F64 rounded to the nearest float, and
-  /// to infinity beyond the largest.
+  /// Reads elements of a tensor, from `first` on, as many as `values` holds: F32 straight into them, F16 and
+  /// BF16 exactly, F64 rounded to the nearest float, and to infinity beyond the largest.
   /// \throws FileError  mismatch for integers, malformed if the file has changed its size
-  /// \throws ShapeError unless values has as many elements as the tensor
-  void copy(const Tensor& tensor, std::span<float> values) const {
-    if (values.size() != tensor.size())
-      throw ShapeError("SafetensorsFile::copy: values is [" + std::to_string(values.size()) +
-                       "], expected [" + std::to_string(tensor.size()) + "]");
-    const std::size_t item = item_size(tensor.type);
-    const auto bytes = this->bytes(tensor.begin, tensor.end);
-    const auto convert = [&](auto float_at) {
-      for (std::size_t i = 0; i < values.size(); ++i) values[i] = float_at(bytes.data() + item * i);
-    };
+  /// \throws ShapeError if the tensor has fewer
+  void read(const Tensor& tensor, std::span<float> values, std::size_t first = 0) const {
+    if (first > tensor.size() || values.size() > tensor.size() - first)
+      throw ShapeError("SafetensorsFile::read: values is [" + std::to_string(values.size()) +
+                       "], expected at most [" + std::to_string(tensor.size()) + "] less the first " +
+                       std::to_string(first));
     if (tensor.type == TensorType::f32) {
-      convert(float_from_f32);
+      read_converted<float_from_f32>(tensor, values, first);
     } else if (tensor.type == TensorType::f64) {
-      convert(float_from_f64);
+      read_converted<float_from_f64>(tensor, values, first);
     } else if (tensor.type == TensorType::f16) {
-      convert(float_from_f16);
+      read_converted<float_from_f16>(tensor, values, first);
     } else if (tensor.type == TensorType::bf16) {
-      convert(float_from_bf16);
+      read_converted<float_from_bf16>(tensor, values, first);
     } else {
       detail::refuse_tensor(path(), tensor, "not floating point", "F32, F64, F16 or BF16",
                             std::string(type_name(tensor.type)), ErrorKind::mismatch);
@@ -116,15 +97,21 @@ class SafetensorsFile {
   void require_unchanged_size() const { file_.require_unchanged_size(); }
 
  private:
-  [[nodiscard]] std::span<const std::byte> bytes(std::uint64_t begin, std::uint64_t end) const {
-    file_.require_unchanged_size();
-    return mapping_.bytes().subspan(static_cast<std::size_t>(header_.size + begin),
-                                    static_cast<std::size_t>(end - begin));
+  template <auto float_from>
+  void read_converted(const Tensor& tensor, std::span<float> values, std::size_t first) const {
+    const std::uint64_t begin = position(tensor, first);
+    if (tensor.type == TensorType::f32 && std::endian::native == std::endian::little) {
+      file_.read_at(begin, std::as_writable_bytes(values));
+      return;
+    }
+    const std::size_t item = item_size(tensor.type);
+    std::vector<std::byte> bytes(item * values.size());
+    file_.read_at(begin, bytes);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = float_from(bytes.data() + item * i);
   }
 
   RegularFile file_;
   SafetensorsHeader header_;
-  FileMapping mapping_;
 };
 
 /// A tensor to write.
@@ -171,8 +158,7 @@ namespace detail {
 /// \param tensors   whose names differ
 /// \param values    the elements of all tensors, one after the other
 /// \throws FileError (write); DomainError for what no reader would accept: names that repeat, text that is
-/// not
-///         UTF-8, more than 16 MiB of header, another number of values than the shapes say
+///         not UTF-8, more than 16 MiB of header, another number of values than the shapes say
 inline void write_safetensors(const std::string& path, const std::map<std::string, std::string>& metadata,
                               const std::vector<NamedShape>& tensors, std::span<const float> values) {
   const std::string text = detail::safetensors_header_text(metadata, tensors);

@@ -1,0 +1,22 @@
+#pragma once
+#include <sys/mman.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tapestry {
+
+/// Asks the system to back memory of many MiB that was not written yet by pages of 2 MiB instead of 4 KiB,
+/// whose first touch costs as much as reading the file that fills them. A wish only: where the system has
+/// no such pages, or no room for them, all is as before.
+inline void prefer_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t size) {
+#ifdef MADV_HUGEPAGE
+  constexpr std::uintptr_t page = std::uintptr_t(2) << 20U;
+  const auto begin = reinterpret_cast<std::uintptr_t>(memory);
+  const std::uintptr_t first = (begin + page - 1) / page * page;
+  const std::uintptr_t last = (begin + size) / page * page;
+  if (first < last) ::madvise(static_cast<std::byte*>(memory) + (first - begin), last - first, MADV_HUGEPAGE);
+#endif
+}
+
+}  // namespace tapestry
