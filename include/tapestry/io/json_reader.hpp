@@ -30,7 +30,8 @@ class JsonReader {
   JsonReader(std::string_view text, std::string path, std::uint64_t offset = 0)
       : text_(text), path_(std::move(path)), offset_(offset) {
     at_ = utf8_prefix(text_);
-    if (at_ < text_.size()) fail("not UTF-8");
+    if (at_ < text_.size())
+      fail("not UTF-8", "well-formed text", "byte " + std::to_string(static_cast<unsigned char>(text_[at_])));
     at_ = 0;
   }
 
@@ -50,8 +51,8 @@ class JsonReader {
       const auto [key, is_new] = keys.insert(string());
       if (!is_new || keys.size() > largest_member_count) {
         at_ = key_at;
-        fail(is_new ? "more than 131072 members in an object" : "key given twice", "",
-             is_new ? "" : in_quotes(*key), is_new ? ErrorKind::limit : ErrorKind::malformed);
+        if (is_new) fail("too many members in an object", "at most 131072", "more", ErrorKind::limit);
+        fail("key given twice", "each key once", in_quotes(*key));
       }
       expect(':');
       member(*key);
@@ -68,9 +69,10 @@ class JsonReader {
     expect('"', "a string");
     std::string value;
     while (true) {
-      if (at_ == text_.size()) fail("string without its closing quote");
+      if (at_ == text_.size()) fail("string without its closing quote", "'\"'", "the end");
       const char c = text_[at_];
-      if (static_cast<unsigned char>(c) < 0x20) fail("control character in a string");
+      if (static_cast<unsigned char>(c) < 0x20)
+        fail("control character in a string", "an escape", "byte " + std::to_string(c));
       ++at_;
       if (c == '"') return value;
       if (c == '\\')
@@ -100,7 +102,7 @@ class JsonReader {
   /// Only blanks may be left.
   void end() {
     skip_blanks();
-    if (at_ < text_.size()) fail("text after the last value", "", next_text());
+    if (at_ < text_.size()) fail("text after the last value", "the end", next_text());
   }
 
  private:
@@ -162,7 +164,7 @@ class JsonReader {
       ++at_;
       return;
     }
-    if (letter != 'u') fail("unknown escape in a string", "", next_text());
+    if (letter != 'u') fail("unknown escape in a string", "one of \"\\/bfnrtu", next_text());
     ++at_;
     unsigned code_point = four_hex_digits();
     const bool is_high = code_point >= 0xD800 && code_point < 0xDC00;

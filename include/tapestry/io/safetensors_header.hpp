@@ -114,12 +114,13 @@ namespace detail {
       type = reader.string();
     } else if (field == "shape") {
       reader.array([&] {
-        if (tensor.shape.size() == largest_rank) refuse_tensor(path, tensor, "more than 16 axes");
+        if (tensor.shape.size() == largest_rank)
+          refuse_tensor(path, tensor, "too many axes", "at most 16", "more");
         tensor.shape.push_back(static_cast<std::size_t>(reader.count()));
       });
     } else if (field == "data_offsets") {
       reader.array([&] {
-        if (offsets.size() == 2) refuse_tensor(path, tensor, "more than two data_offsets");
+        if (offsets.size() == 2) refuse_tensor(path, tensor, "too many data_offsets", "two", "more");
         offsets.push_back(reader.count());
       });
     } else {
@@ -141,7 +142,8 @@ inline void check_spans(const std::string& path, const std::vector<Tensor>& tens
   const Tensor* last = nullptr;
   for (const Tensor& tensor : tensors) {
     const std::string span = std::to_string(tensor.begin) + " to " + std::to_string(tensor.end);
-    if (tensor.end < tensor.begin) refuse_tensor(path, tensor, "data_offsets run backwards", "", span);
+    if (tensor.end < tensor.begin)
+      refuse_tensor(path, tensor, "data_offsets run backwards", "the end not before the beginning", span);
     if (tensor.end > data_size)
       refuse_tensor(path, tensor, "data_offsets pass the end of the file",
                     "at most " + std::to_string(data_size), span);
