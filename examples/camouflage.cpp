@@ -184,8 +184,9 @@ class Run {
   [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
 
   [[nodiscard]] std::vector<std::string> input_paths() const {
-    std::vector<std::string> paths{options_.scene.mesh, options_.detector.cfg, options_.detector.weights};
-    for (const auto& optional : {options_.detector.names, options_.scene.faces})
+    std::vector<std::string> paths{options_.scene.mesh};
+    const auto& detector = options_.detector;
+    for (const auto& optional : {detector.cfg, detector.weights, detector.names, options_.scene.faces})
       if (!optional.empty()) paths.push_back(optional);
     paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
     if (inputs_.frames.held_out)

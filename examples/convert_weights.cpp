@@ -76,9 +76,9 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app(
-      "Puts a Darknet detector, cfg and weights, into one .safetensors file, which every program here takes "
+      "Puts a Darknet detector, cfg and weights, into one .safetensors file, which the other programs take "
       "as "
-      "--weights.");
+      "--weights without --cfg.");
   describe(app, options);
   if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
   return run_program([&] { return run(options); });

@@ -35,9 +35,12 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& options) {
-  app.add_option("--cfg", options.cfg, "Darknet network description; the bundled detector when left out");
+  app.add_option(
+      "--cfg", options.cfg,
+      "Darknet network description; left out, the one inside converted --weights, or the bundled one");
   app.add_option("--weights", options.weights,
-                 "Darknet weights that belong to --cfg; the bundled detector's when left out");
+                 "Darknet weights that belong to --cfg, or a detector that convert_weights made; the bundled "
+                 "one's when both are left out");
   app.add_option("--names", options.names,
                  "class names, one a line; left out, those of the bundled detector, or for others none");
   app.add_option("--size", options.size, "side of the network's square input, pixels; 0: as the cfg says")

@@ -46,7 +46,8 @@ void describe(CLI::App& app, Options& options) {
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
 }
 
-/// Settings of the run, for those not given; a detector given here replaces the run's altogether.
+/// Settings of the run, for those not given; a detector given here, as a cfg or as a converted file, replaces
+/// the run's altogether. Darknet weights alone are other weights for the run's cfg.
 void adopt_run(const CLI::App& app, Options& options) {
   const std::string manifest = options.run + "/manifest.json";
   const Json saved = read_json(manifest);
@@ -56,7 +57,9 @@ void adopt_run(const CLI::App& app, Options& options) {
   adopt_saved(app, saved["options"], manifest, options.scene, differing);
   const auto is_frames = [](const std::string& name) { return name.rfind("--frames ", 0) == 0; };
   options.other_frames = std::any_of(differing.begin(), differing.end(), is_frames);
-  const bool other_detector = app.get_option("--cfg")->count() > 0;
+  const bool other_detector =
+      app.get_option("--cfg")->count() > 0 ||
+      (app.get_option("--weights")->count() > 0 && io::is_safetensors(options.detector.weights));
   if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
 }
 
@@ -165,7 +168,7 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Measures how often a detector finds a car: the untouched photo, the clean car, a camouflage and the "
-      "controls; with --cfg, how well a camouflage transfers to another detector.");
+      "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector.");
   describe(app, options);
   if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
   return run_program([&] { return run(app, options); });

@@ -71,10 +71,14 @@ struct Detector {
 };
 
 inline Detector load_detector(const DetectorSettings& settings) {
+  if (settings.cfg.empty() && !io::is_safetensors(settings.weights))
+    throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights +
+                                      " needs; only weights that convert_weights made hold their own");
   auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size);
   Detector detector{std::move(loaded.network), {}, std::move(loaded.warnings)};
   if (detector.network.heads().empty())
-    throw FileError(ErrorKind::mismatch, {settings.cfg, "", "the network has no [yolo] section"});
+    throw FileError(ErrorKind::mismatch,
+                    {detector.network.config().name, "", "the network has no [yolo] section"});
   if (!settings.names.empty())
     detector.names = io::read_class_names(settings.names, detector.network.heads().front().classes);
   return detector;
@@ -307,7 +311,7 @@ inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
 /// Of a detector whose cfg is unsound, the other files can still be missing.
 inline void check_detector(DetectorSettings settings, ProblemList& list) {
   fill_in_bundled(settings);
-  if (settings.cfg.empty() || settings.weights.empty()) return;
+  if (settings.weights.empty()) return;
   bool is_sound = false;
   list.attempt([&] {
     const auto loaded = load_detector(settings);
@@ -315,8 +319,10 @@ inline void check_detector(DetectorSettings settings, ProblemList& list) {
     (void)class_index_of(settings, loaded);
   });
   if (is_sound) return;
+  const std::string found = list.problems().back().what();
   for (const auto& path : {settings.weights, settings.names})
-    if (!path.empty() && !fs::exists(path)) list.attempt([&] { (void)RegularFile(path); });
+    if (!path.empty() && !fs::exists(path) && !found.starts_with(path + ":"))
+      list.attempt([&] { (void)RegularFile(path); });
 }
 
 /// Checks every input and adds all problems found. The settings themselves have been checked before.

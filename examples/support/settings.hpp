@@ -75,8 +75,11 @@ void visit_settings(SceneSettings& s, Visit visit) {
 
 template <class Visit>
 void visit_settings(DetectorSettings& s, Visit visit) {
-  visit("cfg", s.cfg, "Darknet network description; the bundled detector when left out");
-  visit("weights", s.weights, "Darknet weights that belong to --cfg; the bundled detector's when left out");
+  visit("cfg", s.cfg,
+        "Darknet network description; left out, the one inside converted --weights, or the bundled one");
+  visit("weights", s.weights,
+        "Darknet weights that belong to --cfg, or a detector that convert_weights made; the bundled one's "
+        "when both are left out");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, or for others none");
   visit("class", s.class_name,
@@ -134,8 +137,7 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
 }
 
 inline void require_sound(const DetectorSettings& s, ProblemList& list) {
-  list.require(s.cfg.empty() == s.weights.empty(), std::string("--cfg and --weights go together; --") +
-                                                       (s.cfg.empty() ? "cfg" : "weights") + " is missing");
+  list.require(s.cfg.empty() || !s.weights.empty(), "--cfg and --weights go together; --weights is missing");
   list.require(s.size <= 4096, "--size must be at most 4096 pixels");
   list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
   list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");

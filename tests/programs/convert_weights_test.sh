@@ -42,6 +42,70 @@ head -c 50000 kept.safetensors >cut.safetensors
 expect_exit 3 "a cut file" "$detect" "${cfg[@]}" --weights cut.safetensors "$frame"
 expect_error_line 'cut.safetensors:@[0-9]+: tensor .* pass the end of the file'
 
+# Headers that are not sound: one line that names the file, the place, what was expected and what was found.
+{ printf '\377\377\377\000\000\000\000\000' && tail -c +9 kept.safetensors; } >long.safetensors
+expect_exit 3 "a header longer than the file" "$detect" --weights long.safetensors "$frame"
+expect_error_line 'long.safetensors:@0: header passes the end of the file; expected at most [0-9]+ bytes, found 16777215 bytes'
+sed 's/"data_offsets":\[32,64\]/"data_offsets":[32,06]/' kept.safetensors >zero.safetensors
+expect_exit 3 "invalid JSON" "$detect" --weights zero.safetensors "$frame"
+expect_error_line 'zero.safetensors:@[0-9]+: unexpected value; expected a whole number .*, found .06'
+sed 's/"layers.0.bn.weight"/"layers.0.bn.bias"  /' kept.safetensors >twice.safetensors
+expect_exit 3 "one name twice" "$detect" --weights twice.safetensors "$frame"
+expect_error_line "twice.safetensors:@[0-9]+: key given twice; expected each key once, found 'layers.0.bn.bias'"
+sed '0,/"F32"/s//"I32"/' kept.safetensors >integers.safetensors
+expect_exit 4 "integers" "$detect" --weights integers.safetensors "$frame"
+expect_error_line "integers.safetensors:@[0-9]+: tensor '.*': not floating point; expected .*, found I32"
+
+# The cfg within is used when none is given, and nothing else holds one.
+expect_exit 0 "detecting without a cfg" "$detect" --json --weights kept.safetensors "$frame"
+expect_same darknet.json command.out
+expect_exit 0 "detecting with a folded one, without a cfg" "$detect" --json --weights folded.safetensors "$frame"
+expect_same darknet.json command.out
+[ -s command.err ] && fail "a warning without a cause" || pass
+sed 's/^\[net\]/# another\n[net]/' "$assets/detector.cfg" >another.cfg
+expect_exit 0 "another cfg beside it" "$detect" --json --cfg another.cfg --weights kept.safetensors "$frame"
+grep -q '^warning: another.cfg: differs from the cfg inside kept.safetensors' command.err && pass || fail "no warning"
+expect_exit 2 "Darknet weights alone" "$detect" --weights "$assets/detector.weights" "$frame"
+expect_error_line '^error: --cfg is missing, which .*detector.weights needs'
+expect_exit 2 "a cfg alone" "$detect" --cfg "$assets/detector.cfg" "$frame"
+expect_error_line '^error: --cfg and --weights go together; --weights is missing'
+expect_exit 3 "a file that is not there" "$detect" --weights absent.safetensors "$frame"
+expect_error_line 'absent.safetensors: cannot open'
+
+evaluate=$programs/evaluate
+mkdir frames && cp "$frame" frames
+with=(--frames frames --names "$assets/detector.names")
+expect_exit 0 "measuring the Darknet detector" "$evaluate" --clean-only --sweep 0.25 "${with[@]}" "${cfg[@]}" "${weights[@]}"
+cp command.out darknet.rows
+expect_exit 0 "measuring the converted one" "$evaluate" --clean-only --sweep 0.25 "${with[@]}" --weights kept.safetensors
+expect_same darknet.rows command.out
+expect_exit 2 "measuring with Darknet weights alone" "$evaluate" --clean-only "${with[@]}" "${weights[@]}"
+expect_error_line '^error: --cfg is missing'
+
+camouflage=$programs/camouflage
+brief=("${with[@]}" --texels 8 --epochs 1)
+expect_exit 0 "painting against the Darknet detector" "$camouflage" "${brief[@]}" "${cfg[@]}" "${weights[@]}" --output darknet
+expect_exit 0 "painting against the converted one" "$camouflage" "${brief[@]}" --weights kept.safetensors --output converted
+expect_same darknet/texture.npz converted/texture.npz
+grep -q '"path": "kept.safetensors"' converted/manifest.json && pass || fail "the manifest lacks the detector"
+expect_exit 0 "measuring that again" "$evaluate" --run converted --sweep 0.25
+expect_exit 0 "measuring with another detector" "$evaluate" --run darknet --sweep 0.25 --names "$assets/detector.names" \
+  --weights folded.safetensors
+[ -s command.err ] && fail "the run's cfg was kept beside a converted detector" || pass
+expect_exit 0 "resuming a run that is over" "$camouflage" --resume --output converted
+cp folded.safetensors kept.copy && cp kept.safetensors mine.safetensors
+expect_exit 0 "a run of one's own" "$camouflage" "${brief[@]}" --weights mine.safetensors --output own
+cp kept.copy mine.safetensors
+expect_exit 7 "resuming with another detector" "$camouflage" --resume --output own
+expect_error_line 'inputs have changed: mine.safetensors'
+expect_exit 0 "checking a converted detector" "$camouflage" --check "${brief[@]}" --weights kept.safetensors
+expect_exit 2 "checking Darknet weights alone" "$camouflage" --check "${brief[@]}" "${weights[@]}"
+expect_error_line '^error: --cfg is missing'
+expect_exit 3 "checking weights that are not there" "$camouflage" --check "${brief[@]}" --weights absent.safetensors
+expect_error_line 'absent.safetensors'
+expect_exit 2 "painting against Darknet weights alone" "$camouflage" "${brief[@]}" "${weights[@]}" --output no
+expect_error_line '^error: --cfg is missing'
+
 train="$programs/train_detector --steps 0 --validate 1"
 expect_exit 0 "training from a converted file" $train --weights kept.safetensors
 expect_exit 4 "training from a folded one" $train --weights folded.safetensors
