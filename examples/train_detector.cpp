@@ -8,13 +8,16 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/atomic_file.hpp>
+#include <tapestry/core/file_source.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/network_file.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/optim/adam.hpp>
+#include <utility>
 #include <vector>
 
 #include "support/finite_logits.hpp"
@@ -31,7 +34,7 @@ using namespace tapestry::examples;
 struct Options {
   std::string cfg;
   std::string weights;
-  std::string output = "detector.weights";
+  std::string output;
   std::size_t steps = 2400, batch = 16, fresh = 6, pool = 3000, size = 0;
   std::size_t validate = 200, validate_every = 600, save_every = 250;
   double learning_rate = 0.002;
@@ -46,8 +49,13 @@ void describe(CLI::App& app, Options& o) {
   add("--cfg", o.cfg,
       "Darknet cfg file of the network; its heads need 3 classes (car, van, clutter); the bundled one when "
       "left out");
-  add("--weights,--resume", o.weights, "weights to start from; random ones when left out");
-  add("--output", o.output, "weights file to write");
+  add("--weights,--resume", o.weights,
+      "weights to start from, Darknet's or a detector that convert_weights made, whose own cfg is then taken "
+      "for --cfg; random ones when left out");
+  add("--output", o.output,
+      "file to write: Darknet weights, or, named .safetensors, a detector with its cfg, needed when the cfg "
+      "is "
+      "that of converted --weights; detector.weights or detector.safetensors when left out");
   add("--steps", o.steps, "steps of the optimiser; 0: only validate");
   add("--batch", o.batch, "pictures a step");
   add("--fresh", o.fresh, "pictures of a batch that are drawn anew; the others are repeated from the pool");
@@ -75,22 +83,44 @@ void initialise(detect::Network<float>& network, std::uint64_t seed) {
   }
 }
 
-/// Random, or with the weights to start from, which may be a converted detector's.
-detect::Network<float> starting_network(const Options& options) {
+/// The network to train, and the cfg it is of: a file's text, or the one within a converted detector.
+struct Start {
+  detect::Network<float> network;
+  std::string cfg;
+};
+
+/// With random weights, or with those to start from, which may be a converted detector's.
+Start starting_network(const Options& options) {
   if (options.weights.empty()) {
     detect::Network<float> network(detect::read_network_config(options.cfg), options.size, options.size);
     initialise(network, options.seed);
-    return network;
+    return {std::move(network), read_text_file(options.cfg)};
+  }
+  std::string own_cfg;
+  if (io::is_safetensors(options.weights)) {
+    const io::DetectorFile file(options.weights);
+    if (file.metadata().is_folded)
+      throw FileError(ErrorKind::mismatch,
+                      {options.weights, "", "batch normalisation is folded into the weights",
+                       "a detector to train, as convert_weights writes without --fold"});
+    own_cfg = file.metadata().cfg;
   }
   auto loaded = io::read_network<float>(options.cfg, options.weights, options.size, options.size);
-  const auto normalises = [](const detect::LayerConfig& layer) { return layer.batch_normalize; };
-  if (!std::ranges::equal(detect::read_network_config(options.cfg).layers, loaded.network.config().layers, {},
-                          normalises, normalises))
-    throw FileError(ErrorKind::mismatch,
-                    {options.weights, "", "batch normalisation is folded into the weights",
-                     "a detector to train, as convert_weights writes without --fold"});
   for (const auto& warning : loaded.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  return std::move(loaded.network);
+  return {std::move(loaded.network), options.cfg.empty() ? own_cfg : read_text_file(options.cfg)};
+}
+
+/// Writes the network in the form that the file's name asks for.
+void save(const detect::Network<float>& network, const std::string& cfg, const std::string& path) {
+  if (!path.ends_with(".safetensors")) {
+    network.write_weights(path);
+    return;
+  }
+  io::DetectorMetadata metadata;
+  metadata.cfg = cfg;
+  metadata.images_seen = network.images_seen();
+  metadata.batch_norm_epsilon = network.config().batch_norm_epsilon;
+  io::write_detector_file(path, metadata, network.parameters(), network.config().name);
 }
 
 /// A kind of held-out view: main cars that show at least 40 % of themselves, with one kind of paint.
@@ -226,11 +256,13 @@ std::string command_to_go_on(const CLI::App& app, const char* program, const Opt
 
 int train(const CLI::App& app, const char* program, const Options& options) {
   using Clock = std::chrono::steady_clock;
-  detect::Network<float> network = starting_network(options);
+  Start start = starting_network(options);
+  detect::Network<float>& network = start.network;
+  const std::string& cfg_name = network.config().name;
   if (network.input_height() != network.input_width())
-    throw Error(ErrorKind::mismatch, options.cfg + ": the input must be square, or --size given");
+    throw Error(ErrorKind::mismatch, cfg_name + ": the input must be square, or --size given");
   for (const auto& head : network.heads())
-    if (head.classes != 3) throw Error(ErrorKind::mismatch, options.cfg + ": heads must have 3 classes");
+    if (head.classes != 3) throw Error(ErrorKind::mismatch, cfg_name + ": heads must have 3 classes");
 
   const std::size_t size = network.input_width();
   const std::vector<HeldOut> sets{held_out("realistic", PaintKind::realistic, options, size),
@@ -255,14 +287,14 @@ int train(const CLI::App& app, const char* program, const Options& options) {
             duration_text(seconds / static_cast<double>(done) * static_cast<double>(options.steps - done)) +
             " left",
         done == options.steps);
-    if (done % options.save_every == 0) network.write_weights(options.output);
+    if (done % options.save_every == 0) save(network, start.cfg, options.output);
     if (done % options.validate_every == 0 && done < options.steps) {
       std::printf("after step %zu, loss %.3f\n", done, smoothed);
       print_validation(network, sets);
     }
   }
   if (done == 0) StopSignal::throw_if_arrived();
-  if (done > 0) network.write_weights(options.output);
+  if (done > 0) save(network, start.cfg, options.output);
   if (done < options.steps && StopSignal::arrived()) {
     std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
                  command_to_go_on(app, program, options, done).c_str());
@@ -297,9 +329,20 @@ void require_writable(const std::string& path) {
   std::filesystem::remove(probe);
 }
 
+/// Names the files that were left out. A converted detector holds its cfg, and hands it on to what is
+/// written.
+void fill_in_files(Options& o) {
+  const bool has_cfg = !o.cfg.empty() || o.weights.empty() || !io::is_safetensors(o.weights);
+  if (o.cfg.empty() && has_cfg) o.cfg = TAPESTRY_ASSETS "/detector.cfg";
+  if (o.output.empty()) o.output = has_cfg ? "detector.weights" : "detector.safetensors";
+  if (!has_cfg && o.steps > 0 && !o.output.ends_with(".safetensors"))
+    throw Error(ErrorKind::usage, "--output " + o.output + " would lose the cfg, which is only within " +
+                                      o.weights + "; name it .safetensors, or give --cfg");
+}
+
 int run(const CLI::App& app, const char* program, Options& options) {
   require_sound(options);
-  if (options.cfg.empty()) options.cfg = TAPESTRY_ASSETS "/detector.cfg";
+  fill_in_files(options);
   if (options.threads > 0) limit_threads(options.threads);
   if (options.steps > 0) require_writable(options.output);
   const StopSignal stop_signal;

@@ -111,6 +111,23 @@ expect_exit 0 "training from a converted file" $train --weights kept.safetensors
 expect_exit 4 "training from a folded one" $train --weights folded.safetensors
 expect_error_line 'folded.safetensors: batch normalisation is folded'
 
+# Another network than the bundled one, to which the bundled cfg would not fit.
+sed '0,/^filters=8$/s//filters=6/' "$assets/detector.cfg" >narrow.cfg
+narrow="$programs/train_detector --steps 2 --batch 2 --fresh 1 --pool 4 --validate 1"
+expect_exit 0 "random weights, converted at once" $narrow --cfg narrow.cfg --output narrow.safetensors
+expect_exit 0 "random weights, Darknet's" $narrow --cfg narrow.cfg --output narrow.weights
+expect_exit 0 "these converted" "$convert" --cfg narrow.cfg --weights narrow.weights --output same.safetensors
+expect_same narrow.safetensors same.safetensors
+expect_exit 0 "going on from the file alone" $narrow --weights narrow.safetensors
+expect_file detector.safetensors
+expect_exit 0 "detecting with the outcome" "$detect" --weights detector.safetensors "$frame"
+expect_exit 0 "going on with the cfg" $narrow --cfg narrow.cfg --weights narrow.safetensors --output on.weights
+expect_exit 0 "that converted" "$convert" --cfg narrow.cfg --weights on.weights --output on.safetensors
+expect_same detector.safetensors on.safetensors
+expect_exit 2 "a form that would lose the cfg" $narrow --weights narrow.safetensors --output lost.weights
+expect_error_line '^error: --output lost.weights would lose the cfg, which is only within narrow.safetensors'
+[ -e lost.weights ] && fail "refused, and yet written" || pass
+
 expect_exit 2 "nothing given" "$convert"
 expect_exit 2 "an unknown decode family" "$convert" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output no
 expect_error_line 'darknet'
