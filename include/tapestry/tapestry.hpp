@@ -44,6 +44,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network.hpp>

@@ -1,6 +1,5 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/detect/suppression.hpp>
 
 #include <cmath>
 #include <limits>
@@ -71,25 +70,4 @@ TEST_CASE("decode names what does not fit", "[detect][box_decode]") {
   CHECK_THROWS_AS(decode<double>({small_head()}, {empty_logits()}, 1, 0.25, 64, 96), tapestry::DomainError);
   CHECK_THROWS_WITH(decode<float>({small_head()}, {tapestry::zeros<float, 4>({1, 7, 2, 2})}, 0, 0.25, 64, 96),
                     "decode: logits is [1, 7, 2, 2], expected [1, 7, 2, 3]");
-}
-
-TEST_CASE("suppression keeps the most confident of overlapping boxes", "[detect][suppression]") {
-  const Detection best{0, 0.9, 1, {10, 10, 4, 4}, 0, 0};
-  const Detection near{0, 0.8, 1, {10.5, 10, 4, 4}, 0, 1};
-  const Detection other_class{1, 0.7, 1, {10, 10, 4, 4}, 0, 2};
-  const Detection far{0, 0.6, 1, {30, 10, 4, 4}, 1, 0};
-  const auto kept = suppress({far, other_class, near, best}, 0.45);
-  REQUIRE(kept.size() == 3);
-  CHECK(kept[0].candidate == 0);
-  CHECK(kept[1].class_index == 1);
-  CHECK(kept[2].head == 1);
-  CHECK(suppress({far, other_class, near, best}, 0.45, false).size() == 2);
-  CHECK(suppress({}, 0.45).empty());
-}
-
-TEST_CASE("equal confidences are ordered by head and candidate", "[detect][suppression]") {
-  const Detection a{0, 0.5, 1, {10, 10, 4, 4}, 0, 7};
-  const Detection b{0, 0.5, 1, {10, 10, 4, 4}, 1, 3};
-  CHECK(suppress({a, b}, 0.45)[0].head == 0);
-  CHECK(suppress({b, a}, 0.45)[0].head == 0);
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -73,14 +74,16 @@ template <std::floating_point T>
       const auto logit = [&](std::size_t channel) { return static_cast<double>(first[channel * cells]); };
       const double objectness = nn::logistic(logit(4));
       if (!(objectness > confidence_threshold)) continue;  // the class factor is at most 1
-      const Box box = decode_box(head, anchor, cell / head.grid_width, cell % head.grid_width,
-                                 {logit(0), logit(1), logit(2), logit(3)}, static_cast<double>(input_width),
-                                 static_cast<double>(input_height));
-      if (!std::isfinite(box.cx + box.cy + box.w + box.h)) continue;
+      std::optional<Box> box;                              // most candidates have no class that asks for it
       for (std::size_t k = 0; k < head.classes; ++k) {
         const double confidence = objectness * nn::logistic(logit(5 + k));
-        if (confidence > confidence_threshold)
-          detections.push_back({k, confidence, objectness, box, h, candidate});
+        if (!(confidence > confidence_threshold)) continue;
+        if (!box)
+          box = decode_box(head, anchor, cell / head.grid_width, cell % head.grid_width,
+                           {logit(0), logit(1), logit(2), logit(3)}, static_cast<double>(input_width),
+                           static_cast<double>(input_height));
+        if (!std::isfinite(box->cx + box->cy + box->w + box->h)) break;
+        detections.push_back({k, confidence, objectness, *box, h, candidate});
       }
     }
   }
