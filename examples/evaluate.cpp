@@ -92,26 +92,22 @@ Array<float, 2> read_colours(const std::string& path, std::size_t texel_count) {
   return colours;
 }
 
-void print_sweep(const Options& options, const Inputs& inputs, camouflage::ViewStore<float>& store,
-                 const std::vector<std::size_t>& usable, const std::vector<Control>& textures,
-                 Json& metrics) {
+/// Prints how often the car was found at each threshold of the sweep, and adds it to the metrics.
+void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json& metrics) {
   std::printf("P@0.5 by confidence threshold\n  %-12s", "");
-  for (const double threshold : options.sweep) std::printf(" %7.2f", threshold);
+  for (const double threshold : sweep) std::printf(" %7.2f", threshold);
   std::printf("\n");
-  const auto row = [&](const std::string& name, const Array<float, 2>* colours) {
-    std::printf("  %-12s", name.c_str());
-    for (const double threshold : options.sweep) {
-      auto settings = options.detector;
-      settings.confidence = threshold;
-      Meter meter(inputs.detector.network, inputs.class_index, settings);
-      const auto result = measure(name, meter, store, usable, colours);
-      std::printf(" %5.1f %%", 100 * result.rate.p_at_50);
-      metrics["sweep"][name].push_back({{"confidence", threshold}, {"p_at_50", result.rate.p_at_50}});
+  const auto print_row = [&](const Measurement& row) {
+    std::printf("  %-12s", row.name.c_str());
+    for (std::size_t i = 0; i < sweep.size(); ++i) {
+      std::printf(" %5.1f %%", 100 * row.sweep[i].p_at_50);
+      metrics["sweep"][row.name].push_back({{"confidence", sweep[i]}, {"p_at_50", row.sweep[i].p_at_50}});
     }
     std::printf("\n");
   };
-  row("photo", nullptr);
-  for (const auto& texture : textures) row(texture.name, &texture.colours);
+  print_row(report.photo);
+  print_row(report.clean);
+  if (report.adversarial) print_row(*report.adversarial);
 }
 
 int run(const CLI::App& app, Options& options) {
@@ -135,7 +131,7 @@ int run(const CLI::App& app, Options& options) {
         {"adversarial", read_colours(options.run + "/texture.npz", car.layout.texel_count(car.mesh))});
   }
   if (!options.output.empty()) make_writable_folder(options.output);
-  Meter meter(network, inputs.class_index, options.detector);
+  Meter meter(network, inputs.class_index, options.detector, options.sweep);
   RunReport report;
   std::vector<Bitmap> sheet;
   report.photo = measure("photo", meter, store, usable, nullptr);
@@ -154,7 +150,7 @@ int run(const CLI::App& app, Options& options) {
   report.options["seed"] = options.seed;
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
-  print_sweep(options, inputs, store, usable, textures, metrics);
+  print_sweep(options.sweep, report, metrics);
   if (options.output.empty()) return 0;
   io::write_image(options.output + "/" + shown.name + ".png",
                   contact_sheet(sheet, sheet.size() > 12 ? 8 : 3));

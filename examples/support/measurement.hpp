@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <nlohmann/json.hpp>
@@ -38,19 +39,25 @@ struct Measurement {
   std::string name;
   std::vector<bool> found;  ///< one entry a view: the car found at IoU ≥ ½
   evaluate::DetectionRate rate;
+  std::vector<evaluate::DetectionRate> sweep;  ///< the rate at each further threshold of the meter
 };
 
-/// The picture of a view, its detections and whether the car is among them.
+/// The detections in the picture of a view, and whether the car is among them.
 struct ViewResult {
   std::vector<detect::Detection> detections;
   bool found = false;
+  std::vector<bool> found_in_sweep;  ///< at each further threshold of the meter
 };
 
-/// Measures pictures of views with one detector and one set of thresholds.
+/// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
+///
+/// The network runs once a picture. So does suppression: as it goes down in confidence, what it keeps above a
+/// threshold does not depend on what lies below.
 class Meter {
  public:
-  Meter(const detect::Network<float>& network, std::size_t class_index, const DetectorSettings& settings)
-      : network_(network), class_index_(class_index), settings_(settings) {}
+  Meter(const detect::Network<float>& network, std::size_t class_index, const DetectorSettings& settings,
+        std::vector<double> sweep = {})
+      : network_(network), class_index_(class_index), settings_(settings), sweep_(std::move(sweep)) {}
 
   /// \param picture  [3, H, W], at the size of the network's input
   [[nodiscard]] ViewResult examine(const float* picture, const camouflage::View<float>& view) {
@@ -60,29 +67,49 @@ class Meter {
     std::copy_n(picture, batch.size(), batch.data());
     network_.forward(batch, pass_);
     require_finite_logits(pass_.logits, view.name);
-    auto candidates = detect::decode(network_.heads(), pass_.logits, 0, settings_.confidence, height, width);
+    double least = settings_.confidence;
+    for (const double threshold : sweep_) least = std::min(least, threshold);
+    const auto kept = detect::suppress(
+        detect::decode(network_.heads(), pass_.logits, 0, least, height, width), settings_.nms);
     ViewResult result;
-    result.detections = detect::suppress(std::move(candidates), settings_.nms);
-    result.found = evaluate::is_found(result.detections, {class_index_, view.target});
+    result.detections = above(settings_.confidence, kept);
+    result.found = shows_car(result.detections, view);
+    for (const double threshold : sweep_)
+      result.found_in_sweep.push_back(shows_car(above(threshold, kept), view));
     return result;
   }
 
-  [[nodiscard]] std::size_t class_index() const { return class_index_; }
-  [[nodiscard]] const detect::Network<float>& network() const { return network_; }
+  /// Whether the car of the view is among the detections.
+  [[nodiscard]] bool shows_car(const std::vector<detect::Detection>& detections,
+                               const camouflage::View<float>& view) const {
+    return evaluate::is_found(detections, {class_index_, view.target});
+  }
+
+  [[nodiscard]] const std::vector<double>& sweep() const { return sweep_; }
 
  private:
+  /// Of detections in order of confidence, those above a threshold.
+  static std::vector<detect::Detection> above(double threshold,
+                                              const std::vector<detect::Detection>& detections) {
+    const auto is_above = [=](const detect::Detection& detection) {
+      return detection.confidence > threshold;
+    };
+    return {detections.begin(), std::partition_point(detections.begin(), detections.end(), is_above)};
+  }
+
   const detect::Network<float>& network_;
   std::size_t class_index_;
   DetectorSettings settings_;
+  std::vector<double> sweep_;
   detect::Pass<float> pass_;
 };
 
 /// A picture with its detections drawn: green the car where it should be, orange everything else.
 inline Bitmap annotated(const float* picture, const ViewResult& result, const camouflage::View<float>& view,
-                        std::size_t class_index) {
+                        const Meter& meter) {
   Bitmap bitmap = bitmap_of(picture, view.mask.shape(0), view.mask.shape(1));
   for (const auto& detection : result.detections) {
-    const bool counts = evaluate::is_found({detection}, {class_index, view.target});
+    const bool counts = meter.shows_car({detection}, view);
     draw_box(bitmap, detection.box,
              counts ? std::array<std::uint8_t, 3>{40, 220, 60} : std::array<std::uint8_t, 3>{255, 150, 0});
   }
@@ -97,6 +124,7 @@ inline Measurement measure(const std::string& name, Meter& meter, camouflage::Vi
                            std::vector<Bitmap>* sheet = nullptr) {
   Measurement measurement;
   measurement.name = name;
+  std::vector<std::vector<bool>> found_in_sweep(meter.sweep().size());
   for (const std::size_t index : usable) {
     StopSignal::throw_if_arrived();
     const auto view = store.view(index);
@@ -106,9 +134,12 @@ inline Measurement measure(const std::string& name, Meter& meter, camouflage::Vi
     const float* picture = colours != nullptr ? composed.data() : view->background.data();
     const ViewResult result = meter.examine(picture, *view);
     measurement.found.push_back(result.found);
-    if (sheet != nullptr) sheet->push_back(annotated(picture, result, *view, meter.class_index()));
+    for (std::size_t i = 0; i < found_in_sweep.size(); ++i)
+      found_in_sweep[i].push_back(result.found_in_sweep[i]);
+    if (sheet != nullptr) sheet->push_back(annotated(picture, result, *view, meter));
   }
   measurement.rate = evaluate::detection_rate(measurement.found);
+  for (const auto& found : found_in_sweep) measurement.sweep.push_back(evaluate::detection_rate(found));
   return measurement;
 }
 

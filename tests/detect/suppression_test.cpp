@@ -123,6 +123,18 @@ TEST_CASE("suppression equals its definition on boxes of every kind", "[detect][
     }
 }
 
+TEST_CASE("what suppression keeps above a confidence does not depend on what lies below",
+          "[detect][suppression]") {
+  const auto detections = random_detections(500, 1, [](tapestry::Random& random) {
+    return Box{random.uniform(0, 90), random.uniform(0, 90), 30, 20};
+  });
+  const auto is_low = [](const Detection& detection) { return detection.confidence <= 0.5; };
+  auto high = detections, kept = suppress(detections, 0.45);
+  std::erase_if(high, is_low);
+  std::erase_if(kept, is_low);
+  CHECK(candidates_of(suppress(high, 0.45)) == candidates_of(kept));
+}
+
 TEST_CASE("suppression copes with as many detections as random weights give", "[detect][suppression]") {
   constexpr std::size_t side = 300;
   std::vector<Detection> detections;  // at each of 90,000 places a strong box and two that it suppresses

@@ -70,7 +70,12 @@ expect_exit 2 "a confidence that is none" "$evaluate" --clean-only --confidence 
 mkdir nothing
 expect_exit 4 "a folder without frames" "$evaluate" --clean-only --frames nothing --output absent
 [ -e absent ] && fail "a refused evaluation left a folder behind" || pass
-expect_exit 0 "evaluate without a texture" "$evaluate" --clean-only --sweep 0.25 --output measured
+expect_exit 0 "evaluate without a texture" "$evaluate" --clean-only --sweep 0.1 0.9 --output measured
+cp command.out table.out
 expect_file measured/metrics.json
+expect_exit 0 "evaluate at a threshold of the sweep" "$evaluate" --clean-only --sweep 0.5 --confidence 0.9
+swept=$(awk '/^P@0.5 by confidence/ { on = 1 } on && $1 == "clean" { print $4 }' table.out)
+direct=$(awk '$1 == "clean" { for (i = 1; i < NF; i++) if ($i == "P@0.5") { print $(i + 1); exit } }' command.out)
+[ -n "$swept" ] && [ "$swept" = "$direct" ] && pass || fail "P@0.5 at 0.9 is $direct, in the sweep $swept"
 expect_exit 2 "evaluate without a run" "$evaluate"
 finish
