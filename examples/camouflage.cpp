@@ -440,8 +440,7 @@ int camouflage_main(int argc, char** argv) {
       "Optimises a full-coverage camouflage for a car against a detector, for robustness research, and "
       "measures it beside the untouched photo, the clean car, random noise and solid colours.");
   describe(app, options);
-  if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
-  return run_program([&] { return run(app, argv[0], options); });
+  return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
 }
 }  // namespace
 

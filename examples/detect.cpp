@@ -183,6 +183,5 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("Finds objects in pictures with a Darknet detector with YOLO-V3 heads.");
   describe(app, options);
-  if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
-  return run_program([&] { return run(options); });
+  return run_program(app, argc, argv, [&] { return run(options); });
 }

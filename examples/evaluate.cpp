@@ -166,6 +166,5 @@ int main(int argc, char** argv) {
       "Measures how often a detector finds a car: the untouched photo, the clean car, a camouflage and the "
       "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector.");
   describe(app, options);
-  if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
-  return run_program([&] { return run(app, options); });
+  return run_program(app, argc, argv, [&] { return run(app, options); });
 }

@@ -88,6 +88,5 @@ int main(int argc, char** argv) {
   CLI::App app{"Makes the bundled default: car meshes and frames of the sedan in street scenes."};
   Options options;
   describe(app, options);
-  const int parsed = parse_arguments(app, argc, argv);
-  return parsed >= 0 ? parsed : run_program([&] { return make_assets(options); });
+  return run_program(app, argc, argv, [&] { return make_assets(options); });
 }

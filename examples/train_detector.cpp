@@ -360,7 +360,5 @@ int main(int argc, char** argv) {
   CLI::App app("Trains a small detector on procedural street scenes and writes Darknet weights.");
   Options options;
   describe(app, options);
-  const int code = parse_arguments(app, argc, argv);
-  if (code >= 0) return code;
-  return run_program([&] { return run(app, argv[0], options); });
+  return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
 }

@@ -16,17 +16,22 @@
 
 namespace tapestry::examples {
 
+/// Every option as it is written.
+inline std::vector<std::string> option_words(const CLI::App& app) {
+  std::vector<std::string> words;
+  for (const auto* option : app.get_options()) {
+    for (const auto& name : option->get_lnames()) words.push_back("--" + name);
+    for (const auto& name : option->get_snames()) words.push_back("-" + name);
+  }
+  return words;
+}
+
 /// Reports a word that is no option, with the nearest one that is.
 inline int unknown_option(const CLI::App& app) {
-  std::vector<std::string> known;
-  for (const auto* option : app.get_options()) {
-    for (const auto& name : option->get_lnames()) known.push_back("--" + name);
-    for (const auto& name : option->get_snames()) known.push_back("-" + name);
-  }
   const auto extras = app.remaining();
   const std::string unknown = extras.empty() ? std::string() : extras.front();
   const std::string word = unknown.substr(0, unknown.find('='));
-  const std::string nearest = nearest_word(word, known);
+  const std::string nearest = nearest_word(word, option_words(app));
   std::cerr << "error: unknown " << (word.rfind('-', 0) == 0 ? "option " : "argument ") << word;
   if (!nearest.empty()) std::cerr << "; did you mean " << nearest << "?";
   std::cerr << "\nsee --help\n";
@@ -43,10 +48,14 @@ std::string complaint_about_number(const std::string& text, const char* expected
   return std::string("expected ") + expected + ", found '" + text + "'";
 }
 
-/// Refuses what CLI11 would let pass: empty words, nan and inf, and negative numbers that wrap around.
+/// Refuses what CLI11 would let pass: empty words, the next option in the place of a value, nan and inf, and
+/// negative numbers that wrap around.
 inline void require_sound_values(CLI::App& app) {
-  const auto complaint = [](const std::string& type, const std::string& text) -> std::string {
+  const auto complaint = [known = option_words(app)](const std::string& type,
+                                                     const std::string& text) -> std::string {
     if (text.empty()) return "the value is empty";
+    if (std::find(known.begin(), known.end(), text.substr(0, text.find('='))) != known.end())
+      return "the value is missing before " + text;
     if (type.rfind("UINT", 0) == 0)
       return complaint_about_number<std::uint64_t>(text, "a whole number of at least 0");
     if (type.rfind("INT", 0) == 0) return complaint_about_number<int>(text, "a whole number");

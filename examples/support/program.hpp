@@ -32,11 +32,13 @@ inline void flush_standard_output() {
     throw Error(ErrorKind::write, "cannot write to the standard output");
 }
 
-/// Runs a program's body and turns what it throws into one line on the error stream and an exit code.
+/// Runs a program's body, unless the command line already settles it, and turns what is thrown into one line
+/// on the error stream and an exit code.
 template <class Body>
-int run_program(Body body) {
+int run_program(CLI::App& app, int argc, char** argv, Body body) {
   try {
-    const int code = body();
+    const int settled = parse_arguments(app, argc, argv);
+    const int code = settled >= 0 ? settled : body();
     flush_standard_output();
     return code;
   } catch (const Error& error) {

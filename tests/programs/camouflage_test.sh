@@ -106,6 +106,13 @@ for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch
   expect_error_line "^error: --${option% *}"
 done
 expect_exit 2 "an empty name" "$camouflage" --mesh "" --output senseless
+for words in "--material --output senseless" "--mesh --output senseless" "--class --resume" "--output --check"; do
+  # shellcheck disable=SC2086  # several words on purpose
+  expect_exit 2 "$words" "$camouflage" $words
+  expect_error_line "^error: ${words%% *}: the value is missing before --"
+done
+"$camouflage" --help >/dev/full 2>command.err
+[ $? -eq 5 ] && pass || fail "help into a full standard output does not end with 5"
 expect_exit 2 "check of several settings" "$camouflage" --check --texels 9999 --loss hinge --mask none --frames absent
 [ "$(grep -c '^error: ' command.err)" -eq 4 ] && pass || fail "--check does not list settings and inputs together"
 cp -r "four frames" cut_later && head -c 500 "four frames/003.npz" >cut_later/003.npz
