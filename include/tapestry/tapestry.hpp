@@ -39,6 +39,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/file_source.hpp>
 #include <tapestry/core/huge_pages.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/nearest_word.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>

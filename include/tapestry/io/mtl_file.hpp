@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/file_source.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <vector>

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/file_source.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/mtl_file.hpp>

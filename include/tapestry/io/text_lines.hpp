@@ -77,14 +77,6 @@ class TextLines {
   std::size_t number_ = 0;
 };
 
-/// A word in quotes for messages, cut to a readable length, without control characters.
-[[nodiscard]] inline std::string in_quotes(std::string_view word) {
-  std::string text = "'";
-  for (const char letter : word.substr(0, 40))
-    text += static_cast<unsigned char>(letter) < 0x20 || letter == '\x7f' ? '?' : letter;
-  return text + (word.size() > 40 ? "…'" : "'");
-}
-
 /// Whether the whole word is a number; independent of any locale. Numbers too small become 0, too large ones
 /// and "nan" or "inf" are refused.
 [[nodiscard]] inline bool parse_number(std::string_view word, double& value) {

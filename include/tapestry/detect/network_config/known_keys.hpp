@@ -147,7 +147,7 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
     const auto earlier = std::find_if(options.begin(), options.begin() + static_cast<std::ptrdiff_t>(i),
                                       [&](const CfgOption& option) { return option.key == options[i].key; });
     if (earlier == options.begin() + static_cast<std::ptrdiff_t>(i)) continue;
-    const std::string what = "option " + quoted(options[i].key) + " given twice in one section";
+    const std::string what = "option " + in_quotes(options[i].key) + " given twice in one section";
     if (std::ranges::find(ignored_cfg_keys, options[i].key) == ignored_cfg_keys.end()) {
       throw cfg_error(path, options[i].line, what, "one value",
                       "another on line " + std::to_string(earlier->line));
@@ -167,8 +167,8 @@ inline void check_leftover_options(const std::string& path, SectionReader& reade
         unsupported_cfg_keys, [&](const auto& key_and_value) { return key_and_value[0] == option.key; });
     if (unsupported != unsupported_cfg_keys.end()) {
       if ((*unsupported)[1] == option.value) continue;
-      throw reader.error(option, "unsupported option " + quoted(option.key), "none, or its neutral value",
-                         quoted(option.value));
+      throw reader.error(option, "unsupported option " + in_quotes(option.key), "none, or its neutral value",
+                         in_quotes(option.value));
     }
     std::string_view nearest;
     std::size_t distance = 4;  // anything farther is no misspelling
@@ -180,8 +180,8 @@ inline void check_leftover_options(const std::string& path, SectionReader& reade
       }
     }
     std::string warning = path + ":" + std::to_string(option.line) + ": unknown option " +
-                          quoted(option.key) + " of [" + std::string(reader.name()) + "] ignored";
-    if (!nearest.empty()) warning += "; did you mean " + quoted(nearest) + "?";
+                          in_quotes(option.key) + " of [" + std::string(reader.name()) + "] ignored";
+    if (!nearest.empty()) warning += "; did you mean " + in_quotes(nearest) + "?";
     if (warnings.size() < 100) warnings.push_back(warning);
   }
 }

@@ -25,7 +25,7 @@ inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
   throw FileError(
       ErrorKind::malformed,
       {path, std::to_string(option->line) + ":" + std::to_string(option->column), "unsupported activation",
-       "linear, leaky, relu, logistic, swish or mish", quoted(option->value)});
+       "linear, leaky, relu, logistic, swish or mish", in_quotes(option->value)});
 }
 
 /// Turns the entries of "layers" or "from" into indices of earlier layers: negative ones count back from

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <vector>
 
 namespace tapestry::detect::detail {
@@ -38,14 +39,6 @@ inline constexpr std::size_t largest_cfg_layer_count = 2048;
   return text.substr(first, text.find_last_not_of(blank) - first + 1);
 }
 
-/// Text of the file for a message: at most 40 characters, control characters as '?'.
-[[nodiscard]] inline std::string quoted(std::string_view text) {
-  std::string shown = "'" + std::string(text.substr(0, 40)) + (text.size() > 40 ? "…'" : "'");
-  for (char& c : shown)
-    if (static_cast<unsigned char>(c) < 32) c = '?';
-  return shown;
-}
-
 [[nodiscard]] inline FileError cfg_error(const std::string& path, std::size_t line, const std::string& what,
                                          const std::string& expected = "", const std::string& found = "",
                                          ErrorKind kind = ErrorKind::malformed) {
@@ -56,7 +49,7 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
                            std::size_t line_number, CfgSection& section) {
   const auto equals = line.find('=');
   if (equals == std::string_view::npos) {
-    throw cfg_error(path, line_number, "not an option", "key=value or [section]", quoted(line));
+    throw cfg_error(path, line_number, "not an option", "key=value or [section]", in_quotes(line));
   }
   CfgOption option{trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1)), line_number, 0};
   option.column = static_cast<std::size_t>(option.value.data() - whole_line.data()) + 1;
@@ -82,7 +75,7 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
     if (line.empty() || line[0] == '#' || line[0] == ';') continue;
     if (line[0] == '[') {
       if (line.back() != ']')
-        throw cfg_error(path, line_number, "section without ']'", "[section]", quoted(line));
+        throw cfg_error(path, line_number, "section without ']'", "[section]", in_quotes(line));
       sections.push_back({line.substr(1, line.size() - 2), line_number, {}});
       if (sections.size() > largest_cfg_layer_count + 1) {
         throw cfg_error(path, line_number, "too many layers", "at most 2048", "", ErrorKind::limit);
@@ -91,7 +84,7 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
       const bool is_page = line[0] == '<';
       throw cfg_error(path, line_number,
                       is_page ? "an HTML or XML page instead of a cfg" : "text before any section", "[net]",
-                      quoted(line));
+                      in_quotes(line));
     } else {
       add_cfg_option(path, whole, line, line_number, sections.back());
     }
@@ -130,7 +123,7 @@ class SectionReader {
     if (option == nullptr) return fallback;
     const auto value = parsed<std::int64_t>(*option, option->value, "an integer");
     if (value < low || value > high) {
-      throw error(*option, "option " + quoted(key) + " out of range",
+      throw error(*option, "option " + in_quotes(key) + " out of range",
                   std::to_string(low) + " to " + std::to_string(high), std::to_string(value),
                   value > high ? above : ErrorKind::malformed);
     }
@@ -152,7 +145,7 @@ class SectionReader {
   [[nodiscard]] std::vector<Number> list(std::string_view key) {
     const CfgOption* option = find(key);
     if (option == nullptr)
-      throw cfg_error(path_, line(), "[" + std::string(name()) + "] lacks " + quoted(key));
+      throw cfg_error(path_, line(), "[" + std::string(name()) + "] lacks " + in_quotes(key));
     std::vector<Number> numbers;
     std::string_view rest = option->value;
     while (true) {
@@ -160,7 +153,7 @@ class SectionReader {
       numbers.push_back(
           parsed<Number>(*option, trimmed(rest.substr(0, comma)), "numbers separated by commas"));
       if (numbers.size() > 512)
-        throw error(*option, "option " + quoted(key) + " too long", "at most 512 numbers");
+        throw error(*option, "option " + in_quotes(key) + " too long", "at most 512 numbers");
       if (comma == std::string_view::npos) return numbers;
       rest.remove_prefix(comma + 1);
     }
@@ -181,7 +174,7 @@ class SectionReader {
     const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
     if (digits.empty() || code != std::errc() || end != digits.data() + digits.size() ||
         !std::isfinite(static_cast<double>(number))) {
-      throw error(option, "option " + quoted(option.key), expected, quoted(token));
+      throw error(option, "option " + in_quotes(option.key), expected, in_quotes(token));
     }
     return number;
   }
