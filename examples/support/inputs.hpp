@@ -140,32 +140,6 @@ inline Car load_car(const SceneSettings& settings) {
   return car;
 }
 
-/// Paths of a folder's frames, in order of name with numbers by value (data2 before data10).
-inline std::vector<std::string> list_frames(const std::string& folder) {
-  std::error_code failure;
-  std::vector<std::string> paths;
-  for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end; entry.increment(failure))
-    if (entry->path().extension() == ".npz") paths.push_back(entry->path().string());
-  if (failure)
-    throw FileError(ErrorKind::malformed, {folder, "", "cannot list the folder: " + failure.message()});
-  const auto key = [](const std::string& path) {
-    std::string text;
-    const std::string stem = fs::path(path).stem().string();
-    for (std::size_t i = 0; i < stem.size();) {
-      std::size_t digits = i;
-      while (digits < stem.size() && std::isdigit(static_cast<unsigned char>(stem[digits])) != 0) ++digits;
-      if (digits > i) text += std::string(20 - std::min<std::size_t>(20, digits - i), '0');
-      digits = std::max(digits, i + 1);
-      text += stem.substr(i, digits - i);
-      i = digits;
-    }
-    return text;
-  };
-  std::sort(paths.begin(), paths.end(),
-            [&](const auto& a, const auto& b) { return std::pair(key(a), a) < std::pair(key(b), b); });
-  return paths;
-}
-
 /// The frames to optimise on and those to measure on; the same when the folder is not divided.
 struct FrameLists {
   std::vector<std::string> train;
@@ -177,17 +151,12 @@ struct FrameLists {
 
 inline FrameLists find_frames(const SceneSettings& scene) {
   const std::string& folder = scene.frames;
-  const auto listed = [](const std::string& part) {
-    auto paths = list_frames(part);
-    if (paths.empty()) throw FileError(ErrorKind::mismatch, {part, "", "no frames (.npz) in the folder"});
-    return paths;
-  };
   FrameLists lists;
   const bool has_test = fs::is_directory(folder + "/test");
   lists.drawn = scene.scenes;
   lists.held_out = lists.drawn > 0 || (has_test && fs::is_directory(folder + "/train"));
-  lists.test = listed(has_test ? folder + "/test" : folder);
-  if (lists.drawn == 0) lists.train = lists.held_out ? listed(folder + "/train") : lists.test;
+  lists.test = io::frame_paths(has_test ? folder + "/test" : folder);
+  if (lists.drawn == 0) lists.train = lists.held_out ? io::frame_paths(folder + "/train") : lists.test;
   return lists;
 }
 

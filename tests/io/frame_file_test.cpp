@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -165,6 +166,18 @@ TEST_CASE("a folder without frames is refused", "[io][frame]") {
   const tapestry::test::TemporaryFolder empty;
   check_refused(ErrorKind::mismatch, "holds no frame", [&] { (void)io::frame_paths(empty.path()); });
   check_refused(ErrorKind::malformed, "cannot list", [&] { (void)io::frame_paths(empty.path("absent")); });
+}
+
+TEST_CASE("frames are listed by the numbers in their names", "[io][frame]") {
+  const tapestry::test::TemporaryFolder folder;
+  for (const char* name : {"data10.npz", "data9.npz", "data010.npz", "a2b1.npz", "a2b.npz", "a12b.npz",
+                           "data.npz", "data1.txt", "12345678901234567890123.npz"})
+    std::ofstream(folder.path(name)) << "frame";
+  std::vector<std::string> names;
+  for (const auto& path : io::frame_paths(folder.path()))
+    names.push_back(std::filesystem::path(path).stem().string());
+  CHECK(names == std::vector<std::string>{"12345678901234567890123", "a2b", "a2b1", "a12b", "data", "data9",
+                                          "data010", "data10"});
 }
 
 TEST_CASE("the real frames are read without a warning", "[io][frame]") {
