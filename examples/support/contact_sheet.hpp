@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/image/planes.hpp>
 #include <vector>
 
 namespace tapestry::examples {
@@ -15,13 +17,7 @@ using Bitmap = Array<std::uint8_t, 3>;  // [H, W, 3], RGB
 /// A picture [3, height, width] with components in [0, 1] as bytes.
 template <class T>
 Bitmap bitmap_of(const T* picture, std::size_t height, std::size_t width) {
-  Bitmap bitmap(Extents<3>{height, width, 3});
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t pixel = 0; pixel < height * width; ++pixel) {
-      const double value = std::clamp(static_cast<double>(picture[c * height * width + pixel]), 0.0, 1.0);
-      bitmap.data()[3 * pixel + c] = static_cast<std::uint8_t>(std::lround(255 * value));
-    }
-  return bitmap;
+  return image::to_bytes(image::picture_of_planes<double>(picture, {height, width, 3}));
 }
 
 /// Draws the outline of a box, two pixels wide, inside the picture.
@@ -29,10 +25,10 @@ inline void draw_box(Bitmap& bitmap, const detect::Box& box, const std::array<st
   const auto height = static_cast<long>(bitmap.shape(0));
   const auto width = static_cast<long>(bitmap.shape(1));
   const auto pixel = [](double value, long last) { return std::clamp(std::lround(value), 0L, last); };
-  const long left = pixel(box.cx - box.w / 2, width - 1);
-  const long right = pixel(box.cx + box.w / 2 - 1, width - 1);
-  const long top = pixel(box.cy - box.h / 2, height - 1);
-  const long bottom = pixel(box.cy + box.h / 2 - 1, height - 1);
+  const long left = pixel(box.left(), width - 1);
+  const long right = pixel(box.right() - 1, width - 1);
+  const long top = pixel(box.top(), height - 1);
+  const long bottom = pixel(box.bottom() - 1, height - 1);
   for (long y = top; y <= bottom; ++y)
     for (long x = left; x <= right; ++x) {
       const bool edge = y - top < 2 || bottom - y < 2 || x - left < 2 || right - x < 2;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <numbers>
 #include <tapestry/core/random.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/raster/visibility.hpp>
 
@@ -51,9 +52,7 @@ namespace detail {
                                         const Array<float, 2>& alone) {
   const auto height = static_cast<double>(alone.shape(0)), width = static_cast<double>(alone.shape(1));
   io::Frame frame;
-  frame.image = Array<std::uint8_t, 3>(picture.image.shape());
-  for (std::size_t i = 0; i < picture.image.size(); ++i)
-    frame.image.data()[i] = static_cast<std::uint8_t>(picture.image.data()[i] * 255 + 0.5F);
+  frame.image = image::to_bytes(picture.image);
   frame.has_camera = frame.has_light = frame.has_mask = frame.has_label = true;
   frame.camera = scene.camera;
   const auto& light = scene.light;

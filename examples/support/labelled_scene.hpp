@@ -5,6 +5,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <utility>
 #include <vector>
@@ -16,10 +17,10 @@ namespace tapestry::examples {
 
 /// A drawn scene as a detector sees it, small enough to keep thousands.
 struct LabelledScene {
-  std::vector<std::uint8_t> colours;  ///< [H, W, 3]
-  std::vector<loss::Target> truths;   ///< what shows well enough to be learned
-  loss::Target main;                  ///< the main car, whether it is among the truths or not
-  double main_share = 0;              ///< its visible share, see PictureBox
+  Array<std::uint8_t, 3> colours;    ///< [H, W, 3]
+  std::vector<loss::Target> truths;  ///< what shows well enough to be learned
+  loss::Target main;                 ///< the main car, whether it is among the truths or not
+  double main_share = 0;             ///< its visible share, see PictureBox
 };
 
 /// Draws a scene of `size` × `size` pixels and labels its objects. Left out as too hard to ask for: what
@@ -29,9 +30,7 @@ struct LabelledScene {
   const Scene scene = make_scene(random, options);
   const Picture picture = draw_scene(scene, size, size);
   LabelledScene labelled;
-  labelled.colours.reserve(picture.image.size());
-  for (const float value : picture.image.storage())
-    labelled.colours.push_back(static_cast<std::uint8_t>(value * 255 + 0.5F));
+  labelled.colours = image::to_bytes(picture.image);
   for (const PictureBox& box : picture.boxes) {
     const loss::Target target{box.class_index,
                               detect::box_from_corners(box.left, box.top, box.right, box.bottom)};

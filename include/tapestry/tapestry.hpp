@@ -62,6 +62,7 @@
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/composite.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/planes.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/detector_metadata.hpp>

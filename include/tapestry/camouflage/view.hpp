@@ -9,7 +9,9 @@
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/planes.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 
@@ -62,15 +64,7 @@ inline geometry::Camera letterboxed(geometry::Camera camera, const image::Letter
 
 template <class T>
 Array<T, 3> background_of(const Frame& frame, std::size_t height, std::size_t width) {
-  Array<T, 3> picture(frame.image.shape());
-  for (std::size_t i = 0; i < picture.size(); ++i)
-    picture.data()[i] = static_cast<T>(frame.image.data()[i]) / T(255);
-  const Array<T, 3> canvas = image::letterboxed(picture, height, width, T(0.5));
-  Array<T, 3> planes(Extents<3>{3, height, width});
-  for (std::size_t pixel = 0; pixel < height * width; ++pixel)
-    for (std::size_t c = 0; c < 3; ++c)
-      planes.data()[c * height * width + pixel] = canvas.data()[3 * pixel + c];
-  return planes;
+  return image::planes_of(image::letterboxed(image::from_bytes<T>(frame.image), height, width, T(0.5)));
 }
 
 /// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
