@@ -8,7 +8,9 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/planes.hpp>
 #include <vector>
 
 #include "support/contact_sheet.hpp"
@@ -22,12 +24,7 @@ using namespace tapestry;
 using namespace tapestry::examples;
 
 struct Options {
-  std::string cfg;
-  std::string weights;
-  std::string names;
-  std::size_t size = 0;
-  double confidence = 0.25;
-  double nms = 0.45;
+  DetectorSettings detector;
   int threads = 0;
   bool json = false;
   std::string annotate;
@@ -35,21 +32,7 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& options) {
-  app.add_option(
-      "--cfg", options.cfg,
-      "Darknet network description; left out, the one inside converted --weights, or the bundled one");
-  app.add_option("--weights", options.weights,
-                 "Darknet weights that belong to --cfg, or a detector that convert_weights made; the bundled "
-                 "one's when both are left out");
-  app.add_option("--names", options.names,
-                 "class names, one a line; left out, those of the bundled detector, or for others none");
-  app.add_option("--size", options.size, "side of the network's square input, pixels; 0: as the cfg says")
-      ->capture_default_str();
-  app.add_option("--confidence", options.confidence, "least objectness x class probability, 0 to 1")
-      ->capture_default_str();
-  app.add_option("--nms", options.nms,
-                 "overlap (IoU) above which the weaker of two boxes of a class is dropped, 0 to 1")
-      ->capture_default_str();
+  add_options(app, options.detector, {"class"});
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
   app.add_flag("--json", options.json,
                "print a JSON array; boxes in pixels of the image, x and y the top left corner");
@@ -65,29 +48,21 @@ Array<std::uint8_t, 3> read_picture(const std::string& path) {
 
 /// Boxes in pixels of the image.
 std::vector<detect::Detection> detect_in(const std::string& path, const Array<std::uint8_t, 3>& picture,
-                                         const Options& options, const detect::Network<float>& network,
-                                         detect::Pass<float>& pass) {
+                                         const DetectorSettings& settings,
+                                         const detect::Network<float>& network, detect::Pass<float>& pass) {
   const std::size_t height = network.input_height();
   const std::size_t width = network.input_width();
-  Array<float, 3> values(picture.shape());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values.data()[i] = static_cast<float>(picture.data()[i]) / 255;
-  const auto canvas = image::letterboxed(values, height, width, 0.5F);
   Array<float, 4> planes(Extents<4>{1, 3, height, width});
-  for (std::size_t pixel = 0; pixel < height * width; ++pixel)
-    for (std::size_t c = 0; c < 3; ++c)
-      planes.data()[c * height * width + pixel] = canvas.data()[3 * pixel + c];
+  image::write_planes(image::letterboxed(image::from_bytes<float>(picture), height, width, 0.5F),
+                      planes.data());
   network.forward(planes, pass);
   require_finite_logits(pass.logits, path);
   auto detections = detect::suppress(
-      detect::decode(network.heads(), pass.logits, 0, options.confidence, height, width), options.nms);
-  const auto box = image::letterbox(picture.shape(0), picture.shape(1), height, width);
-  const double x_scale = static_cast<double>(picture.shape(1)) / static_cast<double>(box.width);
-  const double y_scale = static_cast<double>(picture.shape(0)) / static_cast<double>(box.height);
+      detect::decode(network.heads(), pass.logits, 0, settings.confidence, height, width), settings.nms);
+  const auto back = image::picture_from_canvas(picture.shape(0), picture.shape(1), height, width);
   for (auto& detection : detections) {
-    auto& b = detection.box;
-    b = {(b.cx - static_cast<double>(box.left)) * x_scale, (b.cy - static_cast<double>(box.top)) * y_scale,
-         b.w * x_scale, b.h * y_scale};
+    auto& box = detection.box;
+    box = {back.x(box.cx), back.y(box.cy), back.width(box.w), back.height(box.h)};
   }
   return detections;
 }
@@ -103,8 +78,8 @@ Json json_of(const std::string& path, const std::vector<detect::Detection>& dete
     list.push_back({{"class", d.class_index},
                     {"name", name_of(d.class_index, names)},
                     {"confidence", d.confidence},
-                    {"x", d.box.cx - d.box.w / 2},
-                    {"y", d.box.cy - d.box.h / 2},
+                    {"x", d.box.left()},
+                    {"y", d.box.top()},
                     {"width", d.box.w},
                     {"height", d.box.h}});
   return {{"image", path}, {"detections", list}};
@@ -115,8 +90,8 @@ void print_table(const std::string& path, const std::vector<detect::Detection>& 
   std::printf("%s\n", path.c_str());
   for (const auto& d : detections)
     std::printf("  %-16s %.3f  x %7.1f  y %7.1f  width %7.1f  height %7.1f\n",
-                name_of(d.class_index, names).c_str(), d.confidence, d.box.cx - d.box.w / 2,
-                d.box.cy - d.box.h / 2, d.box.w, d.box.h);
+                name_of(d.class_index, names).c_str(), d.confidence, d.box.left(), d.box.top(), d.box.w,
+                d.box.h);
   if (detections.empty()) std::printf("  nothing found\n");
 }
 
@@ -136,14 +111,8 @@ void require_sound_pictures(const Options& options) {
   for (const auto& image : options.images) (void)read_picture(image);
 }
 
-int run(const Options& options) {
-  DetectorSettings settings;
-  settings.cfg = options.cfg;
-  settings.weights = options.weights;
-  settings.names = options.names;
-  settings.size = options.size;
-  settings.confidence = options.confidence;
-  settings.nms = options.nms;
+int run(Options& options) {
+  auto& settings = options.detector;
   ProblemList problems;
   require_sound(settings, problems);
   require_sound_thread_count(options.threads, problems);
@@ -160,7 +129,7 @@ int run(const Options& options) {
   for (const auto& path : options.images) {
     auto picture = read_picture(path);
     const auto start = std::chrono::steady_clock::now();
-    const auto detections = detect_in(path, picture, options, detector.network, pass);
+    const auto detections = detect_in(path, picture, settings, detector.network, pass);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (options.json)
       all.push_back(json_of(path, detections, detector.names));

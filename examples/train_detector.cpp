@@ -25,6 +25,7 @@
 #include "support/problem_list.hpp"
 #include "support/program.hpp"
 #include "support/progress.hpp"
+#include "support/settings.hpp"
 #include "support/stop_signal.hpp"
 
 namespace {
@@ -313,7 +314,7 @@ void require_sound(const Options& o) {
   list.require(o.learning_rate > 0, "--learning-rate must be above 0");
   list.require(o.size <= 4096, "--size must be at most 4096 pixels");
   list.require(o.validate <= 100000, "--validate must be at most 100000");
-  list.require(o.threads >= 0 && o.threads <= 1024, "--threads must be 0 to 1024");
+  require_sound_thread_count(o.threads, list);
   list.throw_first();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -107,10 +108,11 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("seed", s.seed, "seed of the start texture and of the views' order");
 }
 
-/// Adds one option a setting.
+/// Adds one option a setting, but none for the settings named in `except`.
 template <class Settings>
-void add_options(CLI::App& app, Settings& settings) {
+void add_options(CLI::App& app, Settings& settings, const std::vector<std::string>& except = {}) {
   visit_settings(settings, [&](const char* name, auto& value, const char* help) {
+    if (std::find(except.begin(), except.end(), name) != except.end()) return;
     auto* option = app.add_option(std::string("--") + name, value, help);
     if constexpr (!std::is_same_v<std::remove_reference_t<decltype(value)>, std::vector<std::string>>)
       option->capture_default_str();

@@ -35,6 +35,30 @@ struct Letterbox {
   return box;
 }
 
+/// Pixels of a picture from pixels of the canvas that it lies on: x = x_scale · (x_canvas − left), y alike;
+/// extents are only scaled.
+struct PictureFromCanvas {
+  double x_scale = 1, y_scale = 1;
+  double left = 0, top = 0;  ///< of the picture, pixels of the canvas
+
+  [[nodiscard]] double x(double x_canvas) const { return (x_canvas - left) * x_scale; }
+  [[nodiscard]] double y(double y_canvas) const { return (y_canvas - top) * y_scale; }
+  [[nodiscard]] double width(double width_canvas) const { return width_canvas * x_scale; }
+  [[nodiscard]] double height(double height_canvas) const { return height_canvas * y_scale; }
+};
+
+/// Inverts the placement of letterbox(), whose arguments it takes. The two scales differ by what rounding the
+/// placed extents to whole pixels makes them differ.
+/// \throws DomainError if an extent is 0
+[[nodiscard]] inline PictureFromCanvas picture_from_canvas(std::size_t picture_height,
+                                                           std::size_t picture_width, std::size_t height,
+                                                           std::size_t width) {
+  const Letterbox box = letterbox(picture_height, picture_width, height, width);
+  return {static_cast<double>(picture_width) / static_cast<double>(box.width),
+          static_cast<double>(picture_height) / static_cast<double>(box.height),
+          static_cast<double>(box.left), static_cast<double>(box.top)};
+}
+
 /// The picture, [h, w, C], resized bilinearly into its place on a canvas [height, width, C] of one value.
 template <class T>
 [[nodiscard]] Array<T, 3> letterboxed(const Array<T, 3>& picture, std::size_t height, std::size_t width,
