@@ -5,6 +5,8 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/parallel.hpp>
 
+/// Layers of whole pictures, with their derivatives. camouflage::compose() does in one pass what over() with
+/// m·P and m·c would do in three, inside the car's window and on planes, and so does not call them.
 namespace tapestry::image {
 namespace detail {
 
