@@ -1,10 +1,10 @@
-#include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/pipeline_gradient.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
 
@@ -64,12 +64,7 @@ Array<T, 2> gradient_of(const camouflage::PaintedMesh& car, loss::AdversarialLos
   camouflage::ObjectiveOptions options;
   options.kind = kind;
   camouflage::Objective<T> objective(network, car.layout, options);
-  tapestry::Tape<T> tape;
-  const auto scope = tape.activate();
-  const tapestry::ArrayVariable<T, 2> parameter = tape.input(tapestry::cast<T>(start_texture()));
-  const tapestry::Variable<T> total = objective(parameter, pointers_to(views));
-  tape.reverse(total);
-  return parameter.adjoint();
+  return tapestry::test::pipeline_gradient(objective, pointers_to(views), tapestry::cast<T>(start_texture()));
 }
 }  // namespace
 
@@ -81,18 +76,8 @@ TEST_CASE("the gradient of the bundled scene agrees with central differences", "
   camouflage::ObjectiveOptions options;
   options.kind = kind;
   camouflage::Objective<double> objective(network, car.layout, options);
-  tapestry::GradientCheckOptions check;
-  check.tolerance = 1e-6;
-  check.subset = 50;
-  check.step = 1e-5;  // short, since every leaky unit within the step is a kink
-  const auto report = tapestry::check_tape_gradient(
-      [&](const tapestry::ArrayVariable<double, 2>& parameter) {
-        return objective(parameter, pointers_to(views));
-      },
-      start_texture(), check);
-  INFO(loss::name_of(kind) << ": " << report.to_text());
-  CHECK(report.passed());
-  CHECK(report.kinks.size() <= 5);
+  CAPTURE(loss::name_of(kind));
+  tapestry::test::check_pipeline_gradient(objective, pointers_to(views), start_texture());
 }
 
 TEST_CASE("the float gradient of the bundled scene agrees with double", "[camouflage][gradient]") {

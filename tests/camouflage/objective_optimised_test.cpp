@@ -1,8 +1,8 @@
 #include <cmath>
-#include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/objective.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/pipeline_gradient.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/tiny_scene.hpp"
@@ -24,17 +24,6 @@ struct Views {
     for (const auto& view : kept) pointers.push_back(view.get());
   }
 };
-
-template <class T>
-Array<T, 2> pipeline_gradient(camouflage::Objective<T>& objective, const Views<T>& views,
-                              const Array<T, 2>& start) {
-  tapestry::Tape<T> tape;
-  const auto scope = tape.activate();
-  const tapestry::ArrayVariable<T, 2> parameter = tape.input(start);
-  const tapestry::Variable<T> total = objective(parameter, views.pointers);
-  tape.reverse(total);
-  return parameter.adjoint();
-}
 }  // namespace
 
 TEST_CASE("the gradient of the whole pipeline agrees with central differences", "[camouflage][gradient]") {
@@ -52,19 +41,8 @@ TEST_CASE("the gradient of the whole pipeline agrees with central differences", 
     options.weights.iou = 0;  // its α is detached: no true derivative
   camouflage::Objective<double> objective(network, car.layout, options);
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
-
-  tapestry::GradientCheckOptions check;
-  check.tolerance = 1e-6;
-  check.subset = 50;
-  check.step = 1e-5;  // short, since every leaky unit within the step is a kink
-  const auto report = tapestry::check_tape_gradient(
-      [&](const tapestry::ArrayVariable<double, 2>& parameter) {
-        return objective(parameter, views.pointers);
-      },
-      start, check);
-  INFO(loss::name_of(kind) << ": " << report.to_text());
-  CHECK(report.passed());
-  CHECK(report.kinks.size() <= 5);
+  CAPTURE(loss::name_of(kind));
+  test::check_pipeline_gradient(objective, views.pointers, start);
 }
 
 TEST_CASE("the float pipeline's gradient agrees with double where no kink lies between",
@@ -77,8 +55,9 @@ TEST_CASE("the float pipeline's gradient agrees with double where no kink lies b
   camouflage::Objective<double> objective(network, car.layout, {});
   camouflage::Objective<float> objective_float(network_float, car.layout, {});
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
-  const auto exact = pipeline_gradient(objective, views, start);
-  const auto rounded = pipeline_gradient(objective_float, views_float, tapestry::cast<float>(start));
+  const auto exact = test::pipeline_gradient(objective, views.pointers, start);
+  const auto rounded =
+      test::pipeline_gradient(objective_float, views_float.pointers, tapestry::cast<float>(start));
   CHECK(test::relative_distance(rounded, exact) <= 1e-4);
 }
 
@@ -88,7 +67,7 @@ TEST_CASE("the tape adds nothing of its own to the pipeline's gradient in cubes"
   const Views<double> views(test::tiny_store<double>(car, 3));
   camouflage::Objective<double> objective(network, car.layout, {});
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 3, -1, 1);
-  const auto gradient = pipeline_gradient(objective, views, start);
+  const auto gradient = test::pipeline_gradient(objective, views.pointers, start);
   const auto direction = test::random_direction<double>({car.layout.texel_count(car.mesh), 3}, 4);
   const double step = 1e-6;
   const auto value = [&](double t) {
@@ -115,7 +94,8 @@ TEST_CASE("texels that no view shows get no gradient", "[camouflage][gradient]")
   const auto network = test::tiny_network<float>();
   const Views<float> views(test::tiny_store<float>(car, 1));
   camouflage::Objective<float> objective(network, car.layout, {});
-  const auto gradient = pipeline_gradient(objective, views, tapestry::zeros<float, 2>({24 * 12, 3}));
+  const auto gradient =
+      test::pipeline_gradient(objective, views.pointers, tapestry::zeros<float, 2>({24 * 12, 3}));
   std::size_t untouched = 0;
   for (std::size_t texel = 0; texel < 24 * 12; ++texel)
     if (gradient(texel, 0) == 0 && gradient(texel, 1) == 0 && gradient(texel, 2) == 0) ++untouched;

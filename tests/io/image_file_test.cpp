@@ -16,6 +16,7 @@
 namespace io = tapestry::io;
 using tapestry::Array;
 using tapestry::ErrorKind;
+using tapestry::test::BadContent;
 using tapestry::test::big_endian;
 using tapestry::test::check_refused;
 using tapestry::test::png;
@@ -112,14 +113,8 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
   };
   std::string wrong_sum = tapestry::test::zlib_packed(one.rows);
   wrong_sum.back() = static_cast<char>(wrong_sum.back() + 1);
-  struct Row {
-    const char* id;
-    std::string file;
-    ErrorKind kind;
-    const char* text;
-  };
   const auto malformed = ErrorKind::malformed;
-  const Row rows[] = {
+  const BadContent rows[] = {
       {"I01", sized(0, 0), malformed, "without a pixel"},
       {"I01 rows", sized(0, 5), malformed, "without a pixel"},
       {"I02", sized(1U << 24U, 1U << 24U), ErrorKind::limit, "too large"},
@@ -160,7 +155,7 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
       {"empty", "", malformed, "0 bytes"},
       {"text transfer", "\x89PNG\n\x1a\n", malformed, "text transfer"},
   };
-  for (const Row& row : rows) {
+  for (const BadContent& row : rows) {
     INFO(row.id);
     const std::string path = folder.write("a.png", row.file);
     check_refused(row.kind, row.text, [&] { (void)io::read_image(path); });

@@ -10,6 +10,7 @@
 
 namespace io = tapestry::io;
 using tapestry::ErrorKind;
+using tapestry::test::BadContent;
 using tapestry::test::check_refused;
 
 namespace {
@@ -64,15 +65,9 @@ TEMPLATE_TEST_CASE("npy_bytes comes back", "[io][npy]", std::uint8_t, std::int16
 }
 
 TEST_CASE("bad npy files are refused", "[io][npy][bad_input]") {
-  struct Row {
-    const char* id;
-    std::string file;
-    ErrorKind kind;
-    const char* text;
-  };
   const auto shaped = [](const std::string& shape) { return array_file("'<f4'", "False", shape, "1234"); };
   const auto malformed = ErrorKind::malformed;
-  const Row rows[] = {
+  const BadContent rows[] = {
       {"N01", shaped("(2,)"), malformed, "expected 8 bytes, found 4"},
       {"N02", shaped("()") + "x", malformed, "expected 4 bytes, found 5"},
       {"N03", shaped("(4611686018427387905, 4)"), ErrorKind::limit, "larger than memory"},
@@ -104,7 +99,7 @@ TEST_CASE("bad npy files are refused", "[io][npy][bad_input]") {
       {"N10 garbage", header(std::string("\0\0{", 3)), malformed, "control character"},
       {"N10 unclosed", header("{'descr': '<f4"), malformed, "quoted word"},
   };
-  for (const Row& row : rows) {
+  for (const BadContent& row : rows) {
     INFO(row.id);
     check_refused(row.kind, row.text, [&] { (void)parse(row.file); });
     check_refused(row.kind, "a.npy:@", [&] { (void)parse(row.file); });

@@ -11,6 +11,7 @@
 
 namespace io = tapestry::io;
 using tapestry::ErrorKind;
+using tapestry::test::BadContent;
 using tapestry::test::check_refused;
 
 namespace {
@@ -71,14 +72,8 @@ TEST_CASE("bad npz files are refused", "[io][npz][bad_input]") {
   zeros.add("a", std::vector<double>(200000, 0.0));
   const std::string bomb = zeros.bytes(true);
   const std::size_t bomb_directory = bomb.find("PK\x01\x02");
-  struct Row {
-    const char* id;
-    std::string file;
-    ErrorKind kind;
-    const char* text;
-  };
   const auto malformed = ErrorKind::malformed;
-  const Row rows[] = {
+  const BadContent rows[] = {
       {"N11 empty", "", malformed, "0 bytes"},
       {"N11 not a zip", "<html>", malformed, "not a zip archive"},
       {"N11 trailing", good + "x", malformed, "appended"},
@@ -106,7 +101,7 @@ TEST_CASE("bad npz files are refused", "[io][npz][bad_input]") {
       {"N11 ratio", with(bomb, bomb_directory + 24, "\xff\xff\xff\x7f"), malformed,
        "more than deflate can pack"},
   };
-  for (const Row& row : rows) {
+  for (const BadContent& row : rows) {
     INFO(row.id);
     check_refused(row.kind, row.text, [&] { (void)parse(row.file); });
   }

@@ -5,6 +5,14 @@
 #include "catch.hpp"
 
 namespace tapestry::test {
+/// A row of a table of contents that must be refused.
+struct BadContent {
+  const char* id;  ///< of the table of bad input, for messages
+  std::string file;
+  ErrorKind kind;
+  const char* text;  ///< part of the message
+};
+
 /// Checks that the action throws a tapestry::Error of this kind whose message holds this text.
 template <class Action>
 void check_refused(ErrorKind kind, const std::string& text, Action action) {

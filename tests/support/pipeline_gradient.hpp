@@ -1,0 +1,41 @@
+#pragma once
+#include <span>
+#include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/camouflage/objective.hpp>
+#include <type_traits>
+
+#include "catch.hpp"
+
+namespace tapestry::test {
+
+/// What the objective takes as views; the texture decides about T.
+template <class T>
+using ViewPointers = std::type_identity_t<std::span<const camouflage::View<T>* const>>;
+
+/// The objective's gradient by the texture parameter.
+template <class T>
+Array<T, 2> pipeline_gradient(camouflage::Objective<T>& objective, ViewPointers<T> views,
+                              const Array<T, 2>& start) {
+  Tape<T> tape;
+  const auto scope = tape.activate();
+  const ArrayVariable<T, 2> parameter = tape.input(start);
+  const Variable<T> total = objective(parameter, views);
+  tape.reverse(total);
+  return parameter.adjoint();
+}
+
+/// Checks fifty directions of the gradient against central differences.
+inline void check_pipeline_gradient(camouflage::Objective<double>& objective, ViewPointers<double> views,
+                                    const Array<double, 2>& start) {
+  GradientCheckOptions check;
+  check.tolerance = 1e-6;
+  check.subset = 50;
+  check.step = 1e-5;  // short, since every leaky unit within the step is a kink
+  const auto report = check_tape_gradient(
+      [&](const ArrayVariable<double, 2>& parameter) { return objective(parameter, views); }, start, check);
+  INFO(report.to_text());
+  CHECK(report.passed());
+  CHECK(report.kinks.size() <= 5);
+}
+
+}  // namespace tapestry::test
