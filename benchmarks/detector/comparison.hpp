@@ -1,0 +1,200 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "../support/result.hpp"
+#include "../support/rounds.hpp"
+#include "network_files.hpp"
+#include "problem.hpp"
+#include "reference.hpp"
+#include "worker_program.hpp"
+
+namespace tapestry::benchmarks {
+
+/// A way to compute a detector: a program beside the driver, and what it is told with --engine.
+struct Variant {
+  std::string name;
+  std::string program;
+  std::string engine;
+  bool has_gradient = true;
+  bool has_threads = true;
+};
+
+/// Every variant of the benchmark.
+inline const std::vector<Variant> variants = {
+    {"automatic", "detector_tapestry", "automatic"},
+    {"peer:oneDNN-best", "detector_onednn", "best"},
+    {"peer:oneDNN-direct", "detector_onednn", "direct"},
+    {"peer:libtorch-folded-nhwc", "detector_libtorch", "folded-nhwc"},
+    {"peer:OpenCV", "detector_opencv_dnn", "", false},
+    {"peer:darknet", "detector_darknet", "", false, false},
+};
+
+/// One case on so many threads: all variants that can compute it, in the order of `variants`.
+struct Comparison {
+  std::string case_name;
+  bool wants_gradient;
+  int threads;
+  double gflop;
+  std::vector<Variant> rivals{};
+  std::vector<Contestant> contestants{};  ///< one for each rival
+  std::vector<Result> results{};          ///< one for each rival
+  std::vector<std::optional<GradientError>> gradient_errors{};
+};
+
+[[nodiscard]] inline Comparison make_comparison(const std::string& case_name, bool wants_gradient,
+                                                int threads, double forward_gflop) {
+  Comparison comparison{case_name, wants_gradient, threads, forward_gflop * (wants_gradient ? 2 : 1)};
+  for (const Variant& variant : variants) {
+    if ((wants_gradient && !variant.has_gradient) || (threads > 1 && !variant.has_threads)) continue;
+    comparison.rivals.push_back(variant);
+    comparison.results.push_back({case_name, variant.name, threads});
+  }
+  comparison.contestants.resize(comparison.rivals.size());
+  comparison.gradient_errors.resize(comparison.rivals.size());
+  return comparison;
+}
+
+/// Where programs are found and files are kept.
+struct Folders {
+  std::filesystem::path programs;
+  std::filesystem::path work;
+};
+
+[[nodiscard]] inline std::string answer_path(const Folders& folders, const Comparison& comparison,
+                                             std::size_t rival) {
+  return folders.work / ("answer-" + std::string(comparison.wants_gradient ? "gradient" : "forward") + "-" +
+                         std::to_string(comparison.threads) + "-" + std::to_string(rival));
+}
+
+/// Variables that the programs are started with. OpenBLAS, which libtorch calls, knows no processor newer
+/// than itself and then leaves AVX-512 unused.
+[[nodiscard]] inline std::vector<std::string> worker_environment(int threads) {
+  std::vector<std::string> environment{"OMP_NUM_THREADS=" + std::to_string(threads)};
+  if (__builtin_cpu_supports("avx512f") != 0) environment.emplace_back("OPENBLAS_CORETYPE=SkylakeX");
+  return environment;
+}
+
+/// Starts a rival's program, unless it was not built.
+inline void start(Comparison& comparison, std::size_t rival, const NetworkFiles& files, std::size_t size,
+                  const Folders& folders) {
+  const Variant& variant = comparison.rivals[rival];
+  Contestant& contestant = comparison.contestants[rival];
+  const auto program = folders.programs / variant.program;
+  if (!std::filesystem::exists(program)) {
+    contestant.failure = "not built";
+    return;
+  }
+  const std::string threads = std::to_string(comparison.threads);
+  std::vector<std::string> command{
+      program,     "--cfg", files.cfg,  "--weights",   files.weights, "--size", std::to_string(size),
+      "--threads", threads, "--engine", variant.engine};
+  if (variant.engine.empty()) command.resize(command.size() - 2);
+  if (comparison.wants_gradient) command.emplace_back("--gradient");
+  try {
+    contestant.worker = std::make_unique<Worker>(command, worker_environment(comparison.threads),
+                                                 folders.work / (variant.program + ".log"));
+  } catch (const Error& error) {
+    contestant.failure = error.what();
+  }
+  contestant.attempt([](Worker& worker) { (void)worker.reply(); });
+}
+
+/// Times all rivals and keeps their answers in files. The rivals start one after the other, for they try
+/// algorithms while they do.
+inline void measure(Comparison& comparison, const NetworkFiles& files, std::size_t size,
+                    const Folders& folders, const Schedule& schedule) {
+  std::cerr << comparison.case_name << ", threads: " << comparison.threads << std::endl;
+  for (std::size_t i = 0; i < comparison.rivals.size(); ++i) start(comparison, i, files, size, folders);
+  run_rounds(comparison.contestants, schedule);
+  for (std::size_t i = 0; i < comparison.rivals.size(); ++i) {
+    Contestant& contestant = comparison.contestants[i];
+    contestant.attempt(
+        [&](Worker& worker) { (void)worker.ask("save " + answer_path(folders, comparison, i)); });
+    contestant.worker.reset();
+  }
+}
+
+[[nodiscard]] inline std::vector<float> read_floats(const std::string& path) {
+  const auto bytes = read_file(path);
+  std::vector<float> values(bytes.size() / 4);
+  std::memcpy(values.data(), bytes.data(), 4 * values.size());
+  return values;
+}
+
+/// Compares an answer with double precision.
+[[nodiscard]] inline double score_answer(Comparison& comparison, std::size_t rival, const Problem& problem,
+                                         Reference& reference, const std::string& path) {
+  if (!comparison.wants_gradient) return reference.logits_error(read_floats(path));
+  auto& error = comparison.gradient_errors[rival];
+  error = reference.gradient_error(read_floats(path), read_decisions(decisions_path(path), problem));
+  return error->relative;
+}
+
+/// Fills in the results. A variant whose error is beyond all rounding computes another network, so that its
+/// time means nothing.
+inline void score(Comparison& comparison, const Problem& problem, Reference& reference,
+                  const Folders& folders) {
+  constexpr double largest_rounding = 1e-2;
+  for (std::size_t i = 0; i < comparison.rivals.size(); ++i) {
+    Contestant& contestant = comparison.contestants[i];
+    if (!contestant.failure.empty()) continue;
+    const std::string path = answer_path(folders, comparison, i);
+    try {
+      const double error = score_answer(comparison, i, problem, reference, path);
+      if (!(error < largest_rounding))
+        throw Error(ErrorKind::numeric, "an error of " + formatted("%.1e", error));
+      Result& result = comparison.results[i];
+      result.seconds = timing_of(contestant.seconds, contestant.peak_memory_mib).median;
+      result.error = error;
+      result.memory_mib = contestant.peak_memory_mib;
+    } catch (const Error& error) {
+      contestant.failure = std::string("computes something else: ") + error.what();
+    }
+    std::filesystem::remove(path);
+    std::filesystem::remove(decisions_path(path));
+  }
+}
+
+/// The columns that say how many times faster than each peer a variant is.
+[[nodiscard]] inline std::string ratio_columns(const Comparison& comparison, const Result* row) {
+  std::string text;
+  for (const Result& peer : comparison.results) {
+    if (!is_peer(peer.variant) || !peer.seconds) continue;
+    const std::string title = "x " + peer.variant.substr(5);
+    std::string cell = row == nullptr ? title : formatted("%.2f", *peer.seconds / *row->seconds);
+    text += "  " + std::string(title.size() - std::min(title.size(), cell.size()), ' ') + cell;
+  }
+  return text;
+}
+
+inline void print(const Comparison& comparison) {
+  std::printf("\n%s, %d thread%s: %.4g GFLOP done directly\n", comparison.case_name.c_str(),
+              comparison.threads, comparison.threads == 1 ? "" : "s", comparison.gflop);
+  std::printf("  %-26s %9s %8s %8s %9s %8s%s%s\n", "", "seconds", "spread", "GFLOP/s", "error", "MiB",
+              comparison.wants_gradient ? "  flips      with" : "",
+              ratio_columns(comparison, nullptr).c_str());
+  for (std::size_t i = 0; i < comparison.results.size(); ++i) {
+    const Result& result = comparison.results[i];
+    if (!result.seconds) {
+      std::printf("  %-26s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
+      continue;
+    }
+    const Timing timing = timing_of(comparison.contestants[i].seconds, 0);
+    std::printf("  %-26s %9.5f %6.1f %% %8.1f %9.1e %8.0f", result.variant.c_str(), *result.seconds,
+                100 * timing.spread, comparison.gflop / *result.seconds, *result.error, *result.memory_mib);
+    if (const auto& gradient = comparison.gradient_errors[i])
+      std::printf(" %6zu %9.1e", gradient->changed, gradient->own_decisions);
+    std::printf("%s\n", ratio_columns(comparison, &result).c_str());
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace tapestry::benchmarks

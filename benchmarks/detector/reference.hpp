@@ -1,0 +1,86 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/network.hpp>
+#include <vector>
+
+#include "decisions.hpp"
+#include "problem.hpp"
+
+namespace tapestry::benchmarks {
+
+/// ‖found − expected‖ / ‖expected‖.
+[[nodiscard]] inline double relative_distance(const std::vector<float>& found,
+                                              const std::vector<double>& expected) {
+  if (found.size() != expected.size()) {
+    throw Error(ErrorKind::mismatch,
+                std::to_string(found.size()) + " numbers instead of " + std::to_string(expected.size()));
+  }
+  double difference = 0;
+  double norm = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const double d = static_cast<double>(found[i]) - expected[i];
+    difference += d * d;
+    norm += expected[i] * expected[i];
+  }
+  return std::sqrt(difference / norm);
+}
+
+/// Error of a gradient against double precision.
+struct GradientError {
+  double relative = 0;       ///< under the decisions that the gradient was made with
+  double own_decisions = 0;  ///< under those of double precision
+  std::size_t changed = 0;   ///< decisions in which the two differ
+};
+
+/// A problem solved in double precision, as far as it is asked for.
+class Reference {
+ public:
+  Reference(const Problem& problem, const std::string& weights)
+      : problem_(problem), network_(problem.config, problem.picture.shape(2), problem.picture.shape(3)) {
+    network_.read_weights(weights);
+  }
+
+  [[nodiscard]] double logits_error(const std::vector<float>& found) {
+    solve();
+    return relative_distance(found, logits_);
+  }
+
+  [[nodiscard]] GradientError gradient_error(const std::vector<float>& found, const Decisions& decisions) {
+    solve();
+    hold(decisions, pass_);
+    return {relative_distance(found, gradient()), relative_distance(found, own_gradient_),
+            difference(decisions, own_decisions_)};
+  }
+
+ private:
+  void solve() {
+    if (!logits_.empty()) return;
+    network_.forward(cast<double>(problem_.picture), pass_, detect::Mode::input_gradient);
+    for (const auto& logits : pass_.logits)
+      logits_.insert(logits_.end(), logits.data(), logits.data() + logits.size());
+    for (const auto& weighting : problem_.weighting) weighting_.push_back(cast<double>(weighting));
+    own_decisions_ = decisions_of(problem_, pass_);
+    own_gradient_ = gradient();
+  }
+
+  [[nodiscard]] std::vector<double> gradient() {
+    auto gradient = zeros<double, 4>(problem_.picture.shape());
+    network_.input_adjoint(pass_, weighting_, gradient);
+    return {gradient.data(), gradient.data() + gradient.size()};
+  }
+
+  const Problem& problem_;
+  detect::Network<double> network_;
+  detect::Pass<double> pass_;
+  std::vector<Array<double, 4>> weighting_;
+  std::vector<double> logits_;
+  Decisions own_decisions_;
+  std::vector<double> own_gradient_;
+};
+
+}  // namespace tapestry::benchmarks

@@ -1,0 +1,103 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <fstream>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../examples/support/program.hpp"
+#include "../support/serve.hpp"
+#include "decisions.hpp"
+#include "problem.hpp"
+
+namespace tapestry::benchmarks {
+
+struct WorkerOptions {
+  std::string cfg{};
+  std::string weights{};
+  std::size_t size = 416;
+  int threads = 1;
+  bool wants_gradient = false;
+  std::string engine{};
+  double seconds = 0;
+};
+
+/// What a pass computed: the logits of all heads one after the other, or the gradient and the decisions
+/// that led to it.
+struct Answer {
+  std::vector<float> values{};
+  Decisions decisions{};
+};
+
+inline void append(std::vector<float>& all, const float* values, std::size_t count) {
+  all.resize(all.size() + count);
+  std::copy_n(values, count, all.end() - static_cast<std::ptrdiff_t>(count));
+}
+
+[[nodiscard]] inline std::string decisions_path(const std::string& answer_path) {
+  return answer_path + ".decisions";
+}
+
+inline void write_answer(const std::string& path, const Answer& answer) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(answer.values.data()),
+             static_cast<std::streamsize>(4 * answer.values.size()));
+  if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
+  if (!answer.decisions.chosen.empty()) write_decisions(decisions_path(path), answer.decisions);
+}
+
+/// A library that runs a detector.
+template <class E>
+concept Detector = std::constructible_from<E, const Problem&, const WorkerOptions&> && requires(E& detector) {
+  { detector.name() } -> std::convertible_to<std::string>;
+  detector.run();
+  { detector.answer() } -> std::convertible_to<Answer>;
+};
+
+template <Detector D>
+class DetectorEngine {
+ public:
+  DetectorEngine(const Problem& problem, const WorkerOptions& options) : detector_(problem, options) {}
+  [[nodiscard]] std::string name() const { return detector_.name(); }
+  void run() { detector_.run(); }
+  void save(const std::string& path) { write_answer(path, detector_.answer()); }
+
+ private:
+  D detector_;
+};
+
+/// The main function of a program that runs one library on one network.
+/// \param engines  says which values --engine has
+template <Detector D>
+int run_worker(int argc, char** argv, const std::string& engines) {
+  return examples::run_program([&] {
+    CLI::App app(
+        "Runs a detector again and again, for the benchmark that starts it. Reads requests from the "
+        "standard input unless told how many seconds to run.");
+    WorkerOptions options;
+    app.add_option("--cfg", options.cfg, "Darknet cfg file")->required();
+    app.add_option("--weights", options.weights, "Its weights, of version 0.2.5")->required();
+    app.add_option("--size", options.size, "Width and height of the picture, in pixels")
+        ->capture_default_str();
+    app.add_option("--threads", options.threads, "Threads")->capture_default_str();
+    app.add_flag("--gradient", options.wants_gradient, "Compute the gradient to the picture, too");
+    app.add_option("--engine", options.engine, engines);
+    app.add_option("--seconds", options.seconds, "Run that long, print the times and leave");
+    if (const int code = examples::parse_arguments(app, argc, argv); code >= 0) return code;
+    Replies replies;
+    const Problem problem = make_problem(options.cfg, options.size);
+    DetectorEngine<D> engine(problem, options);
+    if (options.seconds > 0) {
+      replies.send(timed_reply(engine, options.seconds));
+    } else {
+      serve(engine, replies);
+    }
+    return 0;
+  });
+}
+
+}  // namespace tapestry::benchmarks

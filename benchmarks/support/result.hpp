@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <tapestry/core/atomic_file.hpp>
+#include <vector>
+
+namespace tapestry::benchmarks {
+
+/// One line of a benchmark's table. What could not be measured has no value.
+struct Result {
+  std::string case_name;
+  std::string variant;
+  int threads = 1;
+  std::optional<double> seconds{};
+  std::optional<double> error{};
+  std::optional<double> memory_mib{};
+};
+
+[[nodiscard]] inline bool is_peer(const std::string& variant) { return variant.rfind("peer:", 0) == 0; }
+
+/// A number by printf's rules, or nothing.
+[[nodiscard]] inline std::string formatted(const char* format, std::optional<double> value) {
+  if (!value) return {};
+  char text[64];
+  std::snprintf(text, sizeof text, format, *value);
+  return text;
+}
+
+/// Replaces the file as a whole; see write_file_atomically().
+inline void write_csv(const std::string& path, const std::vector<Result>& results) {
+  std::string text = "case,variant,threads,seconds,error,memory_mib\n";
+  for (const Result& result : results) {
+    text += result.case_name + "," + result.variant + "," + std::to_string(result.threads) + "," +
+            formatted("%.6g", result.seconds) + "," + formatted("%.3e", result.error) + "," +
+            formatted("%.1f", result.memory_mib) + "\n";
+  }
+  write_file_atomically(path, std::string_view(text));
+}
+
+}  // namespace tapestry::benchmarks

@@ -1,0 +1,79 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <thread>
+#include <vector>
+
+#include "worker.hpp"
+
+namespace tapestry::benchmarks {
+
+/// The quantile of a sorted list, between 0 and 1, interpolated.
+[[nodiscard]] inline double quantile(const std::vector<double>& sorted, double part) {
+  const double position = part * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<std::size_t>(position);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+/// Seconds of a pass over all rounds.
+struct Timing {
+  double median = 0;
+  double spread = 0;  ///< half the distance of the quartiles, as a part of the median
+  double peak_memory_mib = 0;
+};
+
+[[nodiscard]] inline Timing timing_of(std::vector<double> seconds, double peak_memory_mib) {
+  std::sort(seconds.begin(), seconds.end());
+  const double median = quantile(seconds, 0.5);
+  return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / (2 * median), peak_memory_mib};
+}
+
+/// One contestant of a comparison. A worker that failed is gone, and `failure` says why.
+struct Contestant {
+  std::unique_ptr<Worker> worker{};
+  std::string failure{};
+  std::vector<double> seconds{};
+  double peak_memory_mib = 0;
+
+  /// Calls use(worker) unless the worker has failed, before or by that.
+  template <class Use>
+  void attempt(Use use) {
+    if (!worker) return;
+    try {
+      use(*worker);
+    } catch (const std::exception& error) {
+      failure = error.what();
+      worker.reset();
+    }
+  }
+};
+
+struct Schedule {
+  int rounds = 7;
+  double seconds = 0.5;  ///< of a turn
+};
+
+/// Lets the contestants run in turn, each round begun by another one, so that whatever slows the machine down
+/// slows all of them. The pause before a turn lasts longer than the threads of the one before keep spinning.
+inline void run_rounds(std::vector<Contestant>& contestants, const Schedule& schedule) {
+  constexpr auto pause = std::chrono::milliseconds(20);
+  for (int round = 0; round < schedule.rounds; ++round) {
+    for (std::size_t i = 0; i < contestants.size(); ++i) {
+      Contestant& contestant = contestants[(i + static_cast<std::size_t>(round)) % contestants.size()];
+      contestant.attempt([&](Worker& worker) {
+        std::this_thread::sleep_for(pause);
+        const auto reply = worker.ask("turn " + std::to_string(schedule.seconds));
+        const auto seconds = reply.at("seconds").get<std::vector<double>>();
+        contestant.seconds.insert(contestant.seconds.end(), seconds.begin(), seconds.end());
+        contestant.peak_memory_mib = reply.at("peak_memory_mib").get<double>();
+      });
+    }
+  }
+}
+
+}  // namespace tapestry::benchmarks
