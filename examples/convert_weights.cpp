@@ -77,9 +77,7 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Puts a Darknet detector, cfg and weights, into one .safetensors file, which the other programs take "
-      "as "
-      "--weights without --cfg.");
+      "as --weights without --cfg.");
   describe(app, options);
-  if (const int code = parse_arguments(app, argc, argv); code >= 0) return code;
-  return run_program([&] { return run(options); });
+  return run_program(app, argc, argv, [&] { return run(options); });
 }

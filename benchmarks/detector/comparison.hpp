@@ -30,6 +30,9 @@ struct Variant {
 /// Every variant of the benchmark.
 inline const std::vector<Variant> variants = {
     {"automatic", "detector_tapestry", "automatic"},
+    {"direct", "detector_tapestry", "direct"},
+    {"winograd_f2", "detector_tapestry", "winograd_f2"},
+    {"winograd_f4", "detector_tapestry", "winograd_f4"},
     {"peer:oneDNN-best", "detector_onednn", "best"},
     {"peer:oneDNN-direct", "detector_onednn", "direct"},
     {"peer:libtorch-folded-nhwc", "detector_libtorch", "folded-nhwc"},

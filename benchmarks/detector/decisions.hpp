@@ -76,7 +76,8 @@ template <class T>
   for (std::size_t i = 0; i < problem.config.layers.size(); ++i) {
     const auto& state = pass.layers[i];
     const std::size_t count = problem.shapes[i].size();
-    if (has_kink(problem.config.layers[i])) decisions.is_positive[i] = signs(state.output.data(), count);
+    for (std::size_t k = 0; k < count && has_kink(problem.config.layers[i]); ++k)
+      decisions.is_positive[i].push_back((state.positive.data()[k / 64] >> k % 64 & 1) != 0);
     if (problem.config.layers[i].kind == detect::LayerKind::maxpool)
       decisions.chosen[i].assign(state.choice.data(), state.choice.data() + count);
   }
@@ -88,8 +89,9 @@ template <class T>
 void hold(const Decisions& decisions, detect::Pass<T>& pass) {
   for (std::size_t i = 0; i < decisions.chosen.size(); ++i) {
     auto& state = pass.layers[i];
+    state.positive.fill_zero();
     for (std::size_t k = 0; k < decisions.is_positive[i].size(); ++k)
-      state.output.data()[k] = decisions.is_positive[i][k] ? T(1) : T(-1);
+      state.positive.data()[k / 64] |= static_cast<std::uint64_t>(decisions.is_positive[i][k]) << k % 64;
     for (std::size_t k = 0; k < decisions.chosen[i].size(); ++k)
       state.choice.data()[k] = static_cast<nn::Position<T>>(decisions.chosen[i][k]);
   }

@@ -154,32 +154,31 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace tapestry;
-  return examples::run_program([&] {
-    CLI::App app(
-        "Times detectors, ours and those of other libraries in turn, and compares their answers with "
-        "double precision. Writes detector.csv and detector.svg.");
-    benchmarks::Options options;
-    app.add_flag("--quick", options.is_quick, "yolov3-tiny only, 3 rounds of 0.1 s");
-    app.add_option("--case", options.case_pattern, "Only cases whose name this regular expression finds")
-        ->check(benchmarks::complaint_about_pattern);
-    app.add_option("--threads", options.threads, "Numbers of threads")
-        ->check(CLI::Range(1, 1024))
-        ->capture_default_str();
-    auto* rounds = app.add_option("--rounds", options.schedule.rounds, "Turns of each variant")
-                       ->check(CLI::Range(1, 1000000))
-                       ->capture_default_str();
-    auto* seconds = app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
-                        ->check(CLI::Range(0.0, 3600.0))
-                        ->capture_default_str();
-    app.add_option("--darknet-cfgs", options.darknet_cfgs, "Folder with yolov3.cfg and yolov3-tiny.cfg")
-        ->capture_default_str();
-    app.add_option("--detectors", options.detectors,
-                   "Folder with cfg and weights of the small trained networks");
-    app.add_option("--cfg", options.cfg, "Measure this Darknet cfg file instead");
-    app.add_option("--weights", options.weights, "Its weights; random ones if not given");
-    app.add_option("--size", options.size, "Its input's width and height, in pixels")->capture_default_str();
-    app.add_option("--output", options.output, "Folder of the results; the program's own if not given");
-    if (const int code = examples::parse_arguments(app, argc, argv); code >= 0) return code;
+  CLI::App app(
+      "Times detectors, ours and those of other libraries in turn, and compares their answers with "
+      "double precision. Writes detector.csv and detector.svg.");
+  benchmarks::Options options;
+  app.add_flag("--quick", options.is_quick, "yolov3-tiny only, 3 rounds of 0.1 s");
+  app.add_option("--case", options.case_pattern, "Only cases whose name this regular expression finds")
+      ->check(benchmarks::complaint_about_pattern);
+  app.add_option("--threads", options.threads, "Numbers of threads")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  auto* rounds = app.add_option("--rounds", options.schedule.rounds, "Turns of each variant")
+                     ->check(CLI::Range(1, 1000000))
+                     ->capture_default_str();
+  auto* seconds = app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
+                      ->check(CLI::Range(0.0, 3600.0))
+                      ->capture_default_str();
+  app.add_option("--darknet-cfgs", options.darknet_cfgs, "Folder with yolov3.cfg and yolov3-tiny.cfg")
+      ->capture_default_str();
+  app.add_option("--detectors", options.detectors,
+                 "Folder with cfg and weights of the small trained networks");
+  app.add_option("--cfg", options.cfg, "Measure this Darknet cfg file instead");
+  app.add_option("--weights", options.weights, "Its weights; random ones if not given");
+  app.add_option("--size", options.size, "Its input's width and height, in pixels")->capture_default_str();
+  app.add_option("--output", options.output, "Folder of the results; the program's own if not given");
+  return examples::run_program(app, argc, argv, [&] {
     if (options.is_quick && rounds->count() == 0) options.schedule.rounds = 3;
     if (options.is_quick && seconds->count() == 0) options.schedule.seconds = 0.1;
     std::signal(SIGPIPE, SIG_IGN);

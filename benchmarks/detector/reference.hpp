@@ -37,12 +37,13 @@ struct GradientError {
   std::size_t changed = 0;   ///< decisions in which the two differ
 };
 
-/// A problem solved in double precision, as far as it is asked for.
+/// A problem solved in double precision by plain sums, as far as it is asked for.
 class Reference {
  public:
   Reference(const Problem& problem, const std::string& weights)
       : problem_(problem), network_(problem.config, problem.picture.shape(2), problem.picture.shape(3)) {
     network_.read_weights(weights);
+    network_.set_engine(nn::Engine::direct);
   }
 
   [[nodiscard]] double logits_error(const std::vector<float>& found) {

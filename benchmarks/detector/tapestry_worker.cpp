@@ -10,12 +10,21 @@
 namespace tapestry::benchmarks {
 namespace {
 
+const nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
+                              nn::Engine::winograd_f4};
+
+[[nodiscard]] nn::Engine engine_of(const std::string& name) {
+  for (const nn::Engine engine : engines)
+    if (name_of(engine) == name) return engine;
+  throw Error(ErrorKind::usage,
+              "--engine is '" + name + "', expected automatic, direct, winograd_f2 or winograd_f4");
+}
+
 class TapestryDetector {
  public:
   TapestryDetector(const Problem& problem, const WorkerOptions& options)
       : problem_(problem), network_(problem.config, options.size, options.size) {
-    if (options.engine != "automatic")
-      throw Error(ErrorKind::usage, "--engine is '" + options.engine + "', expected automatic");
+    network_.set_engine(engine_of(options.engine));
     limit_threads(options.threads);
     network_.read_weights(options.weights);
     if (options.wants_gradient) gradient_ = zeros<float, 4>(problem.picture.shape());
@@ -52,5 +61,6 @@ class TapestryDetector {
 }  // namespace tapestry::benchmarks
 
 int main(int argc, char** argv) {
-  return tapestry::benchmarks::run_worker<tapestry::benchmarks::TapestryDetector>(argc, argv, "automatic");
+  return tapestry::benchmarks::run_worker<tapestry::benchmarks::TapestryDetector>(
+      argc, argv, "automatic, direct, winograd_f2 or winograd_f4");
 }

@@ -74,20 +74,18 @@ class DetectorEngine {
 /// \param engines  says which values --engine has
 template <Detector D>
 int run_worker(int argc, char** argv, const std::string& engines) {
-  return examples::run_program([&] {
-    CLI::App app(
-        "Runs a detector again and again, for the benchmark that starts it. Reads requests from the "
-        "standard input unless told how many seconds to run.");
-    WorkerOptions options;
-    app.add_option("--cfg", options.cfg, "Darknet cfg file")->required();
-    app.add_option("--weights", options.weights, "Its weights, of version 0.2.5")->required();
-    app.add_option("--size", options.size, "Width and height of the picture, in pixels")
-        ->capture_default_str();
-    app.add_option("--threads", options.threads, "Threads")->capture_default_str();
-    app.add_flag("--gradient", options.wants_gradient, "Compute the gradient to the picture, too");
-    app.add_option("--engine", options.engine, engines);
-    app.add_option("--seconds", options.seconds, "Run that long, print the times and leave");
-    if (const int code = examples::parse_arguments(app, argc, argv); code >= 0) return code;
+  CLI::App app(
+      "Runs a detector again and again, for the benchmark that starts it. Reads requests from the "
+      "standard input unless told how many seconds to run.");
+  WorkerOptions options;
+  app.add_option("--cfg", options.cfg, "Darknet cfg file")->required();
+  app.add_option("--weights", options.weights, "Its weights, of version 0.2.5")->required();
+  app.add_option("--size", options.size, "Width and height of the picture, in pixels")->capture_default_str();
+  app.add_option("--threads", options.threads, "Threads")->capture_default_str();
+  app.add_flag("--gradient", options.wants_gradient, "Compute the gradient to the picture, too");
+  app.add_option("--engine", options.engine, engines);
+  app.add_option("--seconds", options.seconds, "Run that long, print the times and leave");
+  return examples::run_program(app, argc, argv, [&] {
     Replies replies;
     const Problem problem = make_problem(options.cfg, options.size);
     DetectorEngine<D> engine(problem, options);
