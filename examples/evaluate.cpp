@@ -13,7 +13,9 @@
 #include "support/program.hpp"
 #include "support/report.hpp"
 #include "support/run_folder.hpp"
+#include "support/run_manifest.hpp"
 #include "support/settings.hpp"
+#include "support/survey.hpp"
 
 namespace {
 using namespace tapestry;
@@ -49,10 +51,8 @@ void describe(CLI::App& app, Options& options) {
 /// Settings of the run, for those not given; a detector given here, as a cfg or as a converted file, replaces
 /// the run's altogether. Darknet weights alone are other weights for the run's cfg.
 void adopt_run(const CLI::App& app, Options& options) {
-  const std::string manifest = options.run + "/manifest.json";
-  const Json saved = read_json(manifest);
-  if (!saved.is_object() || !saved.contains("options"))
-    throw FileError(ErrorKind::malformed, {manifest, "", "not the manifest of a run"});
+  const std::string manifest = manifest_path(options.run);
+  const Json saved = read_manifest(options.run);
   std::vector<std::string> differing;
   adopt_saved(app, saved["options"], manifest, options.scene, differing);
   const auto is_frames = [](const std::string& name) { return name.rfind("--frames ", 0) == 0; };
@@ -72,7 +72,7 @@ void require_sound(const Options& options) {
   for (const double threshold : options.sweep)
     list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
   list.throw_first();
-  if (!options.output.empty() && std::filesystem::exists(options.output + "/manifest.json"))
+  if (!options.output.empty() && std::filesystem::exists(manifest_path(options.output)))
     throw Error(ErrorKind::in_use,
                 options.output + " holds a run, whose metrics would be lost; give another --output");
 }
@@ -125,25 +125,16 @@ int run(const CLI::App& app, Options& options) {
   const auto usable = usable_views(store, inputs.warnings);
   for (const auto& warning : inputs.warnings) std::cerr << "warning: " << warning << '\n';
   if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
-  std::vector<Control> textures{{"clean", camouflage::own_colours<float>(car)}};
-  if (!options.clean_only) {
-    textures.push_back(
-        {"adversarial", read_colours(options.run + "/texture.npz", car.layout.texel_count(car.mesh))});
-  }
+  const auto clean = camouflage::own_colours<float>(car);
+  const auto adversarial = options.clean_only
+                               ? Array<float, 2>()
+                               : read_colours(options.run + "/texture.npz", car.layout.texel_count(car.mesh));
   if (!options.output.empty()) make_writable_folder(options.output);
   Meter meter(network, inputs.class_index, options.detector, options.sweep);
-  RunReport report;
   std::vector<Bitmap> sheet;
-  report.photo = measure("photo", meter, store, usable, nullptr);
-  const auto& shown = textures.back();
-  report.clean = measure("clean", meter, store, usable, &textures.front().colours,
-                         options.clean_only ? &sheet : nullptr);
-  if (!options.clean_only)
-    report.adversarial = measure("adversarial", meter, store, usable, &shown.colours, &sheet);
-  for (const auto& control : make_controls(car.layout.texel_count(car.mesh), options.seed))
-    report.controls.push_back(measure(control.name, meter, store, usable, &control.colours));
-  if (report.adversarial)
-    report.asr = evaluate::attack_success_rate(report.clean.found, report.adversarial->found);
+  RunReport report =
+      survey(meter, store, usable, {&clean, options.clean_only ? &sheet : nullptr},
+             options.clean_only ? SurveyedTexture{} : SurveyedTexture{&adversarial, &sheet}, options.seed);
   report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);
@@ -152,7 +143,7 @@ int run(const CLI::App& app, Options& options) {
   Json metrics = metrics_json(report);
   print_sweep(options.sweep, report, metrics);
   if (options.output.empty()) return 0;
-  io::write_image(options.output + "/" + shown.name + ".png",
+  io::write_image(options.output + (options.clean_only ? "/clean.png" : "/adversarial.png"),
                   contact_sheet(sheet, sheet.size() > 12 ? 8 : 3));
   write_text(options.output + "/metrics.json", report_text(metrics));
   std::cout << "written: " << options.output << "/metrics.json\n";

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/view_store.hpp>
@@ -15,6 +16,7 @@
 #include "contact_sheet.hpp"
 #include "finite_logits.hpp"
 #include "inputs.hpp"
+#include "progress.hpp"
 #include "stop_signal.hpp"
 
 namespace tapestry::examples {
@@ -79,6 +81,14 @@ class Meter {
     return result;
   }
 
+  /// From now on says how far it is, with `pictures` to come.
+  void announce(std::size_t pictures) { progress_.emplace(pictures); }
+
+  /// Counts a picture of a texture as examined.
+  void count(const std::string& texture) {
+    if (progress_) progress_->count(texture);
+  }
+
   /// Whether the car of the view is among the detections.
   [[nodiscard]] bool shows_car(const std::vector<detect::Detection>& detections,
                                const camouflage::View<float>& view) const {
@@ -102,6 +112,7 @@ class Meter {
   DetectorSettings settings_;
   std::vector<double> sweep_;
   detect::Pass<float> pass_;
+  std::optional<MeasuringProgress> progress_;
 };
 
 /// A picture with its detections drawn: green the car where it should be, orange everything else.
@@ -137,6 +148,7 @@ inline Measurement measure(const std::string& name, Meter& meter, camouflage::Vi
     for (std::size_t i = 0; i < found_in_sweep.size(); ++i)
       found_in_sweep[i].push_back(result.found_in_sweep[i]);
     if (sheet != nullptr) sheet->push_back(annotated(picture, result, *view, meter));
+    meter.count(name);
   }
   measurement.rate = evaluate::detection_rate(measurement.found);
   for (const auto& found : found_in_sweep) measurement.sweep.push_back(evaluate::detection_rate(found));

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -48,6 +49,27 @@ class ProgressLine {
   bool terminal_ = false;
   bool started_ = false;
   Clock::time_point shown_{};
+};
+
+/// Says how far a measurement of many pictures is.
+class MeasuringProgress {
+ public:
+  explicit MeasuringProgress(std::size_t pictures) : pictures_(pictures) {}
+
+  void count(const std::string& texture) {
+    ++done_;
+    const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    const double left = seconds / static_cast<double>(done_) * static_cast<double>(pictures_ - done_);
+    line_.show("measuring " + texture + ": picture " + std::to_string(done_) + " of " +
+                   std::to_string(pictures_) + ", " + duration_text(left) + " left",
+               done_ == pictures_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::size_t pictures_, done_ = 0;
+  Clock::time_point start_ = Clock::now();
+  ProgressLine line_;
 };
 
 }  // namespace tapestry::examples
