@@ -169,12 +169,12 @@ TEST_CASE("a folder without frames is refused", "[io][frame]") {
 }
 
 TEST_CASE("frames are listed by the numbers in their names", "[io][frame]") {
-  const tapestry::test::TemporaryFolder folder;
+  const tapestry::test::TemporaryFolder unsorted;
   for (const char* name : {"data10.npz", "data9.npz", "data010.npz", "a2b1.npz", "a2b.npz", "a12b.npz",
                            "data.npz", "data1.txt", "12345678901234567890123.npz"})
-    std::ofstream(folder.path(name)) << "frame";
+    std::ofstream(unsorted.path(name)) << "frame";
   std::vector<std::string> names;
-  for (const auto& path : io::frame_paths(folder.path()))
+  for (const auto& path : io::frame_paths(unsorted.path()))
     names.push_back(std::filesystem::path(path).stem().string());
   CHECK(names == std::vector<std::string>{"12345678901234567890123", "a2b", "a2b1", "a12b", "data", "data9",
                                           "data010", "data10"});

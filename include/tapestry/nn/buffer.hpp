@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <tapestry/core/huge_pages.hpp>
 #include <utility>
 
 namespace tapestry::nn {
@@ -32,9 +33,10 @@ class Buffer {
       memory_.reset();
       capacity_ = 0;
       const std::size_t bytes = (count * sizeof(T) + slack + 63) / 64 * 64;
-      void* const fresh = std::aligned_alloc(64, bytes);
-      if (fresh == nullptr) throw std::bad_alloc();
+      void* fresh = nullptr;
+      if (::posix_memalign(&fresh, bytes < page ? 64 : page, bytes) != 0) throw std::bad_alloc();
       memory_.reset(static_cast<T*>(fresh));
+      prefer_huge_pages(fresh, bytes);
       capacity_ = count;
       std::memset(static_cast<char*>(fresh) + count * sizeof(T), 0, bytes - count * sizeof(T));
     }
@@ -56,6 +58,9 @@ class Buffer {
 
  private:
   static constexpr std::size_t slack = 128;
+  // Kernels walk through memory at large distances, where looking up a page of 4 KiB can cost more than the
+  // line that it is for, so large memory begins at a page of 2 MiB and asks for more of them.
+  static constexpr std::size_t page = std::size_t(2) << 20U;
   struct Release {
     void operator()(T* memory) const { std::free(memory); }
   };
