@@ -8,6 +8,7 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/huge_pages.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>

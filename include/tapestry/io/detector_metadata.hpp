@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/sha256.hpp>
 #include <tapestry/io/text_lines.hpp>
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/io/utf8.hpp>
 #include <utility>

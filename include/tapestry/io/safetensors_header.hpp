@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/json_reader.hpp>
 #include <tapestry/io/npy_header.hpp>
 #include <tapestry/io/text_lines.hpp>
