@@ -36,9 +36,10 @@ double error_of(nn::Engine engine, const nn::ConvolutionShape& s) {
 }  // namespace
 
 TEST_CASE("every engine's rounding is bounded, whatever the number of channels", "[nn][winograd]") {
+  const std::size_t stride = GENERATE(1, 2);
   for (const std::size_t channels : {16, 64, 256}) {
-    const auto shape = nn::square_convolution(13, 13, channels, 20, 3, 1, 1);
-    CAPTURE(channels);
+    const auto shape = nn::square_convolution(13, 13, channels, 20, 3, stride, 1);
+    CAPTURE(channels, stride);
     CHECK(error_of(nn::Engine::direct, shape) < 6e-7);
     CHECK(error_of(nn::Engine::winograd_f2, shape) < 6e-7);
     CHECK(error_of(nn::Engine::winograd_f4, shape) < 1.2e-6);
@@ -103,11 +104,12 @@ TEST_CASE("every instruction set of this machine transforms alike", "[nn][vector
   const auto in = random_buffer<double>(36 * 8, 1);
   const auto weights = random_buffer<double>(9 * 8, 2);
   for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set)
-    for (const std::size_t tile : {2, 4}) {
+    for (std::size_t which = 0; which < nn::winograd_form_count; ++which) {
       const auto kernels = nn::kernels_of<double>(static_cast<nn::InstructionSet>(set));
-      const std::size_t points = tile + 2;
+      const auto axis = nn::extents_of(static_cast<nn::WinogradForm>(which));
+      const std::size_t tile = axis.outputs;
+      const std::size_t points = axis.points;
       const std::size_t count = points * points;
-      const std::size_t which = tile == 4 ? 1 : 0;
       const double* pixels[36];
       for (std::size_t i = 0; i < count; ++i) pixels[i] = in.data() + i * 8;
       nn::Buffer<double> filters(count * 8);
@@ -121,21 +123,25 @@ TEST_CASE("every instruction set of this machine transforms alike", "[nn][vector
         for (std::size_t x = 0; x < tile; ++x)
           for (std::size_t lane = 0; lane < 8; ++lane) {
             double expected = 0;
-            for (std::size_t t = 0; t < 9; ++t)
-              expected += weights.data()[t * 8 + lane] * pixels[(y + t / 3) * points + x + t % 3][lane];
+            for (std::size_t t = 0; t < axis.taps * axis.taps; ++t) {
+              const std::size_t row = y + t / axis.taps;
+              const std::size_t column = x + t % axis.taps;
+              expected += weights.data()[t * 8 + lane] * pixels[row * points + column][lane];
+            }
             CHECK(out.data()[(y * tile + x) * 8 + lane] == Approx(expected).margin(1e-13));
           }
     }
 }
 
 TEST_CASE("the automatic engine sums directly where tiles would be mostly empty", "[nn][winograd]") {
-  const auto tile_of = [](std::size_t size, std::size_t in, std::size_t out) {
-    const auto shape = nn::square_convolution(size, size, in, out, 3, 1, 1);
-    return nn::detail::winograd_tile(nn::Engine::automatic,
+  const auto form_of = [](std::size_t size, std::size_t in, std::size_t out, std::size_t stride) {
+    const auto shape = nn::square_convolution(size, size, in, out, 3, stride, 1);
+    return nn::detail::winograd_form(nn::Engine::automatic,
                                      nn::pack_convolution<float>(shape, [](std::size_t) { return 0; }));
   };
-  CHECK(tile_of(1, 64, 64) == 0);
-  CHECK(tile_of(208, 3, 32) == 0);
-  CHECK(tile_of(52, 128, 256) == 4);
-  CHECK(tile_of(13, 512, 1024) == 4);
+  CHECK(!form_of(1, 64, 64, 1));
+  CHECK(!form_of(208, 3, 32, 1));
+  CHECK(form_of(52, 128, 256, 1) == nn::WinogradForm::f4_taps3);
+  CHECK(form_of(13, 512, 1024, 1) == nn::WinogradForm::f4_taps3);
+  CHECK(!form_of(104, 128, 256, 2));
 }

@@ -1,6 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <string_view>
 #include <tapestry/nn/convolution.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
@@ -12,8 +14,8 @@ namespace tapestry::nn {
 enum class Engine {
   automatic,    ///< the cheapest by a model of the shape; the default
   direct,       ///< sums of products as written
-  winograd_f2,  ///< F(2 × 2, 3 × 3) where it applies, 2.25 times fewer products
-  winograd_f4,  ///< F(4 × 4, 3 × 3) where it applies, 4 times fewer products
+  winograd_f2,  ///< tiles of 2 × 2 outputs where they apply, up to 2.25 times fewer products
+  winograd_f4,  ///< tiles of 4 × 4 outputs where they apply, up to 4 times fewer products
 };
 
 [[nodiscard]] constexpr std::string_view name_of(Engine engine) {
@@ -23,41 +25,43 @@ enum class Engine {
 
 namespace detail {
 
-/// Time of Winograd's algorithm for one image, in multiply-adds of one vector; tile 0 means the direct sum.
-/// The cost of a transform of one tile or filter vector was measured with AVX-512 and is bound by its loads
-/// and stores.
+/// Time of a convolution of one image, in multiply-adds of one vector. The costs of a transform of one tile
+/// or filter vector were measured with AVX-512 and are bound by its loads and stores.
 template <std::floating_point T>
-[[nodiscard]] double modelled_cost(const ConvolutionShape& shape, std::size_t tile) {
+[[nodiscard]] double modelled_cost(const ConvolutionShape& shape, std::optional<WinogradForm> form) {
   const auto lanes = kernels<T>().lanes;
   const auto vectors_in = static_cast<double>(block_count(shape.in_channels, lanes));
   const auto vectors_out = static_cast<double>(block_count(shape.out_channels, lanes));
   const auto channels = static_cast<double>(shape.in_channels);
-  if (tile == 0) {
-    const auto pixels = static_cast<double>(shape.rows.output * shape.columns.output);
-    return 1.1 * 9 * pixels * channels * vectors_out;
+  if (!form) {
+    const auto products = static_cast<double>(shape.taps() * shape.rows.output * shape.columns.output);
+    return 1.15 * products * channels * vectors_out;
   }
-  const WinogradPlan plan = plan_winograd<T>(shape, 1, tile);
+  const WinogradPlan plan = plan_winograd<T>(shape, 1, *form);
   const auto tiles = static_cast<double>(plan.tiles);
-  const auto products = static_cast<double>(plan.points * plan.points);
-  const double of_filter = 6 * products;
-  const double of_tile = 8 * products;
+  const auto products = static_cast<double>(plan.products);
+  const auto of_filter = 6 * products;
   return 1.15 * products * tiles * channels * vectors_out +
          of_filter * static_cast<double>(plan.shares_filters ? 1 : plan.ranges) * channels * vectors_out +
-         of_tile * tiles * (vectors_in + vectors_out);
+         8 * products * tiles * (vectors_in + vectors_out);
 }
 
-/// Outputs along an axis of a Winograd tile that `engine` uses for this convolution, or 0. The choice does
-/// not depend on the number of images, so that an image's results do not either.
+/// The form of Winograd's algorithm that `engine` uses for this convolution, if any. The choice does not
+/// depend on the number of images, so that an image's results do not either.
 template <std::floating_point T>
-[[nodiscard]] std::size_t winograd_tile(Engine engine, const PackedConvolution<T>& packed) {
-  if (engine == Engine::direct || !has_winograd(packed)) return 0;
-  if (engine != Engine::automatic) return engine == Engine::winograd_f4 ? 4 : 2;
-  std::size_t best = 0;
-  double cost = modelled_cost<T>(packed.shape, 0);
-  for (const std::size_t tile : {std::size_t(4), std::size_t(2)}) {
-    const double other = modelled_cost<T>(packed.shape, tile);
-    if (other < cost) best = tile;
-    cost = std::min(cost, other);
+[[nodiscard]] std::optional<WinogradForm> winograd_form(Engine engine, const PackedConvolution<T>& packed) {
+  std::optional<WinogradForm> best;
+  double cost = modelled_cost<T>(packed.shape, best);
+  for (std::size_t i = 0; i < winograd_form_count; ++i) {
+    const auto form = static_cast<WinogradForm>(i);
+    const bool is_small = extents_of(form).outputs == 2;
+    const bool is_allowed =
+        engine == Engine::automatic || engine == (is_small ? Engine::winograd_f2 : Engine::winograd_f4);
+    if (!is_allowed || !has_form(packed, form)) continue;
+    const double other = modelled_cost<T>(packed.shape, form);
+    if (engine == Engine::automatic && other >= cost) continue;
+    best = form;
+    cost = other;
   }
   return best;
 }
@@ -66,13 +70,13 @@ template <std::floating_point T>
 /// convolve() by the engine's choice of algorithm. Arguments otherwise as there.
 ///
 /// Engines differ in rounding. Winograd's also carry a NaN or an infinity to every output of the tile that
-/// reads reads it, as NaN.
+/// reads it, as NaN, and overflow within two decades of the largest number.
 template <std::floating_point T>
 void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t images, const T* in,
               const Epilogue<T>& end, T* out, std::size_t out_image_size) {
   if (has_few_channels(packed)) return convolve_few_channels(packed, images, in, end, out, out_image_size);
-  const std::size_t tile = detail::winograd_tile(engine, packed);
-  if (tile > 0) return convolve_winograd(packed, tile, images, in, end, out, out_image_size);
+  if (const auto form = detail::winograd_form(engine, packed))
+    return convolve_winograd(packed, *form, images, in, end, out, out_image_size);
   convolve(packed, images, in, end, out, out_image_size);
 }
 

@@ -79,6 +79,22 @@ struct MaxPoolArguments {
   Position<T>* choice;  ///< or null
 };
 
+/// The kinds of tile that Winograd's algorithm is written for; see winograd.hpp. The same along both axes.
+enum class WinogradForm { f2_taps3, f4_taps3, f4_taps2 };
+inline constexpr std::size_t winograd_form_count = 3;
+
+/// Numbers along one axis of a tile.
+struct WinogradExtents {
+  std::size_t outputs;
+  std::size_t points;  ///< inputs, and as many products
+  std::size_t taps;
+};
+
+[[nodiscard]] constexpr WinogradExtents extents_of(WinogradForm form) {
+  constexpr WinogradExtents extents[] = {{2, 4, 3}, {4, 6, 3}, {4, 5, 2}};
+  return extents[static_cast<std::size_t>(form)];
+}
+
 /// Transforms the filters of some input channels for Winograd's algorithm; see winograd.hpp.
 template <class T>
 struct WinogradFilterArguments {
@@ -118,12 +134,12 @@ struct WinogradOutputArguments {
 template <class T>
 struct Kernels {
   static constexpr std::size_t most_tile_rows = 12;
-  std::size_t lanes = 0;                                                ///< of one vector
-  std::size_t tile_rows = 0;                                            ///< largest P
-  void (*reduce[2][most_tile_rows])(const ReduceArguments<T>&) = {};    ///< [V − 1][P − 1]
-  void (*winograd_filters[2])(const WinogradFilterArguments<T>&) = {};  ///< tiles of 2 and of 4 pixels
-  void (*winograd_input[2])(const WinogradInputArguments<T>&) = {};
-  void (*winograd_output[2])(const WinogradOutputArguments<T>&) = {};
+  std::size_t lanes = 0;                                              ///< of one vector
+  std::size_t tile_rows = 0;                                          ///< largest P
+  void (*reduce[2][most_tile_rows])(const ReduceArguments<T>&) = {};  ///< [V − 1][P − 1]
+  void (*winograd_filters[winograd_form_count])(const WinogradFilterArguments<T>&) = {};  ///< by WinogradForm
+  void (*winograd_input[winograd_form_count])(const WinogradInputArguments<T>&) = {};
+  void (*winograd_output[winograd_form_count])(const WinogradOutputArguments<T>&) = {};
   void (*gather_row)(const GatherArguments<T>&) = nullptr;
   void (*depthwise_row)(const DepthwiseArguments<T>&) = nullptr;
   void (*depthwise_weight_adjoint_row)(const DepthwiseArguments<T>&, T*) = nullptr;

@@ -333,12 +333,9 @@ Kernels<T> make_kernels() {
   kernels.tile_rows = TAPESTRY_TILE_ROWS;
   fill_rows<T, 1, TAPESTRY_TILE_ROWS>(kernels);
   fill_rows<T, 2, TAPESTRY_TILE_ROWS>(kernels);
-  kernels.winograd_filters[0] = &winograd_filters<T, 2>;
-  kernels.winograd_filters[1] = &winograd_filters<T, 4>;
-  kernels.winograd_input[0] = &winograd_input<T, 2>;
-  kernels.winograd_input[1] = &winograd_input<T, 4>;
-  kernels.winograd_output[0] = &winograd_output<T, 2>;
-  kernels.winograd_output[1] = &winograd_output<T, 4>;
+  fill_winograd<T, WinogradForm::f2_taps3>(kernels);
+  fill_winograd<T, WinogradForm::f4_taps3>(kernels);
+  fill_winograd<T, WinogradForm::f4_taps2>(kernels);
   kernels.gather_row = &gather_row<T>;
   kernels.depthwise_row = &depthwise_row<T>;
   kernels.depthwise_weight_adjoint_row = &depthwise_weight_adjoint_row<T>;

@@ -9,22 +9,23 @@
 
 namespace tapestry::nn {
 
-/// True if Winograd's algorithm computes this convolution: 3 × 3 taps side by side, stride 1, one group.
+/// True if Winograd's algorithm in this form computes this convolution: one group, taps side by side, and the
+/// form's taps and stride along both axes.
 template <std::floating_point T>
-[[nodiscard]] bool has_winograd(const PackedConvolution<T>& packed) {
-  const auto fits = [](const AxisWindow& axis) {
-    return axis.taps == 3 && axis.stride == 1 && axis.spacing == 1;
+[[nodiscard]] bool has_form(const PackedConvolution<T>& packed, WinogradForm form) {
+  const auto fits = [&](const AxisWindow& axis) {
+    return axis.taps == extents_of(form).taps && axis.stride == 1 && axis.spacing == 1;
   };
-  return fits(packed.shape.rows) && fits(packed.shape.columns) && packed.shape.groups == 1 &&
-         packed.row_step == 1 && packed.column_step == 1;
+  return fits(packed.shape.rows) && fits(packed.shape.columns) && packed.shape.groups == 1;
 }
 
 namespace detail {
 
 /// How one convolution is cut up; depends on its extents alone.
 struct WinogradPlan {
-  std::size_t tile = 4;    ///< outputs along each axis of a tile
-  std::size_t points = 6;  ///< products along each axis
+  WinogradForm form = WinogradForm::f4_taps3;
+  WinogradExtents axis = extents_of(form);
+  std::size_t products = 36;  ///< of a tile and a pair of channels
   std::size_t tile_rows = 0, tile_columns = 0;
   std::size_t tiles = 0;            ///< of all images
   std::size_t tiles_per_range = 0;  ///< tiles that share transformed filters
@@ -42,7 +43,7 @@ struct WinogradPlan {
     return tiles_per_range * channels_per_block + line;
   }
   [[nodiscard]] std::size_t input_block_step(std::size_t line) const {
-    return points * points * input_point_step(line);
+    return products * input_point_step(line);
   }
   [[nodiscard]] std::size_t input_range_step(std::size_t line) const {
     return blocks * input_block_step(line);
@@ -54,28 +55,32 @@ struct WinogradPlan {
 
 template <std::floating_point T>
 [[nodiscard]] WinogradPlan plan_winograd(const ConvolutionShape& shape, std::size_t images,
-                                         std::size_t tile) {
+                                         WinogradForm form) {
   const std::size_t lanes = kernels<T>().lanes;
   WinogradPlan plan;
-  plan.tile = tile;
-  plan.points = tile + 2;
-  plan.tile_rows = block_count(shape.rows.output, tile);
-  plan.tile_columns = block_count(shape.columns.output, tile);
+  plan.form = form;
+  plan.axis = extents_of(form);
+  plan.products = plan.axis.points * plan.axis.points;
+  plan.tile_rows = block_count(shape.rows.output, plan.axis.outputs);
+  plan.tile_columns = block_count(shape.columns.output, plan.axis.outputs);
   plan.tiles = images * plan.tile_rows * plan.tile_columns;
   plan.panels = block_count(shape.out_channels, 2 * lanes);
   plan.blocks = block_count(shape.in_channels, std::size_t(64));
   plan.channels_per_block = round_up(block_count(shape.in_channels, plan.blocks), lanes);
   plan.blocks = block_count(shape.in_channels, plan.channels_per_block);
-  const std::size_t products = plan.points * plan.points;
-  // Sums of a range, filters of a block and inputs of a range stay in the second cache together.
-  constexpr std::size_t cache_bytes = 480 * 1024;
-  const std::size_t fitting = std::max<std::size_t>(8, cache_bytes / (products * 2 * lanes * sizeof(T)));
-  const std::size_t fitting_inputs = cache_bytes / (products * shape.in_channels * sizeof(T));
+  // Sums of a range, filters of a block and, where filters are shared, inputs of a range stay in the second
+  // cache.
+  constexpr std::size_t sum_bytes = 480 * 1024;
+  constexpr std::size_t range_bytes = 640 * 1024;
+  constexpr std::size_t shared_filter_bytes = 1440 * 1024;
+  const std::size_t bytes_of_tile = plan.products * 2 * lanes * sizeof(T);
+  const std::size_t bytes_with_input = bytes_of_tile + plan.products * shape.in_channels * sizeof(T);
   const std::size_t filter_bytes =
-      products * shape.in_channels * round_up(shape.out_channels, lanes) * sizeof(T);
-  plan.shares_filters =
-      filter_bytes <= 3 * cache_bytes && fitting_inputs >= 12 && plan.tiles >= 8 * fitting_inputs;
-  const std::size_t most = plan.shares_filters ? std::min(fitting, fitting_inputs) : fitting;
+      plan.products * shape.in_channels * round_up(shape.out_channels, lanes) * sizeof(T);
+  const std::size_t fitting = range_bytes / bytes_with_input;
+  plan.shares_filters = filter_bytes <= shared_filter_bytes && fitting >= 12 && plan.tiles >= 8 * fitting;
+  const std::size_t most =
+      plan.shares_filters ? fitting : std::max<std::size_t>(8, sum_bytes / bytes_of_tile);
   plan.ranges = block_count(plan.tiles, most);
   plan.tiles_per_range = block_count(plan.tiles, plan.ranges);
   plan.ranges = block_count(plan.tiles, plan.tiles_per_range);
@@ -86,11 +91,11 @@ template <std::floating_point T>
 template <std::floating_point T>
 class WinogradConvolution {
  public:
-  WinogradConvolution(const PackedConvolution<T>& packed, std::size_t images, std::size_t tile, const T* in,
+  WinogradConvolution(const PackedConvolution<T>& packed, std::size_t images, WinogradForm form, const T* in,
                       const Epilogue<T>& end, T* out, std::size_t out_image_size)
       : packed_(packed),
         shape_(packed.shape),
-        plan_(plan_winograd<T>(packed.shape, images, tile)),
+        plan_(plan_winograd<T>(packed.shape, images, form)),
         in_(in),
         end_(end),
         out_(out),
@@ -142,13 +147,13 @@ class WinogradConvolution {
   [[nodiscard]] Tile tile_at(std::size_t range, std::size_t index) const {
     const std::size_t number = range * plan_.tiles_per_range + index;
     const std::size_t of_image = plan_.tile_rows * plan_.tile_columns;
-    return {number / of_image, number % of_image / plan_.tile_columns * plan_.tile,
-            number % plan_.tile_columns * plan_.tile};
+    return {number / of_image, number % of_image / plan_.tile_columns * plan_.axis.outputs,
+            number % plan_.tile_columns * plan_.axis.outputs};
   }
   [[nodiscard]] std::size_t tiles_of(std::size_t range) const {
     return std::min(plan_.tiles_per_range, plan_.tiles - range * plan_.tiles_per_range);
   }
-  [[nodiscard]] std::size_t engine() const { return plan_.tile == 4 ? 1 : 0; }
+  [[nodiscard]] std::size_t form() const { return static_cast<std::size_t>(plan_.form); }
 
   /// One thread's pixel outside every picture.
   static const T* zeros(std::size_t channels) {
@@ -166,13 +171,14 @@ class WinogradConvolution {
     for (std::size_t i = begin; i < end; ++i) {
       const Tile tile = tile_at(range, i);
       const T* const picture = in_ + tile.image * shape_.in_size();
-      for (std::size_t y = 0; y < plan_.points; ++y) {
+      const std::size_t points = plan_.axis.points;
+      for (std::size_t y = 0; y < points; ++y) {
         // Beyond an edge the position wraps to a huge one, outside as well.
         const std::size_t row = tile.row + y - static_cast<std::size_t>(shape_.rows.padding);
-        for (std::size_t x = 0; x < plan_.points; ++x) {
+        for (std::size_t x = 0; x < points; ++x) {
           const std::size_t column = tile.column + x - static_cast<std::size_t>(shape_.columns.padding);
           const bool is_inside = row < shape_.rows.input && column < shape_.columns.input;
-          pixels[y * plan_.points + x] =
+          pixels[y * points + x] =
               is_inside ? picture + (row * shape_.columns.input + column) * shape_.in_channels : zero;
         }
       }
@@ -181,7 +187,7 @@ class WinogradConvolution {
         a.first_channel = block * plan_.channels_per_block;
         a.channel_count = channels_of(block);
         a.out = inputs + block * plan_.input_block_step(line) + i * plan_.channels_per_block;
-        kernels<T>().winograd_input[engine()](a);
+        kernels<T>().winograd_input[form()](a);
       }
     }
   }
@@ -198,7 +204,7 @@ class WinogradConvolution {
   }
   // Distances between the transformed filters of blocks and panels, as if all panels were full.
   [[nodiscard]] std::size_t filter_step() const {
-    return plan_.points * plan_.points * plan_.filter_point_step(line, 2 * kernels<T>().lanes);
+    return plan_.products * plan_.filter_point_step(line, 2 * kernels<T>().lanes);
   }
   [[nodiscard]] std::size_t filter_panel_step() const { return plan_.blocks * filter_step(); }
 
@@ -210,9 +216,9 @@ class WinogradConvolution {
 
   void transform_filters(std::size_t panel, std::size_t block, T* filters) const {
     const std::size_t width = width_of(panel);
-    kernels<T>().winograd_filters[engine()]({packed_filters(panel, block), shape_.in_channels * width,
-                                             channels_of(block), width, filters,
-                                             plan_.filter_point_step(line, width)});
+    kernels<T>().winograd_filters[form()]({packed_filters(panel, block), shape_.in_channels * width,
+                                           channels_of(block), width, filters,
+                                           plan_.filter_point_step(line, width)});
   }
 
   /// \param all_filters  of the panel, transformed, or null
@@ -222,11 +228,10 @@ class WinogradConvolution {
     const std::size_t lanes = kernels<T>().lanes;
     const std::size_t width = width_of(panel);
     const std::size_t tiles = tiles_of(range);
-    const std::size_t products = plan_.points * plan_.points;
     const std::size_t point_step = plan_.filter_point_step(line, width);
     const std::size_t sum_step = tiles * width + line;
     if (all_filters == nullptr) own_filters.resize(filter_step());
-    sums.resize(products * sum_step);
+    sums.resize(plan_.products * sum_step);
     ReduceArguments<T> product{};
     product.in_row_step = static_cast<std::ptrdiff_t>(plan_.channels_per_block);
     product.in_inner_step = 1;
@@ -239,7 +244,7 @@ class WinogradConvolution {
           all_filters == nullptr ? own_filters.data() : all_filters + block * filter_step();
       product.inner_count = channels_of(block);
       product.end.adds = block > 0;
-      for (std::size_t point = 0; point < products; ++point) {
+      for (std::size_t point = 0; point < plan_.products; ++point) {
         if (all_filters == nullptr && block + 1 < plan_.blocks) prefetch_filters(panel, block + 1, point);
         product.weights = filters + point * point_step;
         multiply_point(inputs + block * plan_.input_block_step(line) + point * plan_.input_point_step(line),
@@ -254,10 +259,9 @@ class WinogradConvolution {
   void prefetch_filters(std::size_t panel, std::size_t block, std::size_t point) const {
     const std::size_t width = width_of(panel);
     const std::size_t lines_of_tap = block_count(channels_of(block) * width, line);
-    const std::size_t lines = 9 * lines_of_tap;
-    const std::size_t products = plan_.points * plan_.points;
+    const std::size_t lines = shape_.taps() * lines_of_tap;
     const T* const weights = packed_filters(panel, block);
-    for (std::size_t i = lines * point / products; i < lines * (point + 1) / products; ++i)
+    for (std::size_t i = lines * point / plan_.products; i < lines * (point + 1) / plan_.products; ++i)
       __builtin_prefetch(weights + i / lines_of_tap * shape_.in_channels * width + i % lines_of_tap * line);
   }
 
@@ -279,21 +283,21 @@ class WinogradConvolution {
              std::size_t sum_step) const {
     WinogradOutputArguments<T> a{};
     a.point_step = sum_step;
-    a.pixel_step = shape_.out_channels;
-    a.row_step = packed_.out_columns * shape_.out_channels;
+    a.pixel_step = packed_.column_step * shape_.out_channels;
+    a.row_step = packed_.row_step * packed_.out_columns * shape_.out_channels;
     a.lane_count = count;
     a.end = end_;
     if (a.end.bias != nullptr) a.end.bias += first;
     for (std::size_t i = 0; i < tiles_of(range); ++i) {
       const Tile tile = tile_at(range, i);
       a.sums = sums + i * width;
-      a.rows = std::min(plan_.tile, shape_.rows.output - tile.row);
-      a.columns = std::min(plan_.tile, shape_.columns.output - tile.column);
+      a.rows = std::min(plan_.axis.outputs, shape_.rows.output - tile.row);
+      a.columns = std::min(plan_.axis.outputs, shape_.columns.output - tile.column);
+      const std::size_t row = packed_.first_row + tile.row * packed_.row_step;
+      const std::size_t column = packed_.first_column + tile.column * packed_.column_step;
       a.out = out_ + tile.image * out_image_size_ +
-              ((packed_.first_row + tile.row) * packed_.out_columns + packed_.first_column + tile.column) *
-                  shape_.out_channels +
-              first;
-      kernels<T>().winograd_output[engine()](a);
+              (row * packed_.out_columns + column) * shape_.out_channels + first;
+      kernels<T>().winograd_output[form()](a);
     }
   }
 
@@ -307,27 +311,32 @@ class WinogradConvolution {
 };
 }  // namespace detail
 
-/// A convolution with 3 × 3 taps and stride 1 by Winograd's minimal filtering F(tile × tile, 3 × 3):
+/// A convolution by Winograd's minimal filtering:
 ///
 ///   Y = Aᵀ [ Σ_c (G g_c Gᵀ) ⊙ (Bᵀ d_c B) ] A
 ///
-/// for each tile of outputs, with (tile + 2)² products a channel instead of 9·tile². The sum over channels is
-/// taken in blocks of at most 64, so that rounding does not grow with their number. With tile = 4 the points
-/// are {0, ±2/3, ±3/2, ∞}, whose rounding is about half that of the textbook's {0, ±1, ±2, ∞}; with tile = 2
-/// {0, ±1, ∞}.
+/// for each tile of outputs. Products a pixel and pair of channels, beside those of the plain sum:
 ///
-/// Filters are transformed from the packed weights when they are needed, a block at a time within the
-/// second cache: for 49 tiles that costs 7 % of the products' time, and saves four times the weights' memory
-/// and its bandwidth.
+///   f2_taps3          2 × 2 outputs of 3 × 3 taps     4      9     points {0, ±1, ∞}
+///   f4_taps3          4 × 4                           2.25   9     {0, ±2/3, ±3/2, ∞}
+///   f4_taps2          4 × 4 of 2 × 2 taps             1.56   4     {±2/3, ±3/2, ∞}
 ///
-/// \param tile  2 or 4; the rest as convolve()
+/// The last is one of the four parts that the adjoint of a stride of 2 falls into. The rounding of {0, ±2/3,
+/// ±3/2, ∞} is about half that of the textbook's {0, ±1, ±2, ∞}. The sum over channels is taken in blocks of
+/// at most 64, so that rounding does not grow with their number.
+///
+/// Filters are transformed from the packed weights when they are needed, a block at a time within the second
+/// cache: for 49 tiles that costs 7 % of the products' time, and saves four times the weights' memory and its
+/// bandwidth.
+///
+/// Arguments otherwise as convolve(). The convolution must have the form; see has_form().
 ///
 /// Sources: Lavin and Gray, "Fast algorithms for convolutional neural networks" (2016); points of the form
 /// {c, −c, 1/c, −1/c}: Alam, Anderson, Barabasz and Gregg (2022).
 template <std::floating_point T>
-void convolve_winograd(const PackedConvolution<T>& packed, std::size_t tile, std::size_t images, const T* in,
+void convolve_winograd(const PackedConvolution<T>& packed, WinogradForm form, std::size_t images, const T* in,
                        const Epilogue<T>& end, T* out, std::size_t out_image_size) {
-  detail::WinogradConvolution<T>(packed, images, tile, in, end, out, out_image_size).run();
+  detail::WinogradConvolution<T>(packed, images, form, in, end, out, out_image_size).run();
 }
 
 }  // namespace tapestry::nn
