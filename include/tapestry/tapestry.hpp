@@ -47,6 +47,7 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>

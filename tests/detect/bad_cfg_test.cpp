@@ -15,6 +15,7 @@ namespace {
 const std::string net = "[net]\nwidth=64\nheight=64\nchannels=3\n";
 const std::string conv = "[convolutional]\nfilters=8\nsize=3\nstride=2\npad=1\nactivation=leaky\n";
 const std::string head = "[convolutional]\nfilters=18\nsize=1\nactivation=linear\n";
+const std::string logistic_head = "[convolutional]\nfilters=18\nsize=1\nactivation=logistic\n";
 const std::string yolo = "[yolo]\nmask=0,1,2\nanchors=10,13, 16,30, 33,23\nclasses=1\nnum=3\n";
 const std::string good = net + conv + head + yolo;
 
@@ -97,6 +98,7 @@ std::vector<BadFile> value_rows() {
       {"G25 negative anchor", replaced(good, "10,13", "-10,13"), malformed, "17:9", "anchor"},
       {"G25 infinite anchor", replaced(good, "10,13", "inf,13"), malformed, "17:9", "'inf'"},
       {"G25 not a number", replaced(good, "10,13", "nan,13"), malformed, "17:9", "'nan'"},
+      {"new_coords=2", good + "new_coords=2\n", malformed, "20:12", "0 to 1"},
       {"G26 negative classes", replaced(good, "classes=1", "classes=-1"), malformed, "18:9", ""},
       {"G28 4,000 layers", deep, limit, "2053", "layers"},
       {"G29 product",
@@ -126,6 +128,10 @@ std::vector<BadFile> fit_rows() {
        "expected 21 channels, found 18"},
       {"G27 no yolo", net + conv, mismatch, "1", "no [yolo]"},
       {"G27 same grid", good + "[route]\nlayers=1\n" + yolo, mismatch, "22", "same grid"},
+      {"new_coords without logistic", good + "new_coords=1\n", mismatch, "15", "activation=logistic"},
+      {"two decode families",
+       net + conv + logistic_head + yolo + "new_coords=1\n[route]\nlayers=0\n" + conv + logistic_head + yolo,
+       mismatch, "33", "expected scaled as on line 15, found darknet"},
       {"reads from yolo", good + head + yolo, mismatch, "20", "[yolo] layer, which has no output"},
   };
 }

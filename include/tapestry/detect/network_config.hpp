@@ -4,6 +4,7 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/file_source.hpp>
+#include <tapestry/detect/network_config/decode_choice.hpp>
 #include <tapestry/detect/network_config/known_keys.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/detect/network_config/layer_parsing.hpp>
@@ -75,6 +76,7 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
   }
   const auto shapes = infer_shapes(config, config.height, config.width);
   detail::check_heads(config, shapes);
+  detail::check_decode(config);
   return config;
 }
 

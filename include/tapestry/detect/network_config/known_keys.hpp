@@ -111,7 +111,6 @@ inline constexpr auto unsupported_cfg_keys =
                                                     {"sway", "0"},
                                                     {"maxpool_depth", "0"},
                                                     {"avgpool", "0"},
-                                                    {"new_coords", "0"},
                                                     {"embedding_layer", ""},
                                                     {"weights_type", "none"},
                                                     {"weights_normalization", "none"},
@@ -134,7 +133,7 @@ inline constexpr auto unsupported_cfg_keys =
   if (section == "upsample") return {"stride"};
   if (section == "route") return {"layers", "groups", "group_id"};
   if (section == "shortcut") return {"from", "activation"};
-  if (section == "yolo") return {"mask", "anchors", "classes", "num", "scale_x_y"};
+  if (section == "yolo") return {"mask", "anchors", "classes", "num", "scale_x_y", "new_coords"};
   if (section == "softmax") return {"groups", "temperature"};
   return {};
 }

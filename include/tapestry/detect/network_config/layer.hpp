@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <tapestry/detect/decode_family.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <vector>
 
@@ -40,6 +41,7 @@ struct LayerConfig {
   std::vector<std::array<double, 2>>
       anchors{};         ///< yolo: this head's, width and height in pixels of the input
   double scale_x_y = 1;  ///< yolo
+  DecodeFamily decode = DecodeFamily::darknet;  ///< yolo
 };
 
 /// A parsed cfg file: the input's size and the layers in order. Every index in it has been checked.

@@ -111,6 +111,7 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, LayerConf
   if (!(layer.scale_x_y >= 1) || layer.scale_x_y > 4) {
     throw reader.error(*reader.find("scale_x_y"), "scale_x_y out of range", "1 to 4");
   }
+  if (reader.integer("new_coords", 0, 0, 1, ErrorKind::malformed) != 0) layer.decode = DecodeFamily::scaled;
   const auto anchors = parse_anchors(reader, reader.count("num", 1, 1, 256));
   if (reader.find("mask") == nullptr) {
     layer.anchors = anchors;

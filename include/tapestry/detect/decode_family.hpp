@@ -1,0 +1,49 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+
+namespace tapestry::detect {
+
+/// How a head's outputs become boxes and scores. Detectors of the three families have the same layers and
+/// tensors, so nothing but a word about it tells them apart, and the wrong family puts every box elsewhere.
+///
+/// With the outputs t, the logistic function σ, and s the head's scale_x_y:
+///
+///   family       centre, in cells              extent, per anchor   score
+///   darknet      (σ(t) − ½)·s + ½ + cell       e^t                  σ(objectness) · σ(class)
+///   ultralytics  2·σ(t) − ½ + cell             (2·σ(t))²            σ(objectness) · σ(class)
+///   scaled       t·s − (s − 1)/2 + cell        (2·t)²               objectness · class
+///
+/// scaled is new_coords=1 of a cfg: t has been through σ already, in the convolution before the head, which
+/// has activation=logistic. With s = 2 it puts boxes where ultralytics does for the logits before that σ.
+/// The ultralytics family has 2 for s always, whatever a cfg says.
+///
+/// Sources: darknet, Redmon and Farhadi, "YOLOv3" (2018), section 2.1, and for s Bochkovskiy et al., "YOLOv4"
+/// (2020); ultralytics, the Detect layer of YOLOv5 and of its YOLOv3; scaled, Wang et al.,
+/// "Scaled-YOLOv4" (CVPR 2021), as new_coords in AlexeyAB's Darknet.
+enum class DecodeFamily { darknet, ultralytics, scaled };
+
+inline constexpr std::array<DecodeFamily, 3> decode_families{DecodeFamily::darknet, DecodeFamily::ultralytics,
+                                                             DecodeFamily::scaled};
+
+/// The families by name, for messages.
+inline constexpr std::string_view decode_family_names = "darknet, ultralytics or scaled";
+
+[[nodiscard]] constexpr std::string_view name_of(DecodeFamily family) {
+  constexpr std::array<std::string_view, 3> names{"darknet", "ultralytics", "scaled"};
+  return names[static_cast<std::size_t>(family)];
+}
+
+/// \throws DomainError, naming the three, for any other name than darknet, ultralytics and scaled
+[[nodiscard]] inline DecodeFamily decode_family_by_name(std::string_view name) {
+  for (const DecodeFamily family : decode_families)
+    if (name_of(family) == name) return family;
+  throw DomainError("no decode family is called " + in_quotes(name) + "; expected " +
+                    std::string(decode_family_names));
+}
+
+}  // namespace tapestry::detect
