@@ -8,6 +8,7 @@
 
 namespace loss = tapestry::loss;
 namespace detect = tapestry::detect;
+using detect::DecodeFamily;
 using loss::AdversarialLoss;
 using tapestry::Array;
 using tapestry::Random;
@@ -19,14 +20,15 @@ const std::vector<AdversarialLoss> all_kinds{AdversarialLoss::paper, Adversarial
                                              AdversarialLoss::max_score};
 
 /// Three heads of two anchors with strides 32, 16 and 8, in Darknet's order; the finest with scale_x_y 1.2.
-std::vector<detect::Head> three_heads() {
-  const auto head = [](std::size_t stride, std::vector<std::array<double, 2>> anchors, double scale_x_y) {
+std::vector<detect::Head> three_heads(DecodeFamily decode = DecodeFamily::darknet) {
+  const auto head = [=](std::size_t stride, std::vector<std::array<double, 2>> anchors, double scale_x_y) {
     detect::Head made{};
     made.classes = classes;
     made.grid_height = input_height / stride;
     made.grid_width = input_width / stride;
     made.anchors = std::move(anchors);
     made.scale_x_y = scale_x_y;
+    made.decode = decode;
     return made;
   };
   return {head(32, {{40, 30}, {60, 50}}, 1.0), head(16, {{20, 16}, {30, 30}}, 1.0),
@@ -161,10 +163,11 @@ TEST_CASE("anchors match up to a ratio of 4, in the cell of the centre only", "[
 }
 
 TEST_CASE("adversarial_adjoint agrees with central differences in double", "[loss][adversarial][gradient]") {
-  const auto heads = three_heads();
+  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto heads = three_heads(decode);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score);
   const loss::AdversarialWeights weights{0.7, 1.3, 0.9, 1.1};
-  CAPTURE(loss::name_of(kind));
+  CAPTURE(loss::name_of(kind), detect::name_of(decode));
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const auto logits = random_logits<double>(heads, seed);
     auto adjoint = zeros_like(logits);
@@ -229,7 +232,8 @@ TEST_CASE("adversarial in float follows double", "[loss][adversarial]") {
 }
 
 TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
-  const auto heads = three_heads();
+  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto heads = three_heads(decode);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score);
   auto logits = random_logits<double>(heads, 7, 3);
   for (int step = 0; step < 400; ++step) {
@@ -239,6 +243,57 @@ TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
   }
   const auto best = loss::responsible(view(heads, logits), car);
   CHECK((!best || best->score() < 0.1));
+}
+
+TEST_CASE("the slope of an ultralytics box equals the one worked out by hand", "[loss][adversarial]") {
+  const auto heads = three_heads(DecodeFamily::ultralytics);
+  auto logits = random_logits<double>(heads, 1);
+  fill(logits, std::log(3.0));  // σ = ¾, σ' = 3/16
+  const loss::Candidate candidate{2, 1, 3, 6};
+  const auto box = loss::decoded_box(view(heads, logits), candidate);
+  CHECK(box.cx == Approx(8 * (6 + 1.0)).epsilon(1e-14));
+  CHECK(box.cy == Approx(8 * (3 + 1.0)).epsilon(1e-14));
+  CHECK(box.w == Approx(2.25 * 9).epsilon(1e-14));
+  CHECK(box.h == Approx(2.25 * 14).epsilon(1e-14));
+  auto adjoint = zeros_like(logits);
+  loss::decoded_box_adjoint(view(heads, logits), candidate, {1, 10, 100, 1000}, adjoint);
+  const auto slope = [&](std::size_t channel) {
+    return adjoint[2].data()[loss::logit_index(view(heads, logits), candidate, channel)];
+  };
+  CHECK(slope(loss::x_channel) == Approx(2 * 3.0 / 16 * 8).epsilon(1e-14));
+  CHECK(slope(loss::y_channel) == Approx(10 * 2 * 3.0 / 16 * 8).epsilon(1e-14));
+  CHECK(slope(loss::w_channel) == Approx(100 * 8 * 0.75 * 3 / 16 * 9).epsilon(1e-14));
+  CHECK(slope(loss::h_channel) == Approx(1000 * 8 * 0.75 * 3 / 16 * 14).epsilon(1e-14));
+}
+
+TEST_CASE("a box of saturated ultralytics logits has a finite slope", "[loss][adversarial]") {
+  const auto heads = three_heads(DecodeFamily::ultralytics);
+  const double size = GENERATE(100.0, -100.0, 800.0, -800.0, 1e30);
+  auto logits = random_logits<double>(heads, 1);
+  fill(logits, size);
+  auto adjoint = zeros_like(logits);
+  loss::decoded_box_adjoint(view(heads, logits), {1, 0, 1, 3}, {1, 1, 1, 1}, adjoint);
+  for (const double slope : adjoint[1].storage()) REQUIRE(std::isfinite(slope));
+  // d(2σ)²/dt = 8σ²·σ(−t): at 100 8·e^−100, and at −100 8·e^−200, of an anchor of 20 px
+  const double slope =
+      adjoint[1].data()[loss::logit_index(view(heads, logits), {1, 0, 1, 3}, loss::w_channel)];
+  if (size == 100) CHECK(slope == Approx(20 * 8 * std::exp(-100.0)).epsilon(1e-13));
+  if (size == -100) CHECK(slope == Approx(20 * 8 * std::exp(-200.0)).epsilon(1e-13));
+}
+
+TEST_CASE("losses refuse heads that give no raw logits", "[loss][adversarial]") {
+  auto heads = three_heads();
+  const auto logits = random_logits<double>(heads, 1);
+  heads[2].decode = DecodeFamily::scaled;
+  const std::string message =
+      ": heads of the decode family scaled (new_coords=1) give activations, but losses need raw logits; "
+      "expected darknet or ultralytics";
+  for (const auto kind : all_kinds) {
+    CHECK_THROWS_WITH(loss::adversarial(view(heads, logits), car, kind), "adversarial" + message);
+    auto adjoint = zeros_like(logits);
+    CHECK_THROWS_WITH(loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, adjoint),
+                      "adversarial_adjoint" + message);
+  }
 }
 
 TEST_CASE("no detection at any scale makes the loss exactly 0", "[loss][adversarial]") {
@@ -273,13 +328,14 @@ TEST_CASE("a target box touching or crossing the border is measured whole", "[lo
 }
 
 TEST_CASE("saturated logits give finite losses and gradients", "[loss][adversarial]") {
-  const auto heads = three_heads();
+  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto heads = three_heads(decode);
   const double size = GENERATE(100.0, -100.0, 800.0, -800.0, 1e30);
   auto logits = random_logits<double>(heads, 6);
   fill(logits, size);
   for (const auto kind : all_kinds) {
     if (kind == AdversarialLoss::as_coded && size == 1e30) continue;
-    CAPTURE(size, loss::name_of(kind));
+    CAPTURE(size, loss::name_of(kind), detect::name_of(decode));
     CHECK(std::isfinite(loss::adversarial(view(heads, logits), car, kind).total));
     auto adjoint = zeros_like(logits);
     loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, adjoint);
@@ -315,7 +371,8 @@ TEST_CASE("a tie goes to the first candidate", "[loss][adversarial]") {
 }
 
 TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial]") {
-  const auto heads = three_heads();
+  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto heads = three_heads(decode);
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     auto logits = random_logits<double>(heads, seed, 0.2 * static_cast<double>(seed));
     const loss::Target target{seed % classes, {1.5 * static_cast<double>(seed), 30, 26, 17}};
@@ -333,7 +390,8 @@ TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial
 }
 
 TEST_CASE("NaN arriving in the loss is passed on", "[loss][adversarial]") {
-  const auto heads = three_heads();
+  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto heads = three_heads(decode);
   for (const auto kind : all_kinds) {
     auto logits = random_logits<double>(heads, 8);
     const auto place = loss::matched_candidates(view(heads, logits), 1, car).front();

@@ -7,6 +7,7 @@
 
 namespace loss = tapestry::loss;
 namespace detect = tapestry::detect;
+using detect::DecodeFamily;
 using tapestry::Array;
 using tapestry::Random;
 
@@ -15,12 +16,13 @@ namespace {
 constexpr std::size_t size = 64, classes = 2;
 using Logits = std::vector<Array<double, 4>>;
 
-std::vector<detect::Head> two_heads() {
+std::vector<detect::Head> two_heads(DecodeFamily decode = DecodeFamily::darknet) {
   std::vector<detect::Head> heads(2);
   for (std::size_t i = 0; i < 2; ++i) {
     heads[i].classes = classes;
     heads[i].grid_height = heads[i].grid_width = i == 0 ? 4 : 8;
     heads[i].scale_x_y = i == 0 ? 1.0 : 1.1;
+    heads[i].decode = decode;
   }
   heads[0].anchors = {{30, 20}, {40, 40}};
   heads[1].anchors = {{8, 8}, {14, 10}};
@@ -60,6 +62,33 @@ TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[los
   CHECK(terms.total == Approx(terms.box + terms.objectness + terms.classification));
 }
 
+TEST_CASE("yolo_training of ultralytics heads equals the terms worked out by hand", "[loss][yolo_training]") {
+  const auto heads = two_heads(DecodeFamily::ultralytics);
+  const auto logits = zero_logits(heads);
+  const loss::Truths truths{{{0, {33, 20, 28, 22}}}};
+  const auto terms = loss::yolo_training(heads, logits, truths, size, size);
+  const double weight = 2 - 28 * 22.0 / (64 * 64), once = std::log(2.0);
+  CHECK(terms.box == Approx(weight * 4 * once));  // at logit 0 every cross entropy is log 2
+  CHECK(terms.objectness == Approx(160 * once));  // boxes at logit 0 are the anchors, as Darknet's
+  Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
+  loss::yolo_training_adjoint(heads, logits, truths, size, size, {}, 1.0, adjoint);
+  const auto slope = [&](std::size_t channel) { return adjoint[0](0, channel, 1, 2); };
+  // σ wanted: x, y of 1/16 and 1/4 from the cell's corner + ½ over 2; w, h half the root of truth over anchor
+  CHECK(slope(0) == Approx(weight * (0.5 - (0.0625 + 0.5) / 2)));
+  CHECK(slope(1) == Approx(weight * (0.5 - (0.25 + 0.5) / 2)));
+  CHECK(slope(2) == Approx(weight * (0.5 - std::sqrt(28.0 / 30) / 2)));
+  CHECK(slope(3) == Approx(weight * (0.5 - std::sqrt(22.0 / 20) / 2)));
+}
+
+TEST_CASE("yolo_training wants no more of ultralytics heads than 4 anchors", "[loss][yolo_training]") {
+  auto heads = two_heads(DecodeFamily::ultralytics);
+  heads[0].anchors = {{4, 40}, {4, 40}};
+  const auto logits = zero_logits(heads);
+  Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
+  loss::yolo_training_adjoint(heads, logits, {{{0, {33, 20, 28, 38}}}}, size, size, {}, 1.0, adjoint);
+  CHECK(adjoint[0](0, 2, 1, 2) == Approx((2 - 28 * 38.0 / (64 * 64)) * (0.5 - 1)));
+}
+
 TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss][yolo_training]") {
   const auto heads = two_heads();
   const auto logits = zero_logits(heads);
@@ -75,7 +104,8 @@ TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss
 }
 
 TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_training][gradient]") {
-  const auto heads = two_heads();
+  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto heads = two_heads(decode);
   const loss::YoloTrainingOptions options{0.5, 0.6, 0.7, 1.3, 0.9};
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const auto logits = logits_of(heads, seed);
@@ -100,7 +130,8 @@ TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_
 }
 
 TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_training]") {
-  const auto heads = two_heads();
+  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto heads = two_heads(decode);
   auto logits = logits_of(heads, 3);
   for (int step = 0; step < 400; ++step) {
     Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
@@ -144,4 +175,8 @@ TEST_CASE("yolo_training refuses what does not fit together", "[loss][yolo_train
   Logits one{logits[0]};
   CHECK_THROWS_AS(loss::yolo_training_adjoint(heads, logits, two_images, size, size, {}, 1.0, one),
                   tapestry::ShapeError);
+  const auto scaled = two_heads(DecodeFamily::scaled);
+  CHECK_THROWS_WITH(loss::yolo_training(scaled, logits, two_images, size, size),
+                    "yolo_training: heads of the decode family scaled (new_coords=1) give activations, but "
+                    "losses need raw logits; expected darknet or ultralytics");
 }

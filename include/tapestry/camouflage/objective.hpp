@@ -51,9 +51,10 @@ class Objective {
   using Views = std::span<const View<T>* const>;
 
   /// The network must outlive the objective.
-  /// \throws DomainError if the network has no class of that index
+  /// \throws DomainError if the network has no class of that index, or gives no raw logits
   Objective(const detect::Network<T>& network, const raster::TextureLayout& layout, ObjectiveOptions options)
       : network_(network), layout_(layout), options_(options) {
+    loss::require_raw_logits("objective", network.heads());
     for (const auto& head : network.heads())
       if (options.class_index >= head.classes)
         throw DomainError("objective: class " + std::to_string(options.class_index) + " of a network with " +

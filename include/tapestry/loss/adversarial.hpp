@@ -23,7 +23,7 @@ namespace tapestry::loss {
 ///            matched candidates (so far as there are any), the objectness entropy with target 1 at the
 ///            matched candidates, which RAISES objectness there, weighted 4, 1, 0.4 by scale, and the mean
 ///            raw class logit, cut at 0. Matching is that of anchor_match.hpp; boxes are decoded as the
-///            head does it, where the program has its own detector's (2σ)² rule.
+///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
 enum class AdversarialLoss { paper, as_coded, max_score };
 
@@ -138,7 +138,7 @@ void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& tar
 /// outside: boxes are compared whole, and as_coded then has no match. Sums are in double whatever T is.
 ///
 /// \throws ShapeError if logits and heads do not fit each other; DomainError if there is no such image or
-///         class or the target box is not finite
+///         class, the target box is not finite, or a head gives no raw logits, see require_raw_logits()
 template <class T>
 [[nodiscard]] AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target& target,
                                               AdversarialLoss kind, const AdversarialWeights& weights = {}) {

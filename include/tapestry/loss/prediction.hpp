@@ -36,13 +36,27 @@ struct Candidate {
 /// Channels of a candidate; class k is at class_channel + k.
 enum Channel : std::size_t { x_channel, y_channel, w_channel, h_channel, objectness_channel, class_channel };
 
-/// \throws ShapeError if the logits do not belong to the heads; DomainError if there is no such image
+/// Losses are functions of raw logits, which heads of the decode family scaled do not hand over: σ is taken
+/// in the network before them, and where it rounds to 1 no slope is left.
+/// \throws DomainError if a head is of that family
+inline void require_raw_logits(const char* operation, const std::vector<detect::Head>& heads) {
+  for (const auto& head : heads)
+    if (head.decode == detect::DecodeFamily::scaled)
+      throw DomainError(
+          std::string(operation) +
+          ": heads of the decode family scaled (new_coords=1) give activations, but losses need "
+          "raw logits; expected darknet or ultralytics");
+}
+
+/// \throws ShapeError if the logits do not belong to the heads; DomainError if there is no such image or a
+///         head gives no raw logits
 template <class T>
 void require_predictions(const char* operation, const Predictions<T>& predictions) {
   const std::string name(operation);
   if (predictions.logits.size() != predictions.heads.size())
     throw ShapeError(name + ": logits of " + std::to_string(predictions.logits.size()) + " heads, expected " +
                      std::to_string(predictions.heads.size()));
+  require_raw_logits(operation, predictions.heads);
   for (std::size_t i = 0; i < predictions.heads.size(); ++i) {
     const auto& head = predictions.heads[i];
     const auto& logits = predictions.logits[i];
@@ -113,19 +127,23 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
       static_cast<T>(slope);
 }
 
-/// Adds the pullback of decoded_box(): ∂cx/∂tx = s · σ'(tx) · W / grid width, ∂w/∂tw = w, or 0 where
-/// decode_box() bounds tw; cy and h alike. A component of box_adjoint that is 0 adds nothing, however large
+/// Adds the pullback of decoded_box(): ∂cx/∂tx = s · σ'(tx) · W / grid width, with s = 2 in the ultralytics
+/// family; ∂w/∂tw = w, or 0 where decode_box() bounds tw, and in the ultralytics family 2 · w · σ(−tw), which
+/// is 8 · σ · σ' · anchor; cy and h alike. A component of box_adjoint that is 0 adds nothing, however large
 /// the box is.
 template <class T>
 void decoded_box_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
                          const detect::Box& box_adjoint, std::vector<Array<T, 4>>& logits_adjoint) {
   const auto& head = predictions.heads[candidate.head];
   const detect::Box box = decoded_box(predictions, candidate);
+  const bool is_ultralytics = head.decode == detect::DecodeFamily::ultralytics;
+  const double scale = is_ultralytics ? 2 : head.scale_x_y;
   const auto centre_slope = [&](std::size_t channel, std::size_t cells, std::size_t extent) {
-    return logistic_slope(logit(predictions, candidate, channel)) * head.scale_x_y *
-           static_cast<double>(extent) / static_cast<double>(cells);
+    return logistic_slope(logit(predictions, candidate, channel)) * scale * static_cast<double>(extent) /
+           static_cast<double>(cells);
   };
   const auto extent_slope = [&](std::size_t channel, double extent) {
+    if (is_ultralytics) return 2 * extent * nn::logistic(-logit(predictions, candidate, channel));
     return logit(predictions, candidate, channel) > detect::largest_extent_logit ? 0 : extent;
   };
   const auto add = [&](std::size_t channel, double adjoint, double slope) {

@@ -92,7 +92,8 @@ void for_each_background(const Predictions<T>& predictions, const std::vector<Ta
     });
 }
 
-/// What an assigned candidate's four box logits are wanted to be: σ(tx), σ(ty), tw, th; and their weight.
+/// What an assigned candidate's four box logits are wanted to be: σ(tx), σ(ty), then tw and th or, in the
+/// ultralytics family, σ(tw) and σ(th); and their weight.
 struct BoxGoal {
   double x, y, w, h;
   double weight;  ///< 2 − share of the picture: small boxes count more
@@ -105,14 +106,31 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
   const auto& anchor = head.anchors[candidate.anchor];
   const auto width = static_cast<double>(predictions.input_width);
   const auto height = static_cast<double>(predictions.input_height);
+  const bool is_ultralytics = head.decode == detect::DecodeFamily::ultralytics;
+  const double scale = is_ultralytics ? 2 : head.scale_x_y;
   const auto offset = [&](double centre, double extent, std::size_t cells, std::size_t cell) {
     const double in_cell = centre / extent * static_cast<double>(cells) - static_cast<double>(cell);
-    return std::clamp((in_cell - 0.5) / head.scale_x_y + 0.5, 0.0, 1.0);
+    return std::clamp((in_cell - 0.5) / scale + 0.5, 0.0, 1.0);
+  };
+  const auto stretch = [&](double extent, double of_anchor) {
+    return is_ultralytics ? std::min(1.0, std::sqrt(extent / of_anchor) / 2) : std::log(extent / of_anchor);
   };
   return {offset(truth->box.cx, width, head.grid_width, candidate.column),
-          offset(truth->box.cy, height, head.grid_height, candidate.row), std::log(truth->box.w / anchor[0]),
-          std::log(truth->box.h / anchor[1]),
+          offset(truth->box.cy, height, head.grid_height, candidate.row), stretch(truth->box.w, anchor[0]),
+          stretch(truth->box.h, anchor[1]),
           2 - std::min(1.0, truth->box.w * truth->box.h / (width * height))};
+}
+
+/// The loss of a w or h logit: the cross entropy with σ where its family puts σ on it, else half the square.
+[[nodiscard]] inline double extent_loss(const detect::Head& head, double logit, double wanted) {
+  if (head.decode == detect::DecodeFamily::ultralytics) return cross_entropy(logit, wanted);
+  return (logit - wanted) * (logit - wanted) / 2;
+}
+
+/// Derivative of extent_loss() to the logit.
+[[nodiscard]] inline double extent_loss_slope(const detect::Head& head, double logit, double wanted) {
+  if (head.decode == detect::DecodeFamily::ultralytics) return cross_entropy_slope(logit, wanted);
+  return logit - wanted;
 }
 
 template <class T>
@@ -138,11 +156,12 @@ YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vect
   for (const Assignment& assignment : assigned) {
     const auto at = [&](std::size_t channel) { return logit(predictions, assignment.candidate, channel); };
     const BoxGoal goal = box_goal(predictions, assignment);
-    const double dw = at(w_channel) - goal.w, dh = at(h_channel) - goal.h;
-    terms.box += goal.weight * (cross_entropy(at(x_channel), goal.x) + cross_entropy(at(y_channel), goal.y) +
-                                (dw * dw + dh * dh) / 2);
+    const auto& head = predictions.heads[assignment.candidate.head];
+    terms.box +=
+        goal.weight * (cross_entropy(at(x_channel), goal.x) + cross_entropy(at(y_channel), goal.y) +
+                       extent_loss(head, at(w_channel), goal.w) + extent_loss(head, at(h_channel), goal.h));
     terms.objectness += cross_entropy(at(objectness_channel), 1);
-    for (std::size_t k = 0; k < predictions.heads[assignment.candidate.head].classes; ++k)
+    for (std::size_t k = 0; k < head.classes; ++k)
       terms.classification +=
           cross_entropy(at(class_channel + k), k == assignment.truth->class_index ? 1 : 0);
   }
@@ -163,13 +182,14 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
       add_to_logit(predictions, assignment.candidate, channel, adjoint * weight * slope, logits_adjoint);
     };
     const BoxGoal goal = box_goal(predictions, assignment);
+    const auto& head = predictions.heads[assignment.candidate.head];
     const double box = options.box * goal.weight;
     add(x_channel, box, [&](double at) { return cross_entropy_slope(at, goal.x); });
     add(y_channel, box, [&](double at) { return cross_entropy_slope(at, goal.y); });
-    add(w_channel, box, [&](double at) { return at - goal.w; });
-    add(h_channel, box, [&](double at) { return at - goal.h; });
+    add(w_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.w); });
+    add(h_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.h); });
     add(objectness_channel, options.objectness, [](double at) { return cross_entropy_slope(at, 1); });
-    for (std::size_t k = 0; k < predictions.heads[assignment.candidate.head].classes; ++k)
+    for (std::size_t k = 0; k < head.classes; ++k)
       add(class_channel + k, options.classification,
           [&](double at) { return cross_entropy_slope(at, k == assignment.truth->class_index ? 1 : 0); });
   }
@@ -192,9 +212,13 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
 /// other. Which candidates are matched and which are ignored is not differentiated.
 /// Source: Redmon and Farhadi, "YOLOv3" (2018), section 2, with the cross entropy for x and y too.
 ///
+/// Heads of the ultralytics family have H(tw, w) + H(th, h) instead of the squares, w and h being half the
+/// root of the truth's size over the anchor's, at most 1, which is where their boxes end: at 4 anchors. That
+/// is this loss put on their decode, not the complete IoU that they were trained with.
+///
 /// \param logits  per head [N, A·(5+K), H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input
-/// \throws ShapeError, DomainError as adversarial()
+/// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too
 template <class T>
 [[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
                                               const std::vector<Array<T, 4>>& logits, const Truths& truths,
