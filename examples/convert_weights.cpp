@@ -14,6 +14,7 @@
 
 #include "support/problem_list.hpp"
 #include "support/program.hpp"
+#include "support/settings.hpp"
 
 namespace {
 using namespace tapestry;
@@ -23,7 +24,7 @@ struct Options {
   std::string cfg;
   std::string weights;
   std::string output;
-  std::string decode{io::supported_decode};
+  std::string decode;
   double epsilon = 1e-5;
   bool fold = false;
 };
@@ -38,13 +39,15 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--batch-norm-epsilon", options.epsilon,
                  "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV")
       ->capture_default_str();
-  app.add_option("--decode", options.decode, "how logits become boxes; only darknet is implemented")
-      ->capture_default_str();
+  app.add_option(
+      "--decode", options.decode,
+      "how logits become boxes: darknet, ultralytics or scaled, which the file will say from now on; "
+      "left out, what the cfg says: scaled for new_coords=1, else darknet");
 }
 
 void require_sound(const Options& options) {
   ProblemList list;
-  list.require_choice("--decode", options.decode, {std::string(io::supported_decode)});
+  if (!options.decode.empty()) list.require_choice("--decode", options.decode, decode_choices());
   list.require(options.epsilon > 0 && options.epsilon < 1, "--batch-norm-epsilon must lie between 0 and 1");
   std::error_code no_such_file;
   for (const auto& input : {options.cfg, options.weights})
@@ -59,8 +62,13 @@ int run(const Options& options) {
   metadata.cfg = read_text_file(options.cfg, std::uint64_t(4) << 20U);
   metadata.is_folded = options.fold;
   metadata.batch_norm_epsilon = options.epsilon;
-  detect::Network<float> network(detect::parse_network_config(metadata.cfg, options.cfg));
-  for (const auto& warning : network.config().warnings) std::cerr << "warning: " << warning << '\n';
+  auto config = detect::parse_network_config(metadata.cfg, options.cfg);
+  if (!options.decode.empty())
+    config = detect::with_decode(std::move(config), detect::decode_family_by_name(options.decode));
+  metadata.decode = detect::decode_family_of(config);
+  for (const auto& warnings : {config.warnings, detect::decode_warnings(config)})
+    for (const auto& warning : warnings) std::cerr << "warning: " << warning << '\n';
+  detect::Network<float> network(std::move(config));
   for (const auto& warning : network.read_weights(options.weights))
     std::cerr << "warning: " << warning << '\n';
   metadata.images_seen = network.images_seen();
@@ -68,7 +76,7 @@ int run(const Options& options) {
   io::write_detector_file(options.output, metadata, parameters, options.cfg);
   std::printf("%s: %zu tensors, batch normalisation %s, decode %s\ncfg sha256 %s\n", options.output.c_str(),
               io::SafetensorsFile(options.output).tensors().size(), options.fold ? "folded" : "kept",
-              options.decode.c_str(), io::sha256(metadata.cfg).c_str());
+              std::string(detect::name_of(metadata.decode)).c_str(), io::sha256(metadata.cfg).c_str());
   return 0;
 }
 }  // namespace

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/detect/decode_family.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <type_traits>
 #include <utility>
@@ -32,6 +33,7 @@ struct SceneSettings {
 struct DetectorSettings {
   std::string cfg;
   std::string weights;
+  std::string decode;
   std::string names;
   std::string class_name = "car";
   std::size_t size = 0;
@@ -81,6 +83,9 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit("weights", s.weights,
         "Darknet weights that belong to --cfg, or a detector that convert_weights made; the bundled one's "
         "when both are left out");
+  visit("decode", s.decode,
+        "how logits become boxes: darknet, ultralytics or scaled; left out, what converted --weights say, or "
+        "of Darknet weights the cfg: scaled for new_coords=1, else darknet");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, or for others none");
   visit("class", s.class_name,
@@ -122,7 +127,11 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 /// Adds the settings to a JSON object under their option names.
 template <class Settings>
 void add_json(nlohmann::ordered_json& json, Settings settings) {
-  visit_settings(settings, [&](const char* name, auto& value, const char*) { json[name] = value; });
+  visit_settings(settings, [&](const char* name, auto& value, const char*) {
+    const nlohmann::ordered_json setting = value;
+    if (std::string(name) == "decode" && setting == "") return;  // as in runs of before there was a choice
+    json[name] = setting;
+  });
 }
 
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
@@ -138,8 +147,16 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
                "--mesh needs --material or --faces to say what is painted");
 }
 
+/// What --decode can be.
+inline std::vector<std::string> decode_choices() {
+  std::vector<std::string> choices;
+  for (const auto family : detect::decode_families) choices.emplace_back(detect::name_of(family));
+  return choices;
+}
+
 inline void require_sound(const DetectorSettings& s, ProblemList& list) {
   list.require(s.cfg.empty() || !s.weights.empty(), "--cfg and --weights go together; --weights is missing");
+  if (!s.decode.empty()) list.require_choice("--decode", s.decode, decode_choices());
   list.require(s.size <= 4096, "--size must be at most 4096 pixels");
   list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
   list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");
@@ -174,7 +191,11 @@ template <class Settings>
 void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
                  Settings& settings, std::vector<std::string>& differing) {
   Settings whole;
+  const auto is_left_out = [&](const char* name) {  // by runs of before there was a choice
+    return std::string(name) == "decode" && saved.is_object() && !saved.contains(name);
+  };
   visit_settings(whole, [&](const char* name, auto& value, const char*) {
+    if (is_left_out(name)) return;
     try {
       saved.at(name).get_to(value);
     } catch (const nlohmann::json::exception&) {
@@ -187,12 +208,12 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
     throw FileError(ErrorKind::malformed, {path, "", problems.problems().front().what()});
   visit_settings(settings, [&](const char* name, auto& value, const char*) {
     using Value = std::remove_reference_t<decltype(value)>;
-    const auto previous = saved[name].template get<Value>();
+    const auto previous = is_left_out(name) ? Value{} : saved[name].template get<Value>();
     const bool given = app.get_option(std::string("--") + name)->count() > 0;
     const bool left_open = std::is_unsigned_v<Value> && value == Value{} && std::string(name) != "seed";
     if (given && !left_open && value != previous)
-      differing.push_back(std::string("--") + name + " (was " + saved[name].dump() + ", now " +
-                          nlohmann::ordered_json(value).dump() + ")");
+      differing.push_back(std::string("--") + name + " (was " + nlohmann::ordered_json(previous).dump() +
+                          ", now " + nlohmann::ordered_json(value).dump() + ")");
     else
       value = previous;
   });

@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -189,6 +190,75 @@ TEST_CASE("the epsilon is the converted file's, kept or folded", "[io][detector_
   CHECK(logits_of(folded.network, 1) != logits_of(model.network, 1));
 }
 
+TEST_CASE("the decode family is the converted file's, kept or folded", "[io][detector_file]") {
+  const Model model;
+  for (const auto decode : {detect::DecodeFamily::darknet, detect::DecodeFamily::ultralytics})
+    for (const bool is_folded : {false, true}) {
+      io::write_detector_file(model.converted, {model.text, 0, is_folded, 1e-5, decode},
+                              model.network.parameters(), model.cfg);
+      CHECK(io::DetectorFile(model.converted).metadata().decode == decode);
+      CHECK(Parts(model.converted).metadata.at("decode") == detect::name_of(decode));
+      for (const auto& cfg : {std::string(), model.cfg}) {
+        const auto loaded = io::read_network<float>(cfg, model.converted, 0, 0, decode);
+        CHECK(loaded.warnings.empty());
+        const auto resized = loaded.network.resized(96, 96);
+        const auto cast = loaded.network.cast<double>();
+        for (const auto& heads : {loaded.network.heads(), resized.heads(), cast.heads()})
+          for (const auto& head : heads) CHECK(head.decode == decode);
+        CHECK(io::read_network<float>(cfg, model.converted).network.heads()[0].decode == decode);
+      }
+    }
+  check_refused(
+      ErrorKind::mismatch,
+      "some.safetensors: is of the decode family ultralytics, which contradicts the darknet asked for",
+      [&] { (void)io::read_network<float>("", model.converted, 0, 0, detect::DecodeFamily::darknet); });
+}
+
+TEST_CASE("Darknet weights have the decode family that is asked for, or that their cfg means",
+          "[io][network_file]") {
+  using detect::DecodeFamily;
+  const Model model;
+  const auto family = [&](const std::string& cfg, const std::string& weights,
+                          std::optional<DecodeFamily> asked) {
+    return io::read_network<float>(cfg, weights, 0, 0, asked).network.heads()[0].decode;
+  };
+  CHECK(family(model.cfg, model.weights, {}) == DecodeFamily::darknet);
+  CHECK(family(model.cfg, model.weights, DecodeFamily::ultralytics) == DecodeFamily::ultralytics);
+
+  Model scaled;
+  scaled.text.replace(scaled.text.rfind("activation=linear"), 17, "activation=logistic");
+  const auto doubled = scaled.folder.write("doubled.cfg", scaled.text);
+  const auto loaded = io::read_network<float>(doubled, scaled.weights);
+  REQUIRE(loaded.warnings.size() == 1);
+  CHECK_THAT(loaded.warnings[0],
+             Catch::Matchers::Contains("doubled.cfg:48: decode family darknet takes the logistic function of "
+                                       "outputs of activation=logistic"));
+  CHECK(io::read_network<float>(doubled, scaled.weights, 0, 0, DecodeFamily::scaled).warnings.empty());
+
+  const auto said = scaled.folder.write("said.cfg", scaled.text + "new_coords=1\n");
+  CHECK(family(said, scaled.weights, {}) == DecodeFamily::scaled);
+  CHECK(family(said, scaled.weights, DecodeFamily::scaled) == DecodeFamily::scaled);
+  const std::string contradiction =
+      "said.cfg:48: layer 8 (yolo): new_coords=1 contradicts the decode family asked for; expected scaled, "
+      "found ";
+  check_refused(ErrorKind::mismatch, contradiction + "darknet",
+                [&] { (void)family(said, scaled.weights, DecodeFamily::darknet); });
+
+  io::write_detector_file(scaled.converted, {scaled.text, 0, true, 1e-5, DecodeFamily::scaled},
+                          scaled.network.parameters(), doubled);
+  CHECK(family("", scaled.converted, {}) == DecodeFamily::scaled);
+  CHECK(family(said, scaled.converted, {}) == DecodeFamily::scaled);
+  CHECK(io::read_network<float>("", scaled.converted).warnings.empty());
+  io::write_detector_file(scaled.converted, {scaled.text, 0, true, 1e-5, DecodeFamily::ultralytics},
+                          scaled.network.parameters(), doubled);
+  check_refused(ErrorKind::mismatch, contradiction + "ultralytics",
+                [&] { (void)family(said, scaled.converted, {}); });
+  check_refused(ErrorKind::mismatch, contradiction + "darknet", [&] {
+    io::write_detector_file(scaled.converted, {scaled.text + "new_coords=1\n"}, scaled.network.parameters(),
+                            said);
+  });
+}
+
 TEST_CASE("folding a filter by hand", "[detect][fold]") {
   const std::string text =
       "[net]\nwidth=32\nheight=32\nchannels=3\n[convolutional]\nfilters=18\nsize=1\nbatch_normalize=1\n"
@@ -282,11 +352,17 @@ TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][det
   const auto with = [](const std::string& key, const std::string& value) {
     return [=](Parts& parts) { parts.metadata[key] = value; };
   };
-  refused(mismatch, "metadata field 'decode' is missing; expected darknet",
+  refused(mismatch, "metadata field 'decode' is missing; expected darknet, ultralytics or scaled",
           [](Parts& parts) { parts.metadata.erase("decode"); });
-  refused(mismatch, "metadata field 'decode' is not supported; expected darknet, found 'ultralytics'",
-          with("decode", "ultralytics"));
-  refused(mismatch, "expected darknet, found 'scaled'", with("decode", "scaled"));
+  for (const char* decode : {"yolov5", "", "Darknet", "darknet "})
+    refused(mismatch,
+            "metadata field 'decode' is not supported; expected darknet, ultralytics or scaled, found '" +
+                std::string(decode) + "'",
+            with("decode", decode));
+  refused(mismatch,
+          "some.safetensors:cfg:48: layer 8 (yolo): decode family scaled (new_coords=1) needs activations, "
+          "not logits",
+          with("decode", "scaled"));
   refused(mismatch, "metadata field 'format' is missing", [](Parts& parts) { parts.metadata.clear(); });
   refused(mismatch, "metadata field 'format' is not supported", with("format", "pt"));
   for (const char* field : {"cfg", "cfg_sha256", "batch_norm", "images_seen", "batch_norm_epsilon"})

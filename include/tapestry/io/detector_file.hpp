@@ -73,8 +73,11 @@ class DetectorFile {
   [[nodiscard]] const DetectorMetadata& metadata() const { return metadata_; }
   [[nodiscard]] const detect::NetworkConfig& config() const { return config_; }
 
-  /// A cfg of its own, with this file's epsilon and without batch normalisation if that has been folded.
+  /// A cfg of its own, with this file's epsilon and decode family, and without batch normalisation if that
+  /// has been folded.
+  /// \throws FileError (mismatch) if the decode family contradicts the cfg, see detect::with_decode()
   [[nodiscard]] detect::NetworkConfig adapted(detect::NetworkConfig config) const {
+    config = detect::with_decode(std::move(config), metadata_.decode);
     config.batch_norm_epsilon = metadata_.batch_norm_epsilon;
     return metadata_.is_folded ? detect::without_batch_norm(std::move(config)) : config;
   }
@@ -185,7 +188,8 @@ class DetectorFile {
 /// \param metadata    whose cfg describes the network; is_folded folds the batch normalisation
 /// \param parameters  in the order of the layout of that cfg, not folded
 /// \param cfg_name    the cfg's file name, for messages
-/// \throws FileError  for the cfg as parse_network_config() does, and malformed unless it is UTF-8; write
+/// \throws FileError  for the cfg as parse_network_config() does, and malformed unless it is UTF-8; mismatch
+///                    for a decode family that contradicts it; write
 /// \throws ShapeError unless there are as many parameters as the cfg needs, NumericError as fold_batch_norm()
 inline void write_detector_file(const std::string& path, const DetectorMetadata& metadata,
                                 const std::vector<float>& parameters, const std::string& cfg_name) {
@@ -193,7 +197,7 @@ inline void write_detector_file(const std::string& path, const DetectorMetadata&
   if (sound < metadata.cfg.size())
     throw FileError(ErrorKind::malformed, {cfg_name, "@" + std::to_string(sound),
                                            "not UTF-8, as text within a safetensors file has to be"});
-  auto config = detect::parse_network_config(metadata.cfg, cfg_name);
+  auto config = detect::with_decode(detect::parse_network_config(metadata.cfg, cfg_name), metadata.decode);
   config.batch_norm_epsilon = metadata.batch_norm_epsilon;
   const auto layout = detail::layout_of(config, config.height, config.width);
   if (parameters.size() != layout.count)

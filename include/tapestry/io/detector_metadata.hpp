@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/decode_family.hpp>
 #include <tapestry/io/sha256.hpp>
 #include <tapestry/io/text_lines.hpp>
 
@@ -19,11 +19,8 @@ struct DetectorMetadata {
   std::uint64_t images_seen = 0;     ///< in training
   bool is_folded = false;            ///< batch normalisation is part of the weights
   double batch_norm_epsilon = 1e-5;  ///< inside the root; of a folded detector the one folded in
+  detect::DecodeFamily decode = detect::DecodeFamily::darknet;  ///< nothing else in a file tells it
 };
-
-/// How logits become boxes. Only Darknet's way is implemented (detect::decode); Ultralytics' and
-/// Scaled-YOLOv4's (new_coords=1) put boxes elsewhere for the same logits, so a file must say which it means.
-inline constexpr std::string_view supported_decode = "darknet";
 
 /// The metadata as fields of a safetensors file. Numbers are the shortest decimals that read back the same.
 [[nodiscard]] inline std::map<std::string, std::string> fields_of(const DetectorMetadata& metadata) {
@@ -31,7 +28,7 @@ inline constexpr std::string_view supported_decode = "darknet";
   char* const end =
       std::to_chars(epsilon.data(), epsilon.data() + epsilon.size(), metadata.batch_norm_epsilon).ptr;
   return {{"format", "tapestry-detector"},
-          {"decode", std::string(supported_decode)},
+          {"decode", std::string(detect::name_of(metadata.decode))},
           {"cfg", metadata.cfg},
           {"cfg_sha256", sha256(metadata.cfg)},
           {"images_seen", std::to_string(metadata.images_seen)},
@@ -58,8 +55,14 @@ inline constexpr std::string_view supported_decode = "darknet";
     if (found != expected) fail(ErrorKind::mismatch, name, "is not supported", expected, in_quotes(found));
   };
   require("format", "tapestry-detector");
-  require("decode", std::string(supported_decode));
   DetectorMetadata metadata;
+  const std::string families(detect::decode_family_names);
+  const std::string decode = field("decode", families);
+  try {
+    metadata.decode = detect::decode_family_by_name(decode);
+  } catch (const DomainError&) {
+    fail(ErrorKind::mismatch, "decode", "is not supported", families, in_quotes(decode));
+  }
   metadata.cfg = field("cfg", "the text of a Darknet cfg file");
   const std::string hash = field("cfg_sha256", "the hash of the cfg");
   if (hash != sha256(metadata.cfg))

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -53,19 +54,29 @@ namespace detail {
 /// \param cfg      path of the Darknet cfg file; may be empty with a converted detector, which holds its own
 /// \param weights  path
 /// \param input_height, input_width  of the pictures, in pixels; 0 takes the cfg's own
-/// \throws Error (usage) for Darknet weights without a cfg; FileError as detect::read_network_config(),
-///         detect::read_weight_file(), DetectorFile and Network's constructor
+/// \param decode   how logits become boxes; left out, what a converted detector says and of Darknet weights
+///                 what the cfg says: scaled for new_coords=1, else darknet
+/// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
+///         another decode family than `decode`; FileError as detect::with_decode(),
+///         detect::read_network_config(), detect::read_weight_file(), DetectorFile and Network's constructor
 template <std::floating_point T>
 [[nodiscard]] LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights,
-                                            std::size_t input_height = 0, std::size_t input_width = 0) {
+                                            std::size_t input_height = 0, std::size_t input_width = 0,
+                                            std::optional<detect::DecodeFamily> decode = {}) {
   std::vector<std::string> warnings;
   const auto keep = [&](const std::vector<std::string>& more) {
     warnings.insert(warnings.end(), more.begin(), more.end());
   };
   if (is_safetensors(weights)) {
     const DetectorFile file(weights);
+    if (decode && *decode != file.metadata().decode)
+      throw Error(ErrorKind::mismatch, weights + ": is of the decode family " +
+                                           std::string(detect::name_of(file.metadata().decode)) +
+                                           ", which contradicts the " +
+                                           std::string(detect::name_of(*decode)) + " asked for");
     auto config = detail::config_for(file, weights, cfg, warnings);
     keep(config.warnings);
+    keep(detect::decode_warnings(config));
     keep(file.warnings());
     const auto layout = detail::layout_of(config, input_height == 0 ? config.height : input_height,
                                           input_width == 0 ? config.width : input_width);
@@ -75,8 +86,11 @@ template <std::floating_point T>
     return {std::move(network), std::move(warnings)};
   }
   if (cfg.empty()) throw Error(ErrorKind::usage, weights + ": Darknet weights need their cfg file");
-  detect::Network<T> network(detect::read_network_config(cfg), input_height, input_width);
+  auto config = detect::read_network_config(cfg);
+  if (decode) config = detect::with_decode(std::move(config), *decode);
+  detect::Network<T> network(std::move(config), input_height, input_width);
   keep(network.config().warnings);
+  keep(detect::decode_warnings(network.config()));
   keep(network.read_weights(weights));
   return {std::move(network), std::move(warnings)};
 }
