@@ -121,6 +121,7 @@ void save(const detect::Network<float>& network, const std::string& cfg, const s
   metadata.cfg = cfg;
   metadata.images_seen = network.images_seen();
   metadata.batch_norm_epsilon = network.config().batch_norm_epsilon;
+  metadata.decode = detect::decode_family_of(network.config());
   io::write_detector_file(path, metadata, network.parameters(), network.config().name);
 }
 
@@ -262,6 +263,11 @@ int train(const CLI::App& app, const char* program, const Options& options) {
   const std::string& cfg_name = network.config().name;
   if (network.input_height() != network.input_width())
     throw Error(ErrorKind::mismatch, cfg_name + ": the input must be square, or --size given");
+  loss::require_raw_logits("train_detector", network.heads());
+  const auto decode = detect::decode_family_of(network.config());
+  if (decode != detect::DecodeFamily::darknet && !options.output.ends_with(".safetensors"))
+    throw Error(ErrorKind::usage, "--output " + options.output + " would lose the decode family " +
+                                      std::string(detect::name_of(decode)) + "; name it .safetensors");
   for (const auto& head : network.heads())
     if (head.classes != 3) throw Error(ErrorKind::mismatch, cfg_name + ": heads must have 3 classes");
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view_store.hpp>
@@ -19,6 +20,7 @@
 #include <tapestry/io/names_file.hpp>
 #include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <utility>
 #include <vector>
 
@@ -74,7 +76,9 @@ inline Detector load_detector(const DetectorSettings& settings) {
   if (settings.cfg.empty() && !io::is_safetensors(settings.weights))
     throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights +
                                       " needs; only weights that convert_weights made hold their own");
-  auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size);
+  std::optional<detect::DecodeFamily> decode;
+  if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
+  auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size, decode);
   Detector detector{std::move(loaded.network), {}, std::move(loaded.warnings)};
   if (detector.network.heads().empty())
     throw FileError(ErrorKind::mismatch,
@@ -285,6 +289,7 @@ inline void check_detector(DetectorSettings settings, ProblemList& list) {
   list.attempt([&] {
     const auto loaded = load_detector(settings);
     is_sound = true;
+    loss::require_raw_logits("camouflage", loaded.network.heads());
     (void)class_index_of(settings, loaded);
   });
   if (is_sound) return;

@@ -32,15 +32,49 @@ expect_same darknet.json command.out
 cp kept.safetensors renamed
 expect_exit 0 "under another name" "$detect" --json "${cfg[@]}" --weights renamed "$frame"
 expect_same darknet.json command.out
-sed 's/"decode":"darknet"/"decode":"scaled!"/' kept.safetensors >scaled.safetensors
-expect_exit 4 "another decode family" "$detect" "${cfg[@]}" --weights scaled.safetensors "$frame"
-expect_error_line "decode' is not supported; expected darknet, found 'scaled!'"
+sed 's/"decode":"darknet"/"decode":"scaled!"/' kept.safetensors >unknown.safetensors
+expect_exit 4 "an unknown decode family" "$detect" "${cfg[@]}" --weights unknown.safetensors "$frame"
+expect_error_line "decode' is not supported; expected darknet, ultralytics or scaled, found 'scaled!'"
 sed 's/"decode":"darknet"/"edoced":"darknet"/' kept.safetensors >silent.safetensors
 expect_exit 4 "no decode family" "$detect" "${cfg[@]}" --weights silent.safetensors "$frame"
 expect_error_line "decode' is missing"
 head -c 50000 kept.safetensors >cut.safetensors
 expect_exit 3 "a cut file" "$detect" "${cfg[@]}" --weights cut.safetensors "$frame"
 expect_error_line 'cut.safetensors:@[0-9]+: tensor .* pass the end of the file'
+
+# The decode family goes with the file; asking for another is one error, and so it is where a cfg says it.
+expect_exit 0 "an ultralytics detector" "$convert" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output ultralytics.safetensors
+grep -q 'decode ultralytics' command.out && pass || fail "no word on the decode family"
+expect_exit 0 "detecting with it" "$detect" --json --weights ultralytics.safetensors "$frame"
+cp command.out ultralytics.json
+cmp -s darknet.json ultralytics.json && fail "the decode family changes nothing" || pass
+expect_exit 0 "the same from Darknet weights" "$detect" --json --decode ultralytics "${cfg[@]}" "${weights[@]}" "$frame"
+expect_same ultralytics.json command.out
+expect_exit 0 "saying it again" "$detect" --json --decode ultralytics --weights ultralytics.safetensors "$frame"
+expect_same ultralytics.json command.out
+expect_exit 4 "saying otherwise" "$detect" --decode darknet --weights ultralytics.safetensors "$frame"
+expect_error_line 'ultralytics.safetensors: is of the decode family ultralytics, which contradicts the darknet asked for'
+expect_exit 2 "asking for an unknown family" "$detect" --decode yolov5 "${cfg[@]}" "${weights[@]}" "$frame"
+expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
+
+# Logistic activations before each head: scaled, and with s = 2 the boxes of ultralytics, found but not painted against.
+awk '/^activation=/ { held = $0; next } /^\[yolo\]/ && held { held = "activation=logistic" }
+     { if (held && /^\[/) { print held; held = "" } print }
+     /^\[yolo\]/ { print "new_coords=1"; print "scale_x_y=2" }' "$assets/detector.cfg" >scaled.cfg
+scaled=(--cfg scaled.cfg "${weights[@]}")
+expect_exit 0 "detecting with new_coords=1" "$detect" "${scaled[@]}" "$frame"
+grep -v ' ms an image' command.out >scaled.table
+[ -s command.err ] && fail "a warning without a cause" || pass
+expect_exit 0 "detecting with ultralytics" "$detect" "${weights[@]}" "${cfg[@]}" --decode ultralytics "$frame"
+grep -v ' ms an image' command.out >ultralytics.table
+expect_same ultralytics.table scaled.table
+expect_exit 4 "contradicting new_coords=1" "$detect" "${scaled[@]}" --decode ultralytics "$frame"
+expect_error_line 'scaled.cfg:[0-9]+: .*new_coords=1 contradicts the decode family asked for; expected scaled, found ultralytics'
+expect_exit 0 "converting new_coords=1" "$convert" "${scaled[@]}" --output scaled.safetensors
+grep -q 'decode scaled' command.out && pass || fail "no word on the decode family"
+expect_exit 0 "detecting with that" "$detect" --weights scaled.safetensors "$frame"
+grep -v ' ms an image' command.out >converted.table
+expect_same scaled.table converted.table
 
 # Headers that are not sound: one line that names the file, the place, what was expected and what was found.
 { printf '\377\377\377\000\000\000\000\000' && tail -c +9 kept.safetensors; } >long.safetensors
@@ -82,6 +116,8 @@ expect_same darknet.rows command.out
 expect_exit 2 "measuring with Darknet weights alone" "$evaluate" --clean-only "${with[@]}" "${weights[@]}"
 expect_error_line '^error: --cfg is missing'
 
+expect_exit 0 "measuring a scaled detector" "$evaluate" --clean-only "${with[@]}" --weights scaled.safetensors
+
 camouflage=$programs/camouflage
 brief=("${with[@]}" --texels 8 --epochs 1)
 expect_exit 0 "painting against the Darknet detector" "$camouflage" "${brief[@]}" "${cfg[@]}" "${weights[@]}" --output darknet
@@ -103,6 +139,17 @@ expect_exit 2 "checking Darknet weights alone" "$camouflage" --check "${brief[@]
 expect_error_line '^error: --cfg is missing'
 expect_exit 3 "checking weights that are not there" "$camouflage" --check "${brief[@]}" --weights absent.safetensors
 expect_error_line 'absent.safetensors'
+expect_exit 2 "painting against a scaled detector" "$camouflage" "${brief[@]}" --weights scaled.safetensors --output no
+expect_error_line 'camouflage: heads of the decode family scaled .* losses need raw logits'
+expect_exit 2 "checking a scaled detector" "$camouflage" --check "${brief[@]}" --weights scaled.safetensors
+expect_error_line 'camouflage: heads of the decode family scaled'
+expect_exit 0 "painting against an ultralytics detector" "$camouflage" "${brief[@]}" --decode ultralytics "${cfg[@]}" \
+  "${weights[@]}" --output other
+grep -q '"decode": "ultralytics"' other/manifest.json && pass || fail "the manifest lacks the decode family"
+expect_exit 7 "resuming with another decode family" "$camouflage" --resume --decode darknet --output other
+expect_error_line 'decode .was .ultralytics., now .darknet'
+expect_exit 0 "measuring that run" "$evaluate" --run other
+grep -q '"decode"' darknet/manifest.json && fail "a choice that was not made" || pass
 expect_exit 2 "painting against Darknet weights alone" "$camouflage" "${brief[@]}" "${weights[@]}" --output no
 expect_error_line '^error: --cfg is missing'
 
@@ -110,6 +157,10 @@ train="$programs/train_detector --steps 0 --validate 1"
 expect_exit 0 "training from a converted file" $train --weights kept.safetensors
 expect_exit 4 "training from a folded one" $train --weights folded.safetensors
 expect_error_line 'folded.safetensors: batch normalisation is folded'
+expect_exit 2 "training a scaled one" $train --weights scaled.safetensors
+expect_error_line 'heads of the decode family scaled'
+expect_exit 2 "a form that would lose the decode family" $train "${cfg[@]}" --weights ultralytics.safetensors --output no
+expect_error_line '^error: --output no would lose the decode family ultralytics'
 
 # Another network than the bundled one, to which the bundled cfg would not fit.
 sed '0,/^filters=8$/s//filters=6/' "$assets/detector.cfg" >narrow.cfg
@@ -129,8 +180,10 @@ expect_error_line '^error: --output lost.weights would lose the cfg, which is on
 [ -e lost.weights ] && fail "refused, and yet written" || pass
 
 expect_exit 2 "nothing given" "$convert"
-expect_exit 2 "an unknown decode family" "$convert" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output no
-expect_error_line 'darknet'
+expect_exit 2 "converting to an unknown decode family" "$convert" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no
+expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
+expect_exit 4 "converting raw logits to scaled" "$convert" "${cfg[@]}" "${weights[@]}" --decode scaled --output no
+expect_error_line 'detector.cfg:[0-9]+: .*needs activations, not logits'
 expect_exit 2 "no epsilon" "$convert" "${cfg[@]}" "${weights[@]}" --batch-norm-epsilon 0 --output no
 cp "$assets/detector.weights" mine.weights
 expect_exit 2 "overwriting the input" "$convert" "${cfg[@]}" --weights mine.weights --output ./mine.weights
