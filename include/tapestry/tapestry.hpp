@@ -118,6 +118,7 @@
 #include <tapestry/nn/upsample.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <tapestry/nn/winograd.hpp>
+#include <tapestry/nn/winograd_plan.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/fragment_shader.hpp>

@@ -1,0 +1,139 @@
+// Kernels over single values, windows and periods for one instruction set; vector_kernels.inl includes this
+// file, under the same rules.
+
+/// to[i] += from[i]
+template <class T>
+void add(const T* from, T* to, std::size_t count) {
+  std::size_t i = 0;
+  for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) at(to + i) += at(from + i);
+  for (; i < count; ++i) to[i] += from[i];
+}
+
+/// Bit i: whether value[i] is above 0, for the lanes of one vector.
+#if TAPESTRY_VECTOR_BYTES == 64
+inline std::uint64_t positive_lanes(const float* value) {
+  const Register<float> x = at(value);
+  return static_cast<std::uint16_t>(__builtin_ia32_cmpps512_mask(x, Register<float>{}, 30, 0xffff, 4));
+}
+inline std::uint64_t positive_lanes(const double* value) {
+  const Register<double> x = at(value);
+  return static_cast<std::uint8_t>(__builtin_ia32_cmppd512_mask(x, Register<double>{}, 30, 0xff, 4));
+}
+#else
+template <class T>
+inline std::uint64_t positive_lanes(const T* value) {
+  std::uint64_t bits = 0;
+  for (std::size_t lane = 0; lane < Vector<T>::lanes; ++lane)
+    bits |= static_cast<std::uint64_t>(value[lane] > 0) << lane;
+  return bits;
+}
+#endif
+
+/// Bit i mod 64 of word i / 64: whether value[i] is above 0.
+template <class T>
+void positive_bits(const T* value, std::uint64_t* bits, std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  std::size_t i = 0;
+  for (; i + 64 <= count; i += 64) {
+    std::uint64_t word = 0;
+    for (std::size_t j = 0; j < 64; j += lanes) word |= positive_lanes(value + i + j) << j;
+    bits[i / 64] = word;
+  }
+  if (i == count) return;
+  std::uint64_t word = 0;
+  for (std::size_t j = 0; i + j < count; ++j) word |= static_cast<std::uint64_t>(value[i + j] > 0) << j;
+  bits[i / 64] = word;
+}
+
+/// adjoint[i] *= slope where bit i is not set
+template <class T>
+void leaky_adjoint(const std::uint64_t* bits, T slope, T* adjoint, std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  using Lanes = typename Vector<Position<T>>::Register;
+  Lanes lane_bit{};
+  for (std::size_t lane = 0; lane < lanes; ++lane) lane_bit[lane] = Position<T>(1) << lane;
+  std::size_t i = 0;
+  for (; i + 64 <= count; i += 64)
+    for (std::size_t j = 0; j < 64; j += lanes) {
+      const Lanes word = Lanes{} + static_cast<Position<T>>(bits[i / 64] >> j & 0xffff);
+      const Register<T> a = at(adjoint + i + j);
+      at(adjoint + i + j) = (word & lane_bit) != 0 ? a : a * slope;
+    }
+  for (; i < count; ++i) adjoint[i] *= (bits[i / 64] >> i % 64 & 1) != 0 ? T(1) : slope;
+}
+
+/// out[i] = leaky(scale[i mod period] · in[i] + shift[i mod period])
+template <class T>
+void affine(const T* in, const T* scale, const T* shift, std::size_t period, T slope, T* out,
+            std::size_t count) {
+  for (std::size_t begin = 0; begin < count; begin += period) {
+    const std::size_t run = count - begin < period ? count - begin : period;
+    std::size_t i = 0;
+    for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes) {
+      const Register<T> value = at(scale + i) * at(in + begin + i) + at(shift + i);
+      at(out + begin + i) = value > T(0) ? value : value * slope;
+    }
+    for (; i < run; ++i) {
+      const T value = scale[i] * in[begin + i] + shift[i];
+      out[begin + i] = value > 0 ? value : value * slope;
+    }
+  }
+}
+
+/// adjoint[i] = a[i mod period] · adjoint[i] + b[i mod period] · value[i] + c[i mod period]
+template <class T>
+void combine(const T* value, const T* a, const T* b, const T* c, std::size_t period, T* adjoint,
+             std::size_t count) {
+  for (std::size_t begin = 0; begin < count; begin += period) {
+    const std::size_t run = count - begin < period ? count - begin : period;
+    std::size_t i = 0;
+    for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes)
+      at(adjoint + begin + i) =
+          at(a + i) * at(adjoint + begin + i) + at(b + i) * at(value + begin + i) + at(c + i);
+    for (; i < run; ++i) adjoint[begin + i] = a[i] * adjoint[begin + i] + b[i] * value[begin + i] + c[i];
+  }
+}
+
+/// sums[i mod period] += x[i] and products[i mod period] += x[i] · (y[i] − origin[i mod period])
+template <class T>
+void periodic_sums(const T* x, const T* y, const T* origin, std::size_t period, T* sums, T* products,
+                   std::size_t count) {
+  for (std::size_t begin = 0; begin < count; begin += period) {
+    const std::size_t run = count - begin < period ? count - begin : period;
+    std::size_t i = 0;
+    for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes) {
+      const Register<T> value = at(x + begin + i);
+      at(sums + i) += value;
+      at(products + i) += value * (at(y + begin + i) - at(origin + i));
+    }
+    for (; i < run; ++i) {
+      sums[i] += x[begin + i];
+      products[i] += x[begin + i] * (y[begin + i] - origin[i]);
+    }
+  }
+}
+
+/// The largest value of each channel in a window of pixels, and where it is: the first of equal ones, and NaN
+/// before everything.
+template <class T>
+void max_pool_pixel(const MaxPoolArguments<T>& a) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  using Choices = typename Vector<Position<T>>::Register;
+  for (std::size_t channel = 0; channel < a.channels; channel += lanes) {
+    Register<T> best = at(a.in + channel);
+    Choices choice = Choices{} + a.first_position;
+    for (std::size_t row = 0; row < a.rows; ++row) {
+      const T* in = a.in + row * a.row_step + channel;
+      for (std::size_t column = 0; column < a.columns; ++column, in += a.channels) {
+        const Register<T> value = at(in);
+        const auto is_better = (value > best) | ((value != value) & (best == best));
+        best = is_better ? value : best;
+        const auto position = a.first_position + static_cast<Position<T>>(row * a.width + column);
+        choice = is_better ? Choices{} + position : choice;
+      }
+    }
+    const std::size_t count = a.channels - channel;
+    store<T>({}, best, 0, a.out + channel, count);
+    if (a.choice != nullptr) store<Position<T>>({}, choice, 0, a.choice + channel, count);
+  }
+}
