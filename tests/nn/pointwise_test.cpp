@@ -13,7 +13,7 @@ TEMPLATE_TEST_CASE("signs kept as bits scale the adjoint of leaky, whatever the 
                    float, double) {
   using Limits = std::numeric_limits<TestType>;
   for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set)
-    for (const std::size_t count : {1, 3, 16, 63, 64, 65, 200, 256}) {
+    for (const std::size_t count : {1U, 3U, 16U, 63U, 64U, 65U, 200U, 256U}) {
       const auto kernels = nn::kernels_of<TestType>(static_cast<nn::InstructionSet>(set));
       auto values = tapestry::test::random_buffer<TestType>(count, 1);
       const TestType edges[] = {0,

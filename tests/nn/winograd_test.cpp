@@ -36,8 +36,8 @@ double error_of(nn::Engine engine, const nn::ConvolutionShape& s) {
 }  // namespace
 
 TEST_CASE("every engine's rounding is bounded, whatever the number of channels", "[nn][winograd]") {
-  const std::size_t stride = GENERATE(1, 2);
-  for (const std::size_t channels : {16, 64, 256}) {
+  const std::size_t stride = GENERATE(1U, 2U);
+  for (const std::size_t channels : {16U, 64U, 256U}) {
     const auto shape = nn::square_convolution(13, 13, channels, 20, 3, stride, 1);
     CAPTURE(channels, stride);
     CHECK(error_of(nn::Engine::direct, shape) < 6e-7);
