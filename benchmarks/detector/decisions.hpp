@@ -77,7 +77,7 @@ template <class T>
     const auto& state = pass.layers[i];
     const std::size_t count = problem.shapes[i].size();
     for (std::size_t k = 0; k < count && has_kink(problem.config.layers[i]); ++k)
-      decisions.is_positive[i].push_back((state.positive.data()[k / 64] >> k % 64 & 1) != 0);
+      decisions.is_positive[i].push_back((state.positive.data()[k / 8] >> k % 8 & 1) != 0);
     if (problem.config.layers[i].kind == detect::LayerKind::maxpool)
       decisions.chosen[i].assign(state.choice.data(), state.choice.data() + count);
   }
@@ -91,7 +91,8 @@ void hold(const Decisions& decisions, detect::Pass<T>& pass) {
     auto& state = pass.layers[i];
     state.positive.fill_zero();
     for (std::size_t k = 0; k < decisions.is_positive[i].size(); ++k)
-      state.positive.data()[k / 64] |= static_cast<std::uint64_t>(decisions.is_positive[i][k]) << k % 64;
+      state.positive.data()[k / 8] |=
+          static_cast<std::uint8_t>(decisions.is_positive[i][k] ? 1U << k % 8 : 0U);
     for (std::size_t k = 0; k < decisions.chosen[i].size(); ++k)
       state.choice.data()[k] = static_cast<nn::Position<T>>(decisions.chosen[i][k]);
   }

@@ -97,6 +97,81 @@ classes=2
 num=2
 )";
 
+/// What a convolution does beside its sums where it can: shortcuts after leaky and linear convolutions, with
+/// a dropout between, of values that others read before and after; signs; and gates of adjoints, with
+/// strides, filters of single channels, and channels that are not whole vectors.
+const std::string fused_layers = R"(
+[net]
+width=16
+height=16
+[convolutional]
+filters=16
+size=3
+stride=2
+pad=1
+batch_normalize=1
+activation=leaky
+[convolutional]
+filters=32
+size=1
+batch_normalize=1
+activation=leaky
+[convolutional]
+filters=32
+groups=32
+size=3
+pad=1
+batch_normalize=1
+activation=leaky
+[convolutional]
+filters=16
+size=1
+batch_normalize=1
+activation=linear
+[dropout]
+probability=.2
+[shortcut]
+from=-5
+activation=linear
+[convolutional]
+filters=16
+size=3
+pad=1
+batch_normalize=1
+activation=leaky
+[shortcut]
+from=-2
+activation=linear
+[convolutional]
+filters=16
+groups=16
+size=5
+stride=2
+pad=1
+activation=relu
+[convolutional]
+filters=12
+size=1
+activation=leaky
+[convolutional]
+filters=12
+size=3
+pad=1
+activation=leaky
+[shortcut]
+from=-2
+activation=linear
+[convolutional]
+filters=14
+size=1
+activation=linear
+[yolo]
+mask=0,1
+anchors=4,5, 9,8
+classes=2
+num=2
+)";
+
 /// The same with the activations of real detectors, and an average pool for a one-cell head.
 const std::string real_layers = R"(
 [net]
@@ -254,6 +329,33 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][networ
       CHECK(gradient.data()[i] / 2 ==
             Approx(central_difference(value, step_length)).epsilon(1e-7).margin(rounding));
     }
+  }
+}
+
+TEST_CASE("what convolutions do beside their sums agrees with central differences and with one pass each",
+          "[detect][network][gradient]") {
+  const auto network = random_network<double>(fused_layers);
+  const auto images = random_array<double>({2, 3, 16, 16}, 2);
+  detect::Pass<double> pass;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  detect::Pass<double> inference;
+  network.forward(images, inference, detect::Mode::inference);
+  CHECK(relative_distance(inference.logits[0], pass.logits[0]) == 0);
+  const auto adjoint = random_like(pass.logits, 3);
+  auto gradient = tapestry::zeros<double, 4>({2, 3, 16, 16});
+  network.input_adjoint(pass, adjoint, gradient);
+  tapestry::Random random(4);
+  for (int trial = 0; trial < 24; ++trial) {
+    const std::size_t i = random.index(images.size());
+    const auto value = [&](double step) {
+      auto moved = images;
+      moved.data()[i] += step;
+      detect::Pass<double> other;
+      network.forward(moved, other, detect::Mode::inference);
+      return dot(other.logits, adjoint);
+    };
+    constexpr double step = 1e-7;  // linear between kinks, which lie further away
+    CHECK(gradient.data()[i] == Approx((value(step) - value(-step)) / (2 * step)).epsilon(1e-6).margin(1e-7));
   }
 }
 

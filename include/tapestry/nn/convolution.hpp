@@ -5,6 +5,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution_region.hpp>
+#include <tapestry/nn/depthwise_convolution.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <vector>
@@ -42,8 +43,7 @@ template <std::floating_point T>
   tasks.row_width = is_pointwise ? 96 : shape.columns.output;
   tasks.row_count = (tasks.pixel_count + tasks.row_width - 1) / tasks.row_width;
   const std::size_t lanes = kernels<T>().lanes;
-  tasks.panels =
-      shape.is_depthwise() ? 1 : shape.groups * ((shape.group_out() + 2 * lanes - 1) / (2 * lanes));
+  tasks.panels = shape.groups * block_count(shape.group_out(), 2 * lanes);
 
   const std::size_t row_bytes =
       std::max<std::size_t>(1, (is_pointwise ? tasks.row_width : shape.columns.input * shape.rows.stride) *
@@ -51,10 +51,8 @@ template <std::floating_point T>
   const std::size_t halo = (shape.rows.taps - 1) * shape.rows.spacing / shape.rows.stride;
   const std::size_t fitting = region_bytes / row_bytes;
   const double work = 2.0 * static_cast<double>(packed.reduction() * shape.out_channels) *
-                      static_cast<double>(tasks.pixel_count) /
-                      static_cast<double>(shape.is_depthwise() ? shape.groups : 1);
-  // A task of less than about half a million operations is not worth its overhead.
-  const auto useful = static_cast<std::size_t>(std::clamp(work / 5e5, 1.0, 16.0));
+                      static_cast<double>(tasks.pixel_count);
+  const std::size_t useful = useful_tasks(work);
   const std::size_t wanted = std::max<std::size_t>(1, useful / std::max<std::size_t>(1, images));
   tasks.rows_per_task = std::clamp<std::size_t>(fitting > halo ? fitting - halo : 1, 1, tasks.row_count);
   const std::size_t fewest_rows = std::min(tasks.row_count, std::max<std::size_t>(4, 4 * halo));
@@ -114,6 +112,16 @@ void reduce_row(const ConvolutionRows<T>& rows, std::size_t row, const Reduction
   }
 }
 
+/// What happens to the last of several partial sums.
+template <std::floating_point T>
+void finish(const Epilogue<T>& whole, Epilogue<T>& last) {
+  const T* const bias = last.bias;
+  const bool adds = last.adds;
+  last = whole;
+  last.bias = bias;
+  last.adds = adds;
+}
+
 template <std::floating_point T>
 void convolve_panel(const ConvolutionRows<T>& rows, const std::vector<ReductionBlock>& blocks,
                     std::size_t panel) {
@@ -139,57 +147,27 @@ void convolve_panel(const ConvolutionRows<T>& rows, const std::vector<ReductionB
     tile.end = {};
     if (b == 0 && rows.end.bias != nullptr) tile.end.bias = rows.end.bias + out_channel;
     tile.end.adds = b > 0 || rows.end.adds;
-    if (b + 1 == blocks.size()) tile.end.slope = rows.end.slope;
+    if (b + 1 == blocks.size()) finish(rows.end, tile.end);
     for (std::size_t row = rows.first_row; row < rows.end_row; ++row)
       reduce_row(rows, row, blocks[b], tile, width / lanes, group * shape.group_in(), out_channel);
   }
 }
 
-template <std::floating_point T>
-[[nodiscard]] std::vector<std::ptrdiff_t> tap_offsets(const ConvolutionShape& shape,
-                                                      const Region<T>& region) {
-  std::vector<std::ptrdiff_t> offsets;
-  for (std::size_t y = 0; y < shape.rows.taps; ++y)
-    for (std::size_t x = 0; x < shape.columns.taps; ++x)
-      offsets.push_back(static_cast<std::ptrdiff_t>(y * shape.rows.spacing * region.row_step +
-                                                    x * shape.columns.spacing * region.pixel_step));
-  return offsets;
-}
-
-template <std::floating_point T>
-void convolve_depthwise(const ConvolutionRows<T>& rows) {
-  const ConvolutionShape& shape = rows.packed.shape;
-  const auto offsets = tap_offsets(shape, rows.region);
-  DepthwiseArguments<T> line{};
-  line.in_pixel_step = static_cast<std::ptrdiff_t>(shape.columns.stride * rows.region.pixel_step);
-  line.tap_offsets = offsets.data();
-  line.tap_count = offsets.size();
-  line.weights = rows.packed.weights.data();
-  line.weight_step = round_up(shape.in_channels, kernels<T>().lanes);
-  line.out_pixel_step = static_cast<std::ptrdiff_t>(rows.packed.column_step * shape.out_channels);
-  line.channel_count = shape.in_channels;
-  line.end = rows.end;
-  for (std::size_t row = rows.first_row; row < rows.end_row; ++row) {
-    line.in = rows.in_row(row);
-    line.out = rows.out_row(row);
-    line.pixel_count = rows.width_of(row);
-    kernels<T>().depthwise_row(line);
-  }
-}
 }  // namespace detail
 
 /// Applies one packed convolution to a batch.
 ///
-///   out[n, y, x, m] = leaky(Σ in[n, …, c] · weights + bias[m] + (out[n, y, x, m] if end.adds))
+///   out[n, y, x, m] = end(Σ in[n, …, c] · weights)
 ///
 /// \param in   [images, row, column, channel], readable 128 bytes past its end, as a Buffer is
-/// \param end  bias (readable 128 bytes past its end) or none, whether to add to `out`, slope below 0
-/// \param out  [images, rows, columns, channel] of image_size values each
+/// \param end  what happens to each sum; its bias, one for each channel out, is readable 128 bytes past its
+/// end \param out  [images, rows, columns, channel] of image_size values each
 ///
 /// Every output is summed in blocks of at most 256 products whose order depends on the layer alone.
 template <std::floating_point T>
 void convolve(const PackedConvolution<T>& packed, std::size_t images, const T* in, const Epilogue<T>& end,
               T* out, std::size_t out_image_size) {
+  if (packed.shape.is_depthwise()) return convolve_depthwise(packed, images, in, end, out, out_image_size);
   const detail::ConvolutionTasks tasks = detail::plan_tasks(packed, images);
   const std::size_t tasks_of_image = tasks.row_tasks * tasks.panel_tasks;
   const std::size_t in_image_size =
@@ -208,11 +186,11 @@ void convolve(const PackedConvolution<T>& packed, std::size_t images, const T* i
             : detail::direct_region(packed.shape, picture, in_runs ? 0 : range.begin);
     detail::ConvolutionRows<T> rows{
         packed, tasks, region, range.begin, range.end, out + image * out_image_size, end};
+    rows.end.origin = out;
     if (in_runs) {  // rows are runs of pixels here, whatever the picture's width
       rows.region.row_step = tasks.row_width * region.pixel_step;
       rows.region.first = picture + range.begin * rows.region.row_step;
     }
-    if (packed.shape.is_depthwise()) return detail::convolve_depthwise(rows);
     const auto blocks = detail::reduction_blocks(packed.shape, region.row_step, region.pixel_step);
     for (std::size_t panel = panels.begin; panel < panels.end; ++panel)
       detail::convolve_panel(rows, blocks, panel);

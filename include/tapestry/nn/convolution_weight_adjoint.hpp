@@ -100,19 +100,23 @@ void add_weight_panel(const ConvolutionShape& shape, const Region<T>& region, st
 template <std::floating_point T>
 void add_depthwise_weights(const ConvolutionShape& shape, const Region<T>& region, std::size_t row_count,
                            const T* adjoint, T* sum) {
-  const auto offsets = tap_offsets(shape, region);
-  DepthwiseArguments<T> line{};
-  line.in_pixel_step = static_cast<std::ptrdiff_t>(shape.columns.stride * region.pixel_step);
+  std::vector<std::ptrdiff_t> offsets;
+  for (std::size_t y = 0; y < shape.rows.taps; ++y)
+    for (std::size_t x = 0; x < shape.columns.taps; ++x)
+      offsets.push_back(static_cast<std::ptrdiff_t>(y * shape.rows.spacing * region.row_step +
+                                                    x * shape.columns.spacing * region.pixel_step));
+  DepthwiseWeightArguments<T> line{};
+  line.in_pixel_step = shape.columns.stride * region.pixel_step;
   line.tap_offsets = offsets.data();
   line.tap_count = offsets.size();
-  line.weight_step = round_up(shape.groups, kernels<T>().lanes);
-  line.out_pixel_step = static_cast<std::ptrdiff_t>(shape.out_channels);
   line.pixel_count = shape.columns.output;
   line.channel_count = shape.groups;
+  line.weights_adjoint = sum;
+  line.weight_step = round_up(shape.groups, kernels<T>().lanes);
   for (std::size_t row = 0; row < row_count; ++row) {
     line.in = region.first + row * shape.rows.stride * region.row_step;
-    line.out = const_cast<T*>(adjoint) + row * shape.columns.output * shape.out_channels;  // only read there
-    kernels<T>().depthwise_weight_adjoint_row(line, sum);
+    line.out_adjoint = adjoint + row * shape.columns.output * shape.out_channels;
+    kernels<T>().depthwise_weight_adjoint_row(line);
   }
 }
 

@@ -74,7 +74,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t images, const T* in,
               const Epilogue<T>& end, T* out, std::size_t out_image_size) {
-  if (has_few_channels(packed)) return convolve_few_channels(packed, images, in, end, out, out_image_size);
+  if (has_few_channels(packed) && end.addend == nullptr)
+    return convolve_few_channels(packed, images, in, end, out, out_image_size);
   if (const auto form = detail::winograd_form(engine, packed))
     return convolve_winograd(packed, *form, images, in, end, out, out_image_size);
   convolve(packed, images, in, end, out, out_image_size);

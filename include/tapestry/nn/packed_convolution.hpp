@@ -38,6 +38,12 @@ struct PackedConvolution {
 
 namespace detail {
 
+/// Tasks that so many operations are worth sharing out as. Less than about half a million do not pay for a
+/// task's overhead.
+[[nodiscard]] inline std::size_t useful_tasks(double operations) {
+  return static_cast<std::size_t>(std::clamp(operations / 5e5, 1.0, 16.0));
+}
+
 /// Fills `packed.weights` from weight(group, output channel, input channel, row tap, column tap), with
 /// channels counted within the group.
 template <std::floating_point T, class Weight>

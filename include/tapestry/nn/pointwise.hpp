@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
@@ -18,6 +19,14 @@ void for_each_block(std::size_t count, Body body) {
   });
 }
 }  // namespace detail
+
+/// to[i] = from[i]
+template <std::floating_point T>
+void copy(const T* from, T* to, std::size_t count) {
+  detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
+    std::memcpy(to + begin, from + begin, size * sizeof(T));
+  });
+}
 
 /// to[i] += from[i]
 template <std::floating_point T>
@@ -46,20 +55,26 @@ void activate(Activation activation, T* values, std::size_t count) {
   return activation == Activation::leaky || activation == Activation::relu;
 }
 
-/// Bit i mod 64 of bits[i / 64] becomes whether values[i] is above 0. NaN is not.
+/// Bit i mod 8 of bits[i / 8] becomes whether values[i] is above 0. NaN is not.
 template <std::floating_point T>
-void positive_bits(const T* values, std::uint64_t* bits, std::size_t count) {
+void positive_bits(const T* values, std::uint8_t* bits, std::size_t count) {
   detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-    kernels<T>().positive_bits(values + begin, bits + begin / 64, size);
+    kernels<T>().positive_bits(values + begin, bits + begin / 8, size);
   });
 }
 
-/// adjoint[i] *= slope where bit i of positive_bits() is not set.
+/// to[i] = from[i], times slope where bit i of positive_bits() is not set. Both may be the same.
 template <std::floating_point T>
-void leaky_adjoint(const std::uint64_t* bits, T slope, T* adjoint, std::size_t count) {
+void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std::size_t count) {
   detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-    kernels<T>().leaky_adjoint(bits + begin / 64, slope, adjoint + begin, size);
+    kernels<T>().leaky_adjoint(bits + begin / 8, slope, from + begin, to + begin, size);
   });
+}
+
+/// True if a convolution can write, and be gated by, the bits of an output with so many channels itself.
+template <std::floating_point T>
+[[nodiscard]] bool fuses_bits(std::size_t channels) {
+  return kernels<T>().lanes % 8 == 0 && channels % kernels<T>().lanes == 0;
 }
 
 /// adjoint[i] *= activation'(argument) for the others, where `kept` is the argument if

@@ -9,57 +9,35 @@ void add(const T* from, T* to, std::size_t count) {
   for (; i < count; ++i) to[i] += from[i];
 }
 
-/// Bit i: whether value[i] is above 0, for the lanes of one vector.
-#if TAPESTRY_VECTOR_BYTES == 64
-inline std::uint64_t positive_lanes(const float* value) {
-  const Register<float> x = at(value);
-  return static_cast<std::uint16_t>(__builtin_ia32_cmpps512_mask(x, Register<float>{}, 30, 0xffff, 4));
-}
-inline std::uint64_t positive_lanes(const double* value) {
-  const Register<double> x = at(value);
-  return static_cast<std::uint8_t>(__builtin_ia32_cmppd512_mask(x, Register<double>{}, 30, 0xff, 4));
-}
-#else
+/// Bit i mod 8 of byte i / 8: whether value[i] is above 0.
 template <class T>
-inline std::uint64_t positive_lanes(const T* value) {
-  std::uint64_t bits = 0;
-  for (std::size_t lane = 0; lane < Vector<T>::lanes; ++lane)
-    bits |= static_cast<std::uint64_t>(value[lane] > 0) << lane;
-  return bits;
-}
-#endif
-
-/// Bit i mod 64 of word i / 64: whether value[i] is above 0.
-template <class T>
-void positive_bits(const T* value, std::uint64_t* bits, std::size_t count) {
+void positive_bits(const T* value, std::uint8_t* bits, std::size_t count) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   std::size_t i = 0;
-  for (; i + 64 <= count; i += 64) {
-    std::uint64_t word = 0;
-    for (std::size_t j = 0; j < 64; j += lanes) word |= positive_lanes(value + i + j) << j;
-    bits[i / 64] = word;
-  }
-  if (i == count) return;
-  std::uint64_t word = 0;
-  for (std::size_t j = 0; i + j < count; ++j) word |= static_cast<std::uint64_t>(value[i + j] > 0) << j;
-  bits[i / 64] = word;
-}
-
-/// adjoint[i] *= slope where bit i is not set
-template <class T>
-void leaky_adjoint(const std::uint64_t* bits, T slope, T* adjoint, std::size_t count) {
-  constexpr std::size_t lanes = Vector<T>::lanes;
-  using Lanes = typename Vector<Position<T>>::Register;
-  Lanes lane_bit{};
-  for (std::size_t lane = 0; lane < lanes; ++lane) lane_bit[lane] = Position<T>(1) << lane;
-  std::size_t i = 0;
-  for (; i + 64 <= count; i += 64)
-    for (std::size_t j = 0; j < 64; j += lanes) {
-      const Lanes word = Lanes{} + static_cast<Position<T>>(bits[i / 64] >> j & 0xffff);
-      const Register<T> a = at(adjoint + i + j);
-      at(adjoint + i + j) = (word & lane_bit) != 0 ? a : a * slope;
+  if constexpr (lanes % 8 == 0)
+    for (; i + lanes <= count; i += lanes) {
+      const Register<T> x = at(value + i);
+      const auto word = positive_lanes(x);
+      __builtin_memcpy(bits + i / 8, &word, sizeof(word));
     }
-  for (; i < count; ++i) adjoint[i] *= (bits[i / 64] >> i % 64 & 1) != 0 ? T(1) : slope;
+  for (; i < count; i += 8) {
+    unsigned byte = 0;
+    for (std::size_t j = 0; j < 8 && i + j < count; ++j) byte |= static_cast<unsigned>(value[i + j] > 0) << j;
+    bits[i / 8] = static_cast<std::uint8_t>(byte);
+  }
+}
+
+/// to[i] = from[i], times slope where bit i is not set
+template <class T>
+void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  std::size_t i = 0;
+  if constexpr (lanes % 8 == 0)
+    for (; i + lanes <= count; i += lanes) {
+      const Register<T> x = at(from + i);
+      at(to + i) = gated<T>(bits + i / 8, x, slope);
+    }
+  for (; i < count; ++i) to[i] = from[i] * ((bits[i / 8] >> i % 8 & 1) != 0 ? T(1) : slope);
 }
 
 /// out[i] = leaky(scale[i mod period] · in[i] + shift[i mod period])
@@ -133,7 +111,7 @@ void max_pool_pixel(const MaxPoolArguments<T>& a) {
       }
     }
     const std::size_t count = a.channels - channel;
-    store<T>({}, best, 0, a.out + channel, count);
-    if (a.choice != nullptr) store<Position<T>>({}, choice, 0, a.choice + channel, count);
+    store_lanes<T>(best, a.out + channel, count);
+    if (a.choice != nullptr) store_lanes<Position<T>>(choice, a.choice + channel, count);
   }
 }

@@ -6,12 +6,23 @@
 
 namespace tapestry::nn {
 
-/// What happens to a sum before it is stored: out = leaky(sum + bias + (out if adds)).
+/// What happens to a sum before it is stored at out[i], where i counts from `origin`:
+///
+///   value   = sum + bias + (out[i] if adds)
+///   value   = value · slope where value ≤ 0 or, if there is a gate, where bit i of it is not set
+///   bit i of `positive` = value > 0
+///   out[i]  = value + addend[i]
+///
+/// Bit i is bit i mod 8 of byte i / 8; where bits are used, all vectors begin at whole bytes and are full.
 template <class T>
 struct Epilogue {
-  const T* bias = nullptr;  ///< one for each lane, readable up to whole vectors
-  bool adds = false;        ///< add to what is there
-  T slope = 1;              ///< factor of values at or below 0; 1 leaves everything as it is
+  const T* bias = nullptr;             ///< one for each lane, readable up to whole vectors
+  bool adds = false;                   ///< add to what is there
+  T slope = 1;                         ///< 1 leaves everything as it is
+  const std::uint8_t* gate = nullptr;  ///< bits, or null
+  std::uint8_t* positive = nullptr;    ///< bits to write, or null
+  const T* addend = nullptr;           ///< laid out as the output, or null
+  const T* origin = nullptr;           ///< where the output begins; those who convolve set it
 };
 
 /// A product of a small matrix, P rows, with a panel of weights: the core of every convolution.
@@ -30,20 +41,39 @@ struct ReduceArguments {
   Epilogue<T> end;
 };
 
-/// One row of a convolution of each channel with a filter of its own.
+/// One row of outputs of a convolution of each channel with a filter of its own; of the row taps only those
+/// that lie in the picture.
 template <class T>
 struct DepthwiseArguments {
+  const T* in;  ///< the row of the first row tap, column 0
+  std::size_t in_row_step;
+  std::size_t row_taps;
+  std::size_t column_taps;
+  std::size_t column_stride;
+  std::size_t column_spacing;
+  std::ptrdiff_t column_padding;
+  std::size_t in_columns;
+  const T* weights;         ///< [row tap, column tap, weight_step]
+  std::size_t weight_step;  ///< channels rounded up to whole vectors
+  std::size_t channel_count;
+  std::size_t out_columns;
+  T* out;
+  std::size_t out_pixel_step;
+  Epilogue<T> end;
+};
+
+/// One row of the adjoint of such a convolution with respect to its weights.
+template <class T>
+struct DepthwiseWeightArguments {
   const T* in;
-  std::ptrdiff_t in_pixel_step;
+  std::size_t in_pixel_step;
   const std::ptrdiff_t* tap_offsets;  ///< from a pixel's origin in `in`
   std::size_t tap_count;
-  const T* weights;         ///< [tap_count, weight_step]
-  std::size_t weight_step;  ///< channels rounded up to whole vectors
-  T* out;
-  std::ptrdiff_t out_pixel_step;
+  const T* out_adjoint;
   std::size_t pixel_count;
   std::size_t channel_count;
-  Epilogue<T> end;
+  T* weights_adjoint;       ///< [tap_count, weight_step], added to
+  std::size_t weight_step;  ///< channels rounded up to whole vectors
 };
 
 /// One row of outputs that are sums of products made before, for each tap and channel; see
@@ -142,10 +172,10 @@ struct Kernels {
   void (*winograd_output[winograd_form_count])(const WinogradOutputArguments<T>&) = {};
   void (*gather_row)(const GatherArguments<T>&) = nullptr;
   void (*depthwise_row)(const DepthwiseArguments<T>&) = nullptr;
-  void (*depthwise_weight_adjoint_row)(const DepthwiseArguments<T>&, T*) = nullptr;
+  void (*depthwise_weight_adjoint_row)(const DepthwiseWeightArguments<T>&) = nullptr;
   void (*add)(const T*, T*, std::size_t) = nullptr;
-  void (*positive_bits)(const T*, std::uint64_t*, std::size_t) = nullptr;
-  void (*leaky_adjoint)(const std::uint64_t*, T, T*, std::size_t) = nullptr;
+  void (*positive_bits)(const T*, std::uint8_t*, std::size_t) = nullptr;
+  void (*leaky_adjoint)(const std::uint8_t*, T, const T*, T*, std::size_t) = nullptr;
   void (*affine)(const T*, const T*, const T*, std::size_t, T, T*, std::size_t) = nullptr;
   void (*combine)(const T*, const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
   void (*max_pool_pixel)(const MaxPoolArguments<T>&) = nullptr;

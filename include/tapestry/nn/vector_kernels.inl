@@ -12,6 +12,21 @@ struct Vector {
 template <class T>
 using Register = typename Vector<T>::Register;
 
+/// 2^i in lane i.
+template <class T>
+inline typename Vector<Position<T>>::Register lane_bits() {
+  using Lanes = typename Vector<Position<T>>::Register;
+  if constexpr (Vector<T>::lanes == 16) {
+    return Lanes{1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+  } else if constexpr (Vector<T>::lanes == 8) {
+    return Lanes{1, 2, 4, 8, 16, 32, 64, 128};
+  } else if constexpr (Vector<T>::lanes == 4) {
+    return Lanes{1, 2, 4, 8};
+  } else {
+    return Lanes{1, 2};
+  }
+}
+
 template <class T>
 inline const typename Vector<T>::Memory& at(const T* values) {
   return *reinterpret_cast<const typename Vector<T>::Memory*>(values);
@@ -21,26 +36,125 @@ inline typename Vector<T>::Memory& at(T* values) {
   return *reinterpret_cast<typename Vector<T>::Memory*>(values);
 }
 
-/// Writes `count` ≤ lanes leading values of a sum: out = leaky(sum + bias + (out if it adds)).
+/// Bit i: whether x[i] is above 0.
+#if TAPESTRY_VECTOR_BYTES == 64
+inline std::uint16_t positive_lanes(const Register<float>& x) {
+  return static_cast<std::uint16_t>(__builtin_ia32_cmpps512_mask(x, Register<float>{}, 30, 0xffff, 4));
+}
+inline std::uint8_t positive_lanes(const Register<double>& x) {
+  return static_cast<std::uint8_t>(__builtin_ia32_cmppd512_mask(x, Register<double>{}, 30, 0xff, 4));
+}
+#else
+template <class R>
+inline std::uint8_t positive_lanes(const R& x) {
+  const R zero = {};
+  const auto is_positive = x > zero;
+#if TAPESTRY_VECTOR_BYTES == 32
+  if constexpr (sizeof(x[0]) == 4)
+    return static_cast<std::uint8_t>(__builtin_ia32_movmskps256((R)is_positive));
+#endif
+  unsigned bits = 0;
+  for (std::size_t lane = 0; lane < sizeof(x) / sizeof(x[0]); ++lane)
+    bits |= is_positive[lane] != 0 ? 1U << lane : 0U;
+  return static_cast<std::uint8_t>(bits);
+}
+#endif
+
+/// value · slope in the lanes whose bit is not set; `bits` are those of one vector, or of a byte.
 template <class T>
-inline void store(const Epilogue<T>& end, const Register<T>& sum, std::size_t first, T* out,
-                  std::size_t count) {
-  constexpr std::size_t lanes = Vector<T>::lanes;
-  Register<T> value = sum;
-  if (end.bias != nullptr) value += at(end.bias + first);
-  if (count >= lanes) {
-    if (end.adds) value += at(out);
-    if (end.slope != T(1)) value = value > T(0) ? value : value * end.slope;
+inline Register<T> gated(const std::uint8_t* bits, const Register<T>& value, T slope) {
+  using Lanes = typename Vector<Position<T>>::Register;
+  using Word = std::conditional_t<Vector<T>::lanes == 16, std::uint16_t, std::uint8_t>;
+  Word word;
+  __builtin_memcpy(&word, bits, sizeof(word));
+  return ((Lanes{} + static_cast<Position<T>>(word)) & lane_bits<T>()) != 0 ? value : value * slope;
+}
+
+/// Copies `count` < lanes values of a vector; most often half of them.
+template <class T>
+inline void copy_lanes(const T* from, T* to, std::size_t count) {
+  if (count == Vector<T>::lanes / 2) {
+    __builtin_memcpy(to, from, TAPESTRY_VECTOR_BYTES / 2);
+  } else {
+    __builtin_memcpy(to, from, count * sizeof(T));
+  }
+}
+
+/// Writes `count` leading values, or all that there are.
+template <class T>
+inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
+  if (count >= Vector<T>::lanes) {
     at(out) = value;
     return;
   }
-  T partial[lanes];
+  T partial[Vector<T>::lanes];
   at(&partial[0]) = value;
-  for (std::size_t i = 0; i < count; ++i) {
-    const T x = end.adds ? partial[i] + out[i] : partial[i];
-    out[i] = x > 0 ? x : x * end.slope;
+  copy_lanes(&partial[0], out, count);
+}
+
+/// Reads `count` leading values, or all that there are; the others are 0.
+template <class T>
+inline Register<T> load_lanes(const T* in, std::size_t count) {
+  if (count >= Vector<T>::lanes) return at(in);
+  T partial[Vector<T>::lanes] = {};
+  copy_lanes(in, &partial[0], count);
+  return at(&partial[0]);
+}
+
+/// What store_tile() does where its short way does not suffice: once for all tiles, to keep compilers quick.
+template <class T>
+__attribute__((noinline)) void store_sums(const Epilogue<T>& from, const Register<T>* sums, std::size_t rows,
+                                          std::size_t registers, std::size_t first, T* out,
+                                          std::ptrdiff_t step, std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  const Epilogue<T> end = from;  // a copy, which stores cannot change
+  for (std::size_t row = 0; row < rows; ++row, out += step, sums += registers) {
+    const std::ptrdiff_t offset = end.origin == nullptr ? 0 : out - end.origin;
+    for (std::size_t v = 0; v * lanes < count && v < registers; ++v) {
+      const std::size_t left = count - v * lanes;
+      const std::size_t place = static_cast<std::size_t>(offset) + v * lanes;
+      Register<T> value = sums[v];
+      if (end.bias != nullptr) value += at(end.bias + first + v * lanes);
+      if (end.adds) value += load_lanes<T>(out + v * lanes, left);
+      if (end.gate != nullptr) {
+        value = gated<T>(end.gate + place / 8, value, end.slope);
+      } else if (end.slope != T(1)) {
+        value = value > T(0) ? value : value * end.slope;
+      }
+      if (end.positive != nullptr) {
+        const auto bits = positive_lanes(value);
+        __builtin_memcpy(end.positive + place / 8, &bits, sizeof(bits));
+      }
+      if (end.addend != nullptr) value += load_lanes<T>(end.addend + place, left);
+      store_lanes<T>(value, out + v * lanes, left);
+    }
   }
 }
+
+#define TAPESTRY_FOR_EACH_SUM \
+  _Pragma("GCC unroll 16") for (int p = 0; p < P; ++p) _Pragma("GCC unroll 2") for (int v = 0; v < V; ++v)
+
+/// Finishes sums of P outputs, `step` apart, and writes their `count` leading values, or all that there are,
+/// as the epilogue says. In the short way the sums stay in registers.
+template <class T, int P, int V>
+inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V], std::size_t first, T* out,
+                       std::ptrdiff_t step, std::size_t count) {
+  constexpr std::ptrdiff_t lanes = Vector<T>::lanes;
+  const bool is_short =
+      count >= V * lanes && end.gate == nullptr && end.positive == nullptr && end.addend == nullptr;
+  if (!is_short) {
+    Register<T> copy[P][V];
+    TAPESTRY_FOR_EACH_SUM copy[p][v] = sum[p][v];
+    return store_sums<T>(end, &copy[0][0], P, V, first, out, step, count);
+  }
+  if (end.bias != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += at(end.bias + first + v * lanes);
+  if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += at(out + p * step + v * lanes);
+  if (end.slope != T(1))
+    TAPESTRY_FOR_EACH_SUM sum[p][v] = sum[p][v] > T(0) ? sum[p][v] : sum[p][v] * end.slope;
+  TAPESTRY_FOR_EACH_SUM at(out + p * step + v * lanes) = sum[p][v];
+}
+
+#undef TAPESTRY_FOR_EACH_SUM
 
 /// out[p, lane] = Σ_r in[p, r] · weights[r, lane] for P rows and V registers of lanes; the reduction runs
 /// over outer_count runs of inner_count values.
@@ -73,65 +187,7 @@ void reduce_tile(const ReduceArguments<T>& a) {
       weights += static_cast<std::size_t>(V) * lanes;
     }
   }
-#pragma GCC unroll 16
-  for (int p = 0; p < P; ++p)
-#pragma GCC unroll 2
-    for (int v = 0; v < V; ++v) {
-      const std::size_t first = static_cast<std::size_t>(v) * lanes;
-      if (first < a.lane_count)
-        store<T>(a.end, sum[p][v], first, a.out + p * a.out_row_step + first, a.lane_count - first);
-    }
-}
-
-/// out[x, c] = Σ_t in[x, tap t, c] · weights[t, c] for P pixels and one register of channels.
-template <class T, int P>
-inline void depthwise_tile(const DepthwiseArguments<T>& a, const T* in, T* out, std::size_t channel) {
-  Register<T> sum[P];
-#pragma GCC unroll 8
-  for (int p = 0; p < P; ++p) sum[p] = Register<T>{};
-  for (std::size_t t = 0; t < a.tap_count; ++t) {
-    const Register<T> weight = at(a.weights + t * a.weight_step + channel);
-    const T* tap = in + a.tap_offsets[t] + channel;
-#pragma GCC unroll 8
-    for (int p = 0; p < P; ++p) sum[p] += weight * at(tap + p * a.in_pixel_step);
-  }
-#pragma GCC unroll 8
-  for (int p = 0; p < P; ++p)
-    store<T>(a.end, sum[p], channel, out + p * a.out_pixel_step + channel, a.channel_count - channel);
-}
-
-template <class T>
-void depthwise_row(const DepthwiseArguments<T>& a) {
-  for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
-    std::size_t x = 0;
-    const T* in = a.in;
-    T* out = a.out;
-    for (; x + 6 <= a.pixel_count; x += 6, in += 6 * a.in_pixel_step, out += 6 * a.out_pixel_step)
-      depthwise_tile<T, 6>(a, in, out, channel);
-    for (; x < a.pixel_count; ++x, in += a.in_pixel_step, out += a.out_pixel_step)
-      depthwise_tile<T, 1>(a, in, out, channel);
-  }
-}
-
-/// weights_adjoint[t, c] += Σ_x in[x, tap t, c] · out_adjoint[x, c]; here `weights` is the adjoint's base
-/// and `out` the adjoint of the output, which is only read.
-template <class T>
-void depthwise_weight_adjoint_row(const DepthwiseArguments<T>& a, T* weights_adjoint) {
-  for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
-    for (std::size_t t = 0; t < a.tap_count; ++t) {
-      Register<T> sum{};
-      Register<T> sum_odd{};
-      const T* in = a.in + a.tap_offsets[t] + channel;
-      const T* adjoint = a.out + channel;
-      std::size_t x = 0;
-      for (; x + 2 <= a.pixel_count; x += 2, in += 2 * a.in_pixel_step, adjoint += 2 * a.out_pixel_step) {
-        sum += at(in) * at(adjoint);
-        sum_odd += at(in + a.in_pixel_step) * at(adjoint + a.out_pixel_step);
-      }
-      if (x < a.pixel_count) sum += at(in) * at(adjoint);
-      at(weights_adjoint + t * a.weight_step + channel) += sum + sum_odd;
-    }
-  }
+  store_tile<T, P, V>(a.end, sum, 0, a.out, a.out_row_step, a.lane_count);
 }
 
 /// out[x, c] = Σ_{y, t} products[row y, x + t, (y, t, c)] for P pixels and up to four channels c.
@@ -181,6 +237,7 @@ void gather_row(const GatherArguments<T>& a) {
     gather_pixels<T, 1>(a, x, out, x + 1 == a.pixel_count);
 }
 
+#include <tapestry/nn/depthwise_kernels.inl>
 #include <tapestry/nn/pointwise_kernels.inl>
 #include <tapestry/nn/winograd_kernels.inl>
 

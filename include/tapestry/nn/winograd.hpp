@@ -211,6 +211,7 @@ class WinogradConvolution {
     a.row_step = packed_.row_step * packed_.out_columns * shape_.out_channels;
     a.lane_count = count;
     a.end = end_;
+    a.end.origin = out_;
     if (a.end.bias != nullptr) a.end.bias += first;
     for (std::size_t i = 0; i < tiles_of(range); ++i) {
       const Tile tile = tile_at(range, i);

@@ -177,24 +177,31 @@ void winograd_output(const WinogradOutputArguments<T>& a) {
   constexpr std::size_t points = extents_of(F).points;
   constexpr std::size_t outputs = extents_of(F).outputs;
   for (std::size_t first = 0; first < a.lane_count; first += Vector<T>::lanes) {
-    Register<T> column[points], half[outputs * points], whole[outputs];
+    Register<T> column[points], half[outputs * points], whole[outputs][1];
 #pragma GCC unroll 6
     for (std::size_t x = 0; x < points; ++x) {
 #pragma GCC unroll 6
       for (std::size_t y = 0; y < points; ++y)
         column[y] = at(a.sums + (y * points + x) * a.point_step + first);
-      Winograd<T, F>::output(column, 1, whole);
+      Winograd<T, F>::output(column, 1, whole[0]);
 #pragma GCC unroll 4
-      for (std::size_t y = 0; y < outputs; ++y) half[y * points + x] = whole[y];
+      for (std::size_t y = 0; y < outputs; ++y) half[y * points + x] = whole[y][0];
     }
 #pragma GCC unroll 4
     for (std::size_t y = 0; y < outputs; ++y) {
       if (y >= a.rows) break;
-      Winograd<T, F>::output(half + y * points, 1, whole);
-      T* out = a.out + y * a.row_step + first;
-#pragma GCC unroll 4
-      for (std::size_t x = 0; x < outputs; ++x)
-        if (x < a.columns) store<T>(a.end, whole[x], first, out + x * a.pixel_step, a.lane_count - first);
+      Winograd<T, F>::output(half + y * points, 1, whole[0]);
+      T* const out = a.out + y * a.row_step + first;
+      const std::size_t count = a.lane_count - first;
+      const auto step = static_cast<std::ptrdiff_t>(a.pixel_step);
+      if (a.columns == outputs) {
+        store_tile<T, outputs, 1>(a.end, whole, first, out, step, count);
+        continue;
+      }
+      for (std::size_t x = 0; x < a.columns; ++x) {
+        Register<T> one[1][1] = {{whole[x][0]}};
+        store_tile<T, 1, 1>(a.end, one, first, out + x * a.pixel_step, 0, count);
+      }
     }
   }
 }

@@ -21,7 +21,8 @@ class BackwardPass {
         parameters_(parameters),
         weights_(weights),
         pass_(pass),
-        adjoints_(graph.image() + 1) {}
+        adjoints_(graph.image() + 1),
+        is_gated_(graph.image() + 1, false) {}
 
   /// Adds to images_adjoint, [N, C, H, W], and to parameters_adjoint, each unless null.
   void run(const std::vector<Array<T, 4>>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
@@ -81,6 +82,49 @@ class BackwardPass {
     pass_.workspace.give(std::move(adjoint));
   }
 
+  /// Adds a buffer that others need, too.
+  void add_copy(std::size_t value, const T* adjoint) {
+    if (!adjoints_[value].empty()) return nn::add(adjoint, adjoints_[value].data(), size_of(value));
+    adjoints_[value] = pass_.workspace.take(size_of(value));
+    nn::copy(adjoint, adjoints_[value].data(), size_of(value));
+  }
+
+  /// True if layer i, the last to add to a value's adjoint, may as well multiply it by the slopes of the
+  /// activation that made the value.
+  [[nodiscard]] bool is_gate(std::size_t i, std::size_t value) const {
+    return graph_.first_use[value] == i && value != graph_.image() && !pass_.layers[value].positive.empty() &&
+           nn::slope_needs_sign(graph_.config.layers[value].activation);
+  }
+
+  /// Gives a shortcut's adjoint to all that it adds. One of them takes the buffer.
+  void hand_on(std::size_t i) {
+    const T* const adjoint = adjoints_[i].data();
+    const auto& inputs = graph_.inputs[i];
+    const auto is_gated_copy = [&](std::size_t value) {
+      return adjoints_[value].empty() && is_gate(i, value);
+    };
+    std::size_t taker = 0;
+    for (std::size_t k = inputs.size(); k-- > 0;)
+      if (!is_gated_copy(inputs[k])) taker = k;
+    for (std::size_t k = 0; k < inputs.size(); ++k) {
+      const std::size_t value = inputs[k];
+      if (k == taker) continue;
+      if (!is_gated_copy(value)) {
+        add_copy(value, adjoint);
+        continue;
+      }
+      adjoints_[value] = pass_.workspace.take(size_of(value));
+      nn::leaky_adjoint(pass_.layers[value].positive.data(), slope_of(value), adjoint,
+                        adjoints_[value].data(), size_of(value));
+      is_gated_[value] = true;
+    }
+    add_whole(inputs[taker], std::move(adjoints_[i]));
+  }
+
+  [[nodiscard]] T slope_of(std::size_t value) const {
+    return nn::negative_slope<T>(graph_.config.layers[value].activation);
+  }
+
   void run_layer(std::size_t i) {
     const LayerConfig& layer = graph_.config.layers[i];
     const std::size_t input = graph_.inputs[i].front();
@@ -103,9 +147,7 @@ class BackwardPass {
         break;
       case LayerKind::shortcut:
         activation_adjoint(i, adjoint);
-        for (std::size_t k = 1; k < graph_.inputs[i].size(); ++k)
-          nn::add(adjoint, summed_adjoint(graph_.inputs[i][k]), size_of(i));
-        add_whole(input, std::move(adjoints_[i]));
+        hand_on(i);
         break;
       case LayerKind::avgpool:
         nn::average_pool_adjoint(pass_.images, in.height * in.width, in.channels, adjoint,
@@ -124,9 +166,9 @@ class BackwardPass {
   void activation_adjoint(std::size_t i, T* adjoint) {
     const nn::Activation activation = graph_.config.layers[i].activation;
     const auto& state = pass_.layers[i];
-    if (activation == nn::Activation::linear) return;
+    if (activation == nn::Activation::linear || is_gated_[i]) return;
     if (nn::slope_needs_sign(activation)) {
-      nn::leaky_adjoint(state.positive.data(), nn::negative_slope<T>(activation), adjoint, size_of(i));
+      nn::leaky_adjoint(state.positive.data(), slope_of(i), adjoint, adjoint, size_of(i));
       return;
     }
     const T* kept = nn::slope_needs_argument(activation) ? state.argument.data() : state.output.data();
@@ -153,13 +195,17 @@ class BackwardPass {
                                      pass_.partial_sums, own_adjoint + own.weight);
     }
     if (input == graph_.image() && !wants_image_) return;
-    const bool is_first = adjoints_[input].empty();
-    const bool overwrites = is_first && nn::adjoint_covers_input(shape);
-    if (overwrites) adjoints_[input] = pass_.workspace.take(size_of(input));
-    T* const in_adjoint = overwrites ? adjoints_[input].data() : summed_adjoint(input);
+    const bool covers = nn::adjoint_covers_input(shape);
+    nn::Epilogue<T> end{nullptr, !covers || !adjoints_[input].empty(), T(1)};
+    if (!end.adds) adjoints_[input] = pass_.workspace.take(size_of(input));
+    T* const in_adjoint = summed_adjoint(input);
+    if (covers && is_gate(i, input) && nn::fuses_bits<T>(graph_.shapes[input].channels)) {
+      end.gate = pass_.layers[input].positive.data();
+      end.slope = slope_of(input);
+      is_gated_[input] = true;
+    }
     for (const auto& part : weights_.convolutions[i])
-      nn::convolve<T>(engine_, part, pass_.images, adjoint, {nullptr, !overwrites, T(1)}, in_adjoint,
-                      shape.in_size());
+      nn::convolve<T>(engine_, part, pass_.images, adjoint, end, in_adjoint, shape.in_size());
   }
 
   void join_adjoint(std::size_t i, const T* adjoint) {
@@ -179,6 +225,7 @@ class BackwardPass {
   const AdjointWeights<T>& weights_;
   Pass<T>& pass_;
   std::vector<nn::Buffer<T>> adjoints_;
+  std::vector<bool> is_gated_;  ///< the activation's slopes are in the adjoint already
   bool wants_image_ = false;
   T* parameters_adjoint_ = nullptr;
 };

@@ -97,11 +97,9 @@ class ForwardPass {
     if (layer.kind == LayerKind::shortcut) return add_up(i);
     const FeatureShape& in = graph_.shapes[graph_.inputs[i].front()];
     const T* from = output_of(graph_.inputs[i].front());
+    if (layer.kind == LayerKind::convolutional) return convolve(i, from);
     T* const to = make_output(i);
     switch (layer.kind) {
-      case LayerKind::convolutional:
-        convolve(i, from, to);
-        break;
       case LayerKind::maxpool: {
         const auto choice_count = pass_.mode == Mode::inference ? 0 : size_of(i);
         pass_.layers[i].choice.resize(choice_count);
@@ -122,6 +120,7 @@ class ForwardPass {
         nn::softmax(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature, from,
                     to);
         break;
+      case LayerKind::convolutional:
       case LayerKind::shortcut:
       case LayerKind::yolo:
       case LayerKind::dropout:
@@ -129,13 +128,15 @@ class ForwardPass {
     }
   }
 
-  /// A shortcut, in place of its first input where nobody needs that any more.
+  /// A shortcut, unless a convolution has made it, in place of its first input where nobody needs that any
+  /// more.
   void add_up(std::size_t i) {
+    if (!pass_.layers[i].output.empty()) return;
     const std::size_t first = graph_.inputs[i].front();
     if (graph_.last_use[first] == i && !keeps_output(first) && first != graph_.image()) {
       pass_.layers[i].output = std::move(pass_.layers[first].output);
     } else {
-      std::memcpy(make_output(i), output_of(first), size_of(i) * sizeof(T));
+      nn::copy(output_of(first), make_output(i), size_of(i));
     }
     T* const to = pass_.layers[i].output.data();
     for (std::size_t k = 1; k < graph_.inputs[i].size(); ++k) {
@@ -145,34 +146,65 @@ class ForwardPass {
     activate(i, to);
   }
 
-  void convolve(std::size_t i, const T* from, T* to) {
+  /// The shortcut that convolution i can make in its own place, since nobody else reads its output; else i.
+  [[nodiscard]] std::size_t shortcut_of(std::size_t i) const {
+    const std::size_t sum = graph_.last_use[i];
+    if (pass_.mode == Mode::training || keeps_output(i) || graph_.first_use[i] != sum) return i;
+    const LayerConfig& layer = graph_.config.layers[sum];
+    const bool is_plain = layer.kind == LayerKind::shortcut && layer.activation == nn::Activation::linear &&
+                          graph_.inputs[sum].size() == 2;
+    if (!is_plain || !nn::is_piecewise_linear(graph_.config.layers[i].activation)) return i;
+    const std::size_t other = addend_of(i, sum);
+    return other < i || other == graph_.image() ? sum : i;
+  }
+  [[nodiscard]] std::size_t addend_of(std::size_t i, std::size_t sum) const {
+    return graph_.inputs[sum][graph_.inputs[sum].front() == i ? 1 : 0];
+  }
+
+  void convolve(std::size_t i, const T* from) {
     const LayerConfig& layer = graph_.config.layers[i];
     const bool is_leaky = nn::is_piecewise_linear(layer.activation);
     const T slope = is_leaky ? nn::negative_slope<T>(layer.activation) : T(1);
-    const std::size_t size = graph_.shapes[i].size();
-    if (pass_.mode != Mode::training || !layer.batch_normalize) {
-      nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from,
-                      {weights_.biases[i].data(), false, slope}, to, size);
+    if (pass_.mode == Mode::training && layer.batch_normalize) {
+      convolve_and_normalize(i, from, slope);
     } else {
-      auto& state = pass_.layers[i];
-      const ConvolutionParameters& own = graph_.layout.layers[i];
-      state.unnormalised = pass_.workspace.take(size_of(i));
-      nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, {}, state.unnormalised.data(),
-                      size);
-      state.statistics = nn::batch_statistics(state.unnormalised.data(), pixels_of(i), layer.filters,
-                                              graph_.config.batch_norm_epsilon);
-      nn::batch_norm(state.statistics, parameters_.data() + own.scale, parameters_.data() + own.bias,
-                     state.unnormalised.data(), pixels_of(i), slope, to);
+      nn::Epilogue<T> end{weights_.biases[i].data(), false, slope};
+      const bool fuses = keeps_signs(i) && nn::fuses_bits<T>(layer.filters);
+      const std::size_t made = keeps_signs(i) && !fuses ? i : shortcut_of(i);
+      if (fuses) end.positive = make_signs(i);
+      if (made != i) end.addend = output_of(addend_of(i, made));
+      nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, end, make_output(made),
+                      graph_.shapes[i].size());
+      if (fuses || made != i) return;
     }
-    if (!is_leaky) return activate(i, to);
-    keep_signs(i, to);
+    if (is_leaky) return keep_signs(i, output_of(i));
+    activate(i, pass_.layers[i].output.data());
+  }
+
+  void convolve_and_normalize(std::size_t i, const T* from, T slope) {
+    const LayerConfig& layer = graph_.config.layers[i];
+    auto& state = pass_.layers[i];
+    const ConvolutionParameters& own = graph_.layout.layers[i];
+    state.unnormalised = pass_.workspace.take(size_of(i));
+    nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, {}, state.unnormalised.data(),
+                    graph_.shapes[i].size());
+    state.statistics = nn::batch_statistics(state.unnormalised.data(), pixels_of(i), layer.filters,
+                                            graph_.config.batch_norm_epsilon);
+    nn::batch_norm(state.statistics, parameters_.data() + own.scale, parameters_.data() + own.bias,
+                   state.unnormalised.data(), pixels_of(i), slope, make_output(i));
+  }
+
+  [[nodiscard]] bool keeps_signs(std::size_t i) const {
+    return pass_.mode != Mode::inference && nn::slope_needs_sign(graph_.config.layers[i].activation);
+  }
+  [[nodiscard]] std::uint8_t* make_signs(std::size_t i) {
+    pass_.layers[i].positive.resize(block_count(size_of(i), 8));
+    return pass_.layers[i].positive.data();
   }
 
   /// For the adjoint of leaky and relu.
   void keep_signs(std::size_t i, const T* values) {
-    if (pass_.mode == Mode::inference || !nn::slope_needs_sign(graph_.config.layers[i].activation)) return;
-    pass_.layers[i].positive.resize(block_count(size_of(i), 64));
-    nn::positive_bits(values, pass_.layers[i].positive.data(), size_of(i));
+    if (keeps_signs(i)) nn::positive_bits(values, make_signs(i), size_of(i));
   }
 
   void activate(std::size_t i, T* values) {

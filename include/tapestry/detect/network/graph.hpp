@@ -19,7 +19,8 @@ struct Graph {
   std::vector<FeatureShape> shapes{};              ///< of each value, the image included
   std::vector<std::size_t> value_of{};             ///< the value that a layer's output is
   std::vector<std::vector<std::size_t>> inputs{};  ///< values that each layer reads
-  std::vector<std::size_t> last_use{};             ///< layer that reads each value last
+  std::vector<std::size_t> first_use{};            ///< layer that reads each value first
+  std::vector<std::size_t> last_use{};             ///< and last; 0 if none does
   ParameterLayout layout{};
   std::vector<Head> heads{};
   std::vector<std::size_t> head_values{};  ///< the value that each head's logits are
@@ -53,6 +54,7 @@ struct Graph {
   graph.layout = parameter_layout(graph.config, graph.shapes);
   graph.shapes.push_back({graph.config.channels, graph.height, graph.width});
   const std::size_t count = graph.config.layers.size();
+  graph.first_use.assign(count + 1, count);
   graph.last_use.assign(count + 1, 0);
   for (std::size_t i = 0; i < count; ++i) {
     const LayerConfig& layer = graph.config.layers[i];
@@ -67,7 +69,11 @@ struct Graph {
                              layer.scale_x_y, layer.decode});
       graph.head_values.push_back(inputs.front());
     }
-    for (const std::size_t input : inputs) graph.last_use[input] = i;
+    for (const std::size_t input : inputs) {
+      if (passes_on && layer.kind != LayerKind::yolo) break;  // its readers count
+      graph.first_use[input] = std::min(graph.first_use[input], i);
+      graph.last_use[input] = i;
+    }
     graph.inputs.push_back(std::move(inputs));
   }
   return graph;

@@ -62,7 +62,7 @@ struct LayerState {
   nn::Buffer<T> output{};
   nn::Buffer<T> unnormalised{};          ///< training with batch normalisation: the convolution's sums
   nn::Buffer<T> argument{};              ///< of an activation whose slope needs it
-  nn::Buffer<std::uint64_t> positive{};  ///< of an activation whose slope needs only a sign: one bit a value
+  nn::Buffer<std::uint8_t> positive{};   ///< of an activation whose slope needs only a sign: one bit a value
   nn::Buffer<nn::Position<T>> choice{};  ///< maxpool
   nn::BatchStatistics statistics{};      ///< training with batch normalisation
 };
