@@ -17,8 +17,7 @@ void positive_bits(const T* value, std::uint8_t* bits, std::size_t count) {
   if constexpr (lanes % 8 == 0)
     for (; i + lanes <= count; i += lanes) {
       const Register<T> x = at(value + i);
-      const auto word = positive_lanes(x);
-      __builtin_memcpy(bits + i / 8, &word, sizeof(word));
+      write_signs(x, bits + i / 8);
     }
   for (; i < count; i += 8) {
     unsigned byte = 0;

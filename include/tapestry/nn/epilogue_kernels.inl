@@ -1,0 +1,170 @@
+// What happens to sums before they are stored, for one instruction set; vector_kernels.inl includes this
+// file, under the same rules. See Epilogue for the definition.
+
+/// Bit i: whether x[i] is above 0.
+#if TAPESTRY_VECTOR_BYTES == 64
+inline std::uint16_t positive_lanes(const Register<float>& x) {
+  return static_cast<std::uint16_t>(__builtin_ia32_cmpps512_mask(x, Register<float>{}, 30, 0xffff, 4));
+}
+inline std::uint8_t positive_lanes(const Register<double>& x) {
+  return static_cast<std::uint8_t>(__builtin_ia32_cmppd512_mask(x, Register<double>{}, 30, 0xff, 4));
+}
+#else
+template <class R>
+inline std::uint8_t positive_lanes(const R& x) {
+  const R zero = {};
+  const auto is_positive = x > zero;
+#if TAPESTRY_VECTOR_BYTES == 32
+  if constexpr (sizeof(x[0]) == 4)
+    return static_cast<std::uint8_t>(__builtin_ia32_movmskps256((R)is_positive));
+#endif
+  unsigned bits = 0;
+  for (std::size_t lane = 0; lane < sizeof(x) / sizeof(x[0]); ++lane)
+    bits |= is_positive[lane] != 0 ? 1U << lane : 0U;
+  return static_cast<std::uint8_t>(bits);
+}
+#endif
+
+template <class R>
+inline void write_signs(const R& value, std::uint8_t* bits) {
+  const auto signs = positive_lanes(value);
+  __builtin_memcpy(bits, &signs, sizeof(signs));
+}
+
+/// value · slope in the lanes whose bit is not set; `bits` are those of one vector, or of a byte.
+template <class T>
+inline Register<T> gated(const std::uint8_t* bits, const Register<T>& value, T slope) {
+  using Lanes = typename Vector<Position<T>>::Register;
+  using Word = std::conditional_t<Vector<T>::lanes == 16, std::uint16_t, std::uint8_t>;
+  Word word;
+  __builtin_memcpy(&word, bits, sizeof(word));
+  return ((Lanes{} + static_cast<Position<T>>(word)) & lane_bits<T>()) != 0 ? value : value * slope;
+}
+
+/// Copies `count` < lanes values of a vector; most often half of them.
+template <class T>
+inline void copy_lanes(const T* from, T* to, std::size_t count) {
+  if (count == Vector<T>::lanes / 2) {
+    __builtin_memcpy(to, from, TAPESTRY_VECTOR_BYTES / 2);
+  } else {
+    __builtin_memcpy(to, from, count * sizeof(T));
+  }
+}
+
+/// Writes `count` leading values, or all that there are.
+template <class T>
+inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
+  if (count >= Vector<T>::lanes) {
+    at(out) = value;
+    return;
+  }
+  T partial[Vector<T>::lanes];
+  at(&partial[0]) = value;
+  copy_lanes(&partial[0], out, count);
+}
+
+/// Reads `count` leading values, or all that there are; the others are 0.
+template <class T>
+inline Register<T> load_lanes(const T* in, std::size_t count) {
+  if (count >= Vector<T>::lanes) return at(in);
+  T partial[Vector<T>::lanes] = {};
+  copy_lanes(in, &partial[0], count);
+  return at(&partial[0]);
+}
+
+/// What store_tile() does where its short way does not suffice: functions of their own, not inlined into
+/// every kernel, to keep compilers quick. This one does whatever an epilogue may ask for.
+template <class T>
+__attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register<T>* sums, std::size_t rows,
+                                         std::size_t registers, std::size_t first, T* out,
+                                         std::ptrdiff_t step, std::size_t count) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  const Epilogue<T> end = from;  // a copy, which stores cannot change
+  for (std::size_t row = 0; row < rows; ++row, out += step, sums += registers) {
+    const std::ptrdiff_t offset = end.origin == nullptr ? 0 : out - end.origin;
+    for (std::size_t v = 0; v * lanes < count && v < registers; ++v) {
+      const std::size_t left = count - v * lanes;
+      const std::size_t place = static_cast<std::size_t>(offset) + v * lanes;
+      Register<T> value = sums[v];
+      if (end.bias != nullptr) value += at(end.bias + first + v * lanes);
+      if (end.adds) value += load_lanes<T>(out + v * lanes, left);
+      if (end.gate != nullptr) {
+        value = gated<T>(end.gate + place / 8, value, end.slope);
+      } else {
+        value = value > T(0) ? value : value * end.slope;
+      }
+      if (end.positive != nullptr) write_signs(value, end.positive + place / 8);
+      if (end.addend != nullptr) value += load_lanes<T>(end.addend + place, left);
+      store_lanes<T>(value, out + v * lanes, left);
+    }
+  }
+}
+
+/// And this whole vectors with what networks ask for, decided when it is compiled.
+template <class T, bool HasGate, bool HasSigns, bool HasAddend>
+__attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Register<T>* sums, std::size_t rows,
+                                           std::size_t registers, std::size_t first, T* out,
+                                           std::ptrdiff_t step) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  const std::ptrdiff_t offset = out - end.origin;
+  const T slope = end.slope;
+  const T* const bias = end.bias == nullptr ? nullptr : end.bias + first;
+  const bool adds = end.adds;
+  const std::uint8_t* gate = HasGate ? end.gate + offset / 8 : nullptr;
+  std::uint8_t* signs = HasSigns ? end.positive + offset / 8 : nullptr;
+  const T* addend = HasAddend ? end.addend + offset : nullptr;
+  for (std::size_t row = 0; row < rows; ++row, sums += registers) {
+    for (std::size_t v = 0; v < registers; ++v) {
+      Register<T> value = sums[v];
+      if (bias != nullptr) value += at(bias + v * lanes);
+      if (adds) value += at(out + v * lanes);
+      if constexpr (HasGate) {
+        value = gated<T>(gate + v * lanes / 8, value, slope);
+      } else {
+        value = value > T(0) ? value : value * slope;
+      }
+      if constexpr (HasSigns) write_signs(value, signs + v * lanes / 8);
+      if constexpr (HasAddend) value += at(addend + v * lanes);
+      at(out + v * lanes) = value;
+    }
+    out += step;
+    if constexpr (HasGate) gate += step / 8;
+    if constexpr (HasSigns) signs += step / 8;
+    if constexpr (HasAddend) addend += step;
+  }
+}
+
+#define TAPESTRY_FOR_EACH_SUM \
+  _Pragma("GCC unroll 16") for (int p = 0; p < P; ++p) _Pragma("GCC unroll 2") for (int v = 0; v < V; ++v)
+
+/// Finishes sums of P outputs, `step` apart, and writes their `count` leading values, or all that there are,
+/// as the epilogue says. In the short way the sums stay in registers.
+template <class T, int P, int V>
+inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V], std::size_t first, T* out,
+                       std::ptrdiff_t step, std::size_t count) {
+  constexpr std::ptrdiff_t lanes = Vector<T>::lanes;
+  const bool is_short =
+      count >= V * lanes && end.gate == nullptr && end.positive == nullptr && end.addend == nullptr;
+  if (!is_short) {
+    Register<T> copy[P][V];
+    TAPESTRY_FOR_EACH_SUM copy[p][v] = sum[p][v];
+    const Register<T>* const sums = &copy[0][0];
+    const bool is_whole = count >= V * lanes;
+    if (is_whole && end.gate != nullptr && end.positive == nullptr && end.addend == nullptr)
+      return store_whole<T, true, false, false>(end, sums, P, V, first, out, step);
+    if (is_whole && end.gate == nullptr && end.positive != nullptr && end.addend == nullptr)
+      return store_whole<T, false, true, false>(end, sums, P, V, first, out, step);
+    if (is_whole && end.gate == nullptr && end.positive != nullptr)
+      return store_whole<T, false, true, true>(end, sums, P, V, first, out, step);
+    if (is_whole && end.gate == nullptr)
+      return store_whole<T, false, false, true>(end, sums, P, V, first, out, step);
+    return store_any<T>(end, sums, P, V, first, out, step, count);
+  }
+  if (end.bias != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += at(end.bias + first + v * lanes);
+  if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += at(out + p * step + v * lanes);
+  if (end.slope != T(1))
+    TAPESTRY_FOR_EACH_SUM sum[p][v] = sum[p][v] > T(0) ? sum[p][v] : sum[p][v] * end.slope;
+  TAPESTRY_FOR_EACH_SUM at(out + p * step + v * lanes) = sum[p][v];
+}
+
+#undef TAPESTRY_FOR_EACH_SUM
