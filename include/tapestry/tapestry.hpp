@@ -59,6 +59,7 @@
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/pinhole_camera.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/composite.hpp>

@@ -53,6 +53,41 @@ TEST_CASE("orbit_camera looks at its target from any side, straight above too", 
   CHECK(geometry::length(geometry::subtract(eye, {0, 2, 0})) <= 1e-12);
 }
 
+TEST_CASE("orbit_of finds the orbit back, also for cameras that look elsewhere", "[geometry][camera]") {
+  const Vector3 target{1, 2, 3};
+  for (const double azimuth : {-3.0, -0.4, 0.0, 1.0, 3.1}) {
+    for (const double elevation : {-1.5, -0.3, 0.0, 1.2}) {
+      const auto orbit = geometry::orbit_of(geometry::orbit_camera(azimuth, elevation, 3, target, 1), target);
+      CHECK(std::abs(orbit.azimuth_rad - azimuth) <= 1e-12 / std::cos(elevation));
+      CHECK(std::abs(orbit.elevation_rad - elevation) <= 1e-12);
+      CHECK(std::abs(orbit.distance - 3) <= 1e-12);
+    }
+  }
+  const auto aside = geometry::orbit_of(geometry::look_at({1, 7, 3}, {9, 9, 9}, {0, 0, 1}, 1), target);
+  CHECK(aside.azimuth_rad == Approx(right_angle));
+  CHECK(aside.distance == Approx(5));
+  const auto above = geometry::orbit_of(geometry::orbit_camera(0.7, right_angle, 2, {0, 0, 0}, 1), {0, 0, 0});
+  CHECK(above.azimuth_rad == 0);
+  CHECK(above.elevation_rad == Approx(right_angle));
+  CHECK_THROWS_AS(geometry::orbit_of({}, {0, 0, 0}), tapestry::DomainError);
+}
+
+TEST_CASE("Neural Mesh Renderer's camera mirrors a right-handed world", "[geometry][camera]") {
+  const double half = std::numbers::pi / 6;
+  const auto camera = geometry::neural_mesh_renderer_camera(0, 0, 2.732);  // its default eye, (0, 0, −2.732)
+  CHECK(geometry::length(geometry::subtract(geometry::eye_of(camera), {0, 0, -2.732})) <= 1e-12);
+  // Its rule for a vertex: x right and y up, each over z · tan 30°, with z = 2.732 + 0.4.
+  const auto found =
+      geometry::picture_from_view(camera, geometry::view_from_world(camera, {0.3, 0.2, 0.4}), 2, 2);
+  CHECK(found[0] - 1 == Approx(-0.2 / (3.132 * std::tan(half))));
+  CHECK(found[1] - 1 == Approx(0.3 / (3.132 * std::tan(half))));
+  const auto eye = geometry::eye_of(geometry::neural_mesh_renderer_camera(right_angle, right_angle / 3, 4));
+  CHECK(geometry::length(geometry::subtract(eye, {4 * std::cos(right_angle / 3), 2, 0})) <= 1e-12);
+  CHECK_THROWS_AS(geometry::neural_mesh_renderer_camera(0, right_angle, 1), tapestry::DomainError);
+  CHECK_THROWS_AS(geometry::neural_mesh_renderer_camera(0, 0, -1), tapestry::DomainError);
+  CHECK_THROWS_AS(geometry::neural_mesh_renderer_camera(0, 0, 1, 2), tapestry::DomainError);
+}
+
 TEST_CASE("cameras that make no sense are refused", "[geometry][camera]") {
   CHECK_THROWS_AS(geometry::look_at({1, 1, 1}, {1, 1, 1}, {0, 0, 1}, 1), tapestry::DomainError);
   CHECK_THROWS_AS(geometry::look_at({0, 0, 0}, {0, 0, 2}, {0, 0, 1}, 1), tapestry::DomainError);

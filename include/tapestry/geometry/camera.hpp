@@ -15,6 +15,9 @@ namespace tapestry::geometry {
 ///   column = (1 + q.x / (q.z · tan_half_fov_x)) / 2 · width,
 ///   row    = (1 + q.y / (q.z · tan_half_fov_y)) / 2 · height;
 /// pixel (row i, column j) covers [j, j+1) × [i, i+1), its centre is at +½.
+///
+/// R is a rotation, but for two cameras: one whose axis misses the picture's centre has a shear along z in
+/// it, see pinhole_camera(), and one of Neural Mesh Renderer's left-handed axes a reflection.
 struct Camera {
   std::array<std::array<double, 3>, 3> rotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< R, view_from_world
   std::array<double, 3> translation{0, 0, 0};                                        ///< t, view_from_world
@@ -29,9 +32,15 @@ struct Camera {
   return add(multiply(camera.rotation, point_world), camera.translation);
 }
 
-/// The camera's centre in the world, −Rᵀ·t.
+/// The camera's centre in the world, −R⁻¹·t.
 [[nodiscard]] inline Vector3 eye_of(const Camera& camera) {
-  return scale(multiply_transposed(camera.rotation, camera.translation), -1);
+  const auto& [x, y, z] = camera.rotation;
+  const bool is_orthogonal =
+      std::abs(dot(x, y)) + std::abs(dot(y, z)) + std::abs(dot(z, x)) <= 1e-12 * length(x) * length(y);
+  if (is_orthogonal) return scale(multiply_transposed(camera.rotation, camera.translation), -1);
+  const auto& t = camera.translation;
+  const Vector3 sum = add(add(scale(cross(y, z), t[0]), scale(cross(z, x), t[1])), scale(cross(x, y), t[2]));
+  return scale(sum, -1 / dot(x, cross(y, z)));
 }
 
 /// {row, column} of a point of view space in a picture of the given size; meaningful for z > 0.
@@ -105,6 +114,47 @@ inline double tan_half(const char* operation, double fov_rad) {
   Camera camera =
       look_along(add(target_world, scale(outward, distance)), scale(outward, -1), {-se * ca, -se * sa, ce});
   camera.tan_half_fov_x = camera.tan_half_fov_y = detail::tan_half("orbit_camera", fov_rad);
+  return camera;
+}
+
+/// Where a camera stands around a point, in the terms of orbit_camera().
+struct Orbit {
+  double azimuth_rad;    ///< in (−π, π], 0 straight above or below
+  double elevation_rad;  ///< in [−π/2, π/2]
+  double distance;
+};
+
+/// The orbit on which a camera's centre lies, wherever it looks.
+/// \throws DomainError if the centre is at the target, or not finite
+[[nodiscard]] inline Orbit orbit_of(const Camera& camera, const Vector3& target_world) {
+  const Vector3 offset = subtract(eye_of(camera), target_world);
+  const double distance = length(offset);
+  if (!(distance > 0) || !std::isfinite(distance))
+    throw DomainError("orbit_of: the camera's centre must be finite and not at the target");
+  const double across = std::hypot(offset[0], offset[1]);
+  const bool is_above = across <= 1e-15 * distance;
+  return {is_above ? 0 : std::atan2(offset[1], offset[0]), std::atan2(offset[2], across), distance};
+}
+
+/// The camera of Neural Mesh Renderer's get_points_from_angles() and look_at mode, for square pictures of
+/// meshes whose y is up: the eye is distance · (cos e · sin a, sin e, −cos e · cos a), it looks at the
+/// origin. Its axes are left-handed, so a right-handed mesh appears mirrored, as it does there.
+///
+/// \param half_fov_rad  viewing_angle of the source, half of the field of view; its default is π/6
+/// \throws DomainError if distance is not positive, the eye is straight above or below the origin, or half
+///         the field of view is not between 0 and π/2
+[[nodiscard]] inline Camera neural_mesh_renderer_camera(double azimuth_rad, double elevation_rad,
+                                                        double distance,
+                                                        double half_fov_rad = std::numbers::pi / 6) {
+  if (!(distance > 0)) throw DomainError("neural_mesh_renderer_camera: distance must be positive");
+  const double ce = std::cos(elevation_rad);
+  const Vector3 eye =
+      scale({ce * std::sin(azimuth_rad), std::sin(elevation_rad), -ce * std::cos(azimuth_rad)}, distance);
+  Camera camera = look_along(eye, scale(eye, -1), {0, 1, 0});
+  camera.rotation[0] = scale(camera.rotation[0], -1);
+  camera.translation = scale(multiply(camera.rotation, eye), -1);
+  camera.tan_half_fov_x = camera.tan_half_fov_y =
+      detail::tan_half("neural_mesh_renderer_camera", 2 * half_fov_rad);
   return camera;
 }
 
