@@ -121,10 +121,14 @@
 #include <tapestry/nn/winograd.hpp>
 #include <tapestry/nn/winograd_plan.hpp>
 #include <tapestry/optim/adam.hpp>
+#include <tapestry/raster/affine_colour.hpp>
 #include <tapestry/raster/barycentric.hpp>
+#include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
+#include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/render_faces.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_cube.hpp>

@@ -25,6 +25,9 @@ namespace {
 
 const raster::TextureLayout atlas{TextureKind::atlas, 8, 16, 2, 0};
 const raster::TextureLayout cube{TextureKind::cube, 0, 0, 1, 3};
+const raster::TextureLayout trilinear{TextureKind::atlas, 8, 16, 2, 0, raster::TextureFilter::trilinear};
+const raster::TextureLayout vertex{TextureKind::vertex, 0, 0, 1, 0};
+const raster::TextureLayout solid{TextureKind::solid, 0, 0, 1, 0};
 const raster::Light unlit{1, 0, {0, 0, 1}, {1, 1, 1}};
 const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
 
@@ -139,6 +142,24 @@ TEST_CASE("a cube of one texel an edge is the face's colour", "[raster][cube]") 
   CHECK(std::abs(image(2, 2, 0) + image(2, 2, 1) - 1) <= 1e-6F);
 }
 
+TEST_CASE("vertex colours are interpolated in perspective, a solid colour is everywhere",
+          "[raster][texture_operator]") {
+  // Two corners at depth 1, one at 3; the middle of the picture's left edge shows b = (3/4, 0, 1/4).
+  const Mesh mesh = triangle_soup({{Vector3{-1, -1, 1}, Vector3{1, -1, 1}, Vector3{-3, 3, 3}}});
+  const auto picture =
+      raster::texture_operator<double>(mesh, {1}, Camera{}, 1000, 1000, vertex, raster::Unlit{}, 1);
+  const Array<double, 2> texels = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const auto image = raster::render(picture, texels);
+  CHECK(std::abs(image(499, 0, 0) - 0.75) <= 2e-3);
+  CHECK(std::abs(image(499, 0, 2) - 0.25) <= 2e-3);
+  const auto plain = raster::texture_operator<double>(mesh, {1}, Camera{}, 9, 9, solid, raster::Unlit{}, 2);
+  CHECK(plain.texel_count == 1);
+  const Array<double, 2> colour = {{0.25, 0.5, 1}};
+  const auto filled = raster::render(plain, colour);
+  for (std::size_t pixel = 0; pixel < 81; ++pixel)
+    CHECK(filled.data()[3 * pixel + 1] == 0.5 * plain.coverage.data()[pixel]);
+}
+
 TEST_CASE("light, coverage and material make the picture of a plain texture", "[raster][texture_operator]") {
   Mesh mesh = random_triangles(40, 5);
   mesh.materials = {{"red", {0.9F, 0.1F, 0.2F}}};
@@ -176,33 +197,49 @@ TEST_CASE("light, coverage and material make the picture of a plain texture", "[
   }
 }
 
-TEMPLATE_TEST_CASE("render_adjoint is the transpose of render", "[raster][gradient]", float, double) {
-  const Mesh mesh = random_triangles(300, 6, 0.4, -1, 3);
+namespace {
+
+/// |⟨y, Ax⟩ − ⟨Aᵀy, x⟩| over Σ |y · Ax| of a view's linear map, the pyramid of a trilinear atlas included.
+template <class T, class Model>
+double transpose_error(const Mesh& mesh, const raster::TextureLayout& layout, const Model& light,
+                       std::size_t samples) {
   auto painted = every_face(mesh);
   painted[7] = 0;
-  for (const auto& layout : {atlas, cube}) {
-    for (const std::size_t samples : std::vector<std::size_t>{1, 4}) {
-      const auto picture =
-          raster::texture_operator<TestType>(mesh, painted, Camera{}, 45, 37, layout, warm, samples);
-      const std::size_t count = layout.texel_count(mesh);
-      const auto x = random_array<TestType>({count, 3}, 7, -1);
-      const auto y = random_array<TestType>({45, 37, 3}, 8, -1);
-      Array<TestType, 3> linear = raster::render(picture, x);
-      for (std::size_t i = 0; i < linear.size(); ++i) linear.data()[i] -= picture.constant.data()[i];
-      auto gradient = tapestry::zeros<TestType, 2>({count, 3});
-      raster::render_adjoint(picture, y, gradient);
-      raster::render_adjoint(picture, y, gradient);  // adds
-      double forward = 0, backward = 0, size = 0;
-      for (std::size_t i = 0; i < linear.size(); ++i) {
-        const double product = static_cast<double>(y.data()[i]) * static_cast<double>(linear.data()[i]);
-        forward += product;
-        size += std::abs(product);
-      }
-      for (std::size_t i = 0; i < x.size(); ++i) {
-        backward += static_cast<double>(gradient.data()[i]) * static_cast<double>(x.data()[i]) / 2;
-      }
-      CHECK(std::abs(forward - backward) <= (std::is_same_v<TestType, float> ? 1e-6 : 1e-12) * size);
-    }
+  const auto picture = raster::texture_operator<T>(mesh, painted, Camera{}, 45, 37, layout, light, samples);
+  const bool has_pyramid = layout.filter == raster::TextureFilter::trilinear;
+  const auto x = random_array<T>({layout.texel_count(mesh), 3}, 7, -1);
+  const auto y = random_array<T>({45, 37, 3}, 8, -1);
+  const Array<T, 3> image = raster::render(picture, has_pyramid ? raster::mip_pyramid(layout, x) : x);
+  auto stored = tapestry::zeros<T, 2>({raster::stored_texel_count(layout, mesh), 3});
+  raster::render_adjoint(picture, y, stored);
+  raster::render_adjoint(picture, y, stored);  // adds
+  Array<T, 2> gradient = stored;
+  if (has_pyramid) {
+    gradient = tapestry::zeros<T, 2>(x.shape());
+    raster::mip_pyramid_adjoint(layout, stored, gradient);
+  }
+  double forward = 0, backward = 0, size = 0;
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const double linear =
+        static_cast<double>(image.data()[i]) - static_cast<double>(picture.constant.data()[i]);
+    forward += static_cast<double>(y.data()[i]) * linear;
+    size += std::abs(static_cast<double>(y.data()[i]) * linear);
+  }
+  for (std::size_t i = 0; i < x.size(); ++i)
+    backward += static_cast<double>(gradient.data()[i]) * static_cast<double>(x.data()[i]) / 2;
+  return std::abs(forward - backward) / size;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("render_adjoint is the transpose of render", "[raster][gradient]", float, double) {
+  const Mesh mesh = random_triangles(300, 6, 0.4, -1, 3);
+  const double bound = std::is_same_v<TestType, float> ? 1e-6 : 1e-12;
+  for (const auto& layout : {atlas, trilinear, cube, vertex, solid}) {
+    for (const std::size_t samples : std::vector<std::size_t>{1, 4})
+      CHECK(transpose_error<TestType>(mesh, layout, warm, samples) <= bound);
+    CHECK(transpose_error<TestType>(mesh, layout, raster::Unlit{}, 2) <= bound);
+    CHECK(transpose_error<TestType>(mesh, layout, raster::SmoothLight{warm}, 2) <= bound);
   }
 }
 

@@ -6,8 +6,11 @@
 #include <limits>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_cube.hpp>
 #include <tapestry/raster/texture_layout.hpp>
@@ -48,39 +51,68 @@ inline void require_layout(const geometry::Mesh& mesh, const std::vector<std::ui
   if (layout.kind == TextureKind::cube) {
     if (layout.texels_per_edge == 0 || layout.texels_per_edge > 256)
       throw DomainError("texture_operator: texels_per_edge must be 1 to 256");
-  } else {
+  } else if (layout.kind == TextureKind::atlas) {
     if (layout.height == 0 || layout.width == 0 || layout.height > size_limit || layout.width > size_limit)
       throw DomainError("texture_operator: an atlas must have 1 to 65536 rows and columns");
     if (!(layout.u_extent > 0 && layout.u_extent <= 1e6))
       throw DomainError("texture_operator: u_extent must be in (0, 1e6]");
     require_uvs(mesh, painted);
   }
-  if (layout.texel_count(mesh) >= std::numeric_limits<std::uint32_t>::max())
+  if (stored_texel_count(layout, mesh) >= std::numeric_limits<std::uint32_t>::max())
     throw Error(ErrorKind::limit, "texture_operator: the texture has more than 4294967294 texels");
 }
 
-/// Everything that the fragments of a view are turned into entries with.
+/// Everything that the fragments of a view are turned into entries with. `Lighting` is what prepare() made
+/// of a light.
+template <class Lighting>
 struct FragmentShader {
   const geometry::Mesh& mesh;
   const std::vector<std::uint8_t>& painted;
   const TextureLayout& layout;
-  std::vector<double> light;
+  const Lighting& lighting;
+  const std::vector<geometry::Vector3>& positions_view;
+  const geometry::Camera& camera;
+  std::array<double, 2> picture_size;  ///< height, width
+  std::vector<MipLevel> levels{};      ///< of a trilinear atlas, else empty
 
   /// Appends the taps of a painted fragment, weighted by coverage and light.
   void add_taps(const Fragment& fragment, std::vector<Tap>& taps) const {
     const auto face = static_cast<std::size_t>(fragment.face);
-    const double scale = fragment.coverage * light[face];
+    const double scale = fragment.coverage * lighting.at(face, fragment.barycentric);
     const auto append = [&](const Tap& tap) { taps.push_back({tap.texel, tap.weight * scale}); };
-    if (layout.kind == TextureKind::cube) {
-      visit_cube_taps(layout, face, fragment.barycentric, append);
-      return;
+    switch (layout.kind) {
+      case TextureKind::cube:
+        return visit_cube_taps(layout, face, fragment.barycentric, append);
+      case TextureKind::vertex:
+        for (std::size_t k = 0; k < 3; ++k)
+          append({static_cast<std::size_t>(mesh.faces[face][k]), fragment.barycentric[k]});
+        return;
+      case TextureKind::solid:
+        return append({0, 1});
+      case TextureKind::atlas:
+        return add_atlas_taps(fragment, append);
     }
+  }
+
+ private:
+  template <class Append>
+  void add_atlas_taps(const Fragment& fragment, Append append) const {
+    const auto face = static_cast<std::size_t>(fragment.face);
     std::array<double, 2> uv{0, 0};
+    std::array<std::array<double, 2>, 3> corner_uvs;
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto& corner = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
-      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner[axis];
+      corner_uvs[k] = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
+      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner_uvs[k][axis];
     }
-    visit_atlas_taps(layout, uv, append);
+    if (levels.empty()) return visit_atlas_taps(layout, uv, append);
+    std::array<geometry::Vector3, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
+    const auto slope =
+        barycentric_slope(corners, fragment.barycentric, camera, picture_size[0], picture_size[1]);
+    // A fragment that fills a part of its pixel has that part of its footprint.
+    const double width = footprint_texels(slope, corner_uvs, layout) * std::sqrt(fragment.coverage);
+    visit_trilinear_taps(layout, levels, uv, width, append);
   }
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -22,6 +23,16 @@ struct Light {
   std::array<double, 3> colour{1, 1, 1};
 };
 
+/// Throws DomainError unless the light has finite numbers and a direction.
+inline void require_light(const char* operation, const Light& light) {
+  if (!(geometry::length(geometry::normalised(light.direction)) > 0.5) ||
+      !geometry::is_finite(light.colour) || !std::isfinite(light.ambient) ||
+      !std::isfinite(light.directional)) {
+    throw DomainError(std::string(operation) +
+                      ": the light needs finite numbers and a direction with a length");
+  }
+}
+
 /// ambient + directional · max(0, n·L) of every face of a mesh.
 ///
 /// n is the geometric unit normal in the world on the side that the camera sees: a face seen from behind
@@ -31,11 +42,8 @@ struct Light {
 /// \throws DomainError if the direction has no length, or a number is not finite
 [[nodiscard]] inline std::vector<double> face_light(const geometry::Mesh& mesh,
                                                     const geometry::Camera& camera, const Light& light) {
+  require_light("face_light", light);
   const geometry::Vector3 towards = geometry::normalised(light.direction);
-  if (!(geometry::length(towards) > 0.5) || !geometry::is_finite(light.colour) ||
-      !std::isfinite(light.ambient) || !std::isfinite(light.directional)) {
-    throw DomainError("face_light: the light needs finite numbers and a direction with a length");
-  }
   const geometry::Vector3 eye = geometry::eye_of(camera);
   std::vector<double> result(mesh.faces.size());
   constexpr std::size_t block = 4096;

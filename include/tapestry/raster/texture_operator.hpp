@@ -11,7 +11,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/light.hpp>
+#include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
@@ -102,10 +102,9 @@ void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture
   }
 }
 
-template <class T>
+template <class T, class Lighting>
 void shade_band(const FragmentWalk& walk, std::size_t row_begin, std::size_t row_end,
-                const FragmentShader& shader, const Light& light, OperatorBand<T>& band,
-                TextureOperator<T>& picture) {
+                const FragmentShader<Lighting>& shader, OperatorBand<T>& band, TextureOperator<T>& picture) {
   walk.walk(row_begin, row_end, [&](const Fragment& fragment) {
     const auto face = static_cast<std::size_t>(fragment.face);
     picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
@@ -116,8 +115,9 @@ void shade_band(const FragmentWalk& walk, std::size_t row_begin, std::size_t row
       return;
     }
     const std::array<float, 3> colour = material_colour(shader.mesh, face);
+    const double light = shader.lighting.at(face, fragment.barycentric);
     for (std::size_t c = 0; c < 3; ++c) {
-      const double lit = static_cast<double>(colour[c]) * shader.light[face] * light.colour[c];
+      const double lit = static_cast<double>(colour[c]) * light * shader.lighting.light_colour[c];
       picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * lit);
     }
   });
@@ -128,35 +128,47 @@ void shade_band(const FragmentWalk& walk, std::size_t row_begin, std::size_t row
 
 /// Rasterises a view and keeps the linear map from texture to picture.
 ///
-/// Cubes are looked up at every sample, as Neural Mesh Renderer does; an atlas once for each face in each
-/// pixel, at the mean of the samples' barycentric coordinates, weighted by their number.
+/// Cubes are looked up at every sample, as Neural Mesh Renderer does; the other kinds once for each face in
+/// each pixel, at the mean of the samples' barycentric coordinates, weighted by their number.
+/// The operator of a trilinear atlas takes the texels of its pyramid, see mip_pyramid().
 /// The result is the same for any number of threads.
 ///
 /// \param painted           1 for faces that take their colour from the texture; one entry a face. The
 ///                          others keep their material's colour.
+/// \param light             Unlit, Light (flat) or SmoothLight
 /// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square
 /// \throws ShapeError if painted does not have one entry a face
 /// \throws DomainError for a picture, camera, light or layout outside the stated limits
 /// \throws Error (mismatch) if a painted face has no uv, or a face refers to a missing position
-template <std::floating_point T>
+template <std::floating_point T, LightModel Model = Light>
 [[nodiscard]] TextureOperator<T> texture_operator(const geometry::Mesh& mesh,
                                                   const std::vector<std::uint8_t>& painted,
                                                   const geometry::Camera& camera, std::size_t height,
                                                   std::size_t width, const TextureLayout& layout,
-                                                  const Light& light, std::size_t samples_per_axis = 2) {
+                                                  const Model& light, std::size_t samples_per_axis = 2) {
   detail::require_layout(mesh, painted, layout);
   const VisibilityBuffer buffer = visibility(mesh, camera, height, width, samples_per_axis);
   const auto positions_view = positions_in_view(mesh, camera);
   const bool is_cube = layout.kind == TextureKind::cube;
   const FragmentWalk walk(buffer, mesh, positions_view, camera,
                           is_cube ? FragmentGrain::sample : FragmentGrain::face);
-  const detail::FragmentShader shader{mesh, painted, layout, face_light(mesh, camera, light)};
+  const auto lighting = prepare(mesh, camera, light);
+  detail::FragmentShader<decltype(prepare(mesh, camera, light))> shader{
+      mesh,
+      painted,
+      layout,
+      lighting,
+      positions_view,
+      camera,
+      {static_cast<double>(height), static_cast<double>(width)}};
+  if (layout.kind == TextureKind::atlas && layout.filter == TextureFilter::trilinear)
+    shader.levels = mip_levels(layout);
 
   TextureOperator<T> picture;
   picture.height = height;
   picture.width = width;
-  picture.texel_count = layout.texel_count(mesh);
-  for (std::size_t c = 0; c < 3; ++c) picture.light_colour[c] = static_cast<T>(light.colour[c]);
+  picture.texel_count = stored_texel_count(layout, mesh);
+  for (std::size_t c = 0; c < 3; ++c) picture.light_colour[c] = static_cast<T>(lighting.light_colour[c]);
   picture.constant = zeros<T, 3>({height, width, 3});
   picture.coverage = zeros<T, 2>({height, width});
   picture.non_finite_faces = buffer.non_finite_faces;
@@ -164,7 +176,7 @@ template <std::floating_point T>
   std::vector<detail::OperatorBand<T>> bands(block_count(height, band_rows));
   parallel_for(bands.size(), [&](std::size_t index) {
     const auto [begin, end] = block_range(index, height, band_rows);
-    detail::shade_band(walk, begin, end, shader, light, bands[index], picture);
+    detail::shade_band(walk, begin, end, shader, bands[index], picture);
   });
   detail::join_bands(bands, picture);
   return picture;

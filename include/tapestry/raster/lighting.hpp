@@ -1,0 +1,116 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/light.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// No light: colours are shown as they are. Generates no code and takes no memory.
+struct Unlit {};
+
+/// As Light, with normals interpolated over each face: those of the mesh, and where a corner has none, the
+/// mean of the normals of the faces around its position, weighted by area.
+struct SmoothLight : Light {};
+
+/// What a light is to one view: at(face, barycentric) is the factor of a colour, before light_colour.
+struct PreparedUnlit {
+  std::array<double, 3> light_colour{1, 1, 1};
+  [[nodiscard]] static constexpr double at(std::size_t, const std::array<double, 3>&) { return 1; }
+};
+
+struct PreparedLight {
+  std::array<double, 3> light_colour;
+  std::vector<double> face;  ///< see face_light()
+  [[nodiscard]] double at(std::size_t index, const std::array<double, 3>&) const { return face[index]; }
+};
+
+struct PreparedSmoothLight {
+  std::array<double, 3> light_colour;
+  double ambient;
+  double directional;
+  geometry::Vector3 towards;  ///< the light, of length 1
+  std::vector<std::array<geometry::Vector3, 3>>
+      normals;  ///< of each face's corners, on the side that is seen
+
+  [[nodiscard]] double at(std::size_t index, const std::array<double, 3>& b) const {
+    geometry::Vector3 sum{};
+    for (std::size_t k = 0; k < 3; ++k) sum = geometry::add(sum, geometry::scale(normals[index][k], b[k]));
+    return ambient + directional * std::max(0.0, geometry::dot(geometry::normalised(sum), towards));
+  }
+};
+
+namespace detail {
+/// (q₁ − q₀) × (q₂ − q₀): the face's normal, of twice its area.
+inline geometry::Vector3 face_normal(const geometry::Mesh& mesh, const geometry::Corners& face) {
+  const auto& origin = mesh.positions[static_cast<std::size_t>(face[0])];
+  return geometry::cross(geometry::subtract(mesh.positions[static_cast<std::size_t>(face[1])], origin),
+                         geometry::subtract(mesh.positions[static_cast<std::size_t>(face[2])], origin));
+}
+}  // namespace detail
+
+/// Mean of the normals of the faces around each position, weighted by area; no length where there are none.
+[[nodiscard]] inline std::vector<geometry::Vector3> vertex_normals(const geometry::Mesh& mesh) {
+  std::vector<geometry::Vector3> sums(mesh.positions.size(), geometry::Vector3{0, 0, 0});
+  for (const geometry::Corners& face : mesh.faces) {
+    const geometry::Vector3 normal = detail::face_normal(mesh, face);
+    if (!geometry::is_finite(normal)) continue;
+    for (const std::int32_t corner : face) {
+      auto& sum = sums[static_cast<std::size_t>(corner)];
+      sum = geometry::add(sum, normal);
+    }
+  }
+  for (geometry::Vector3& sum : sums) sum = geometry::normalised(sum);
+  return sums;
+}
+
+[[nodiscard]] inline PreparedUnlit prepare(const geometry::Mesh&, const geometry::Camera&, const Unlit&) {
+  return {};
+}
+
+/// \throws DomainError as face_light()
+[[nodiscard]] inline PreparedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                           const Light& light) {
+  return {light.colour, face_light(mesh, camera, light)};
+}
+
+/// Normals are turned to the side of the face that is seen, as face_light() does.
+/// \throws DomainError as face_light()
+[[nodiscard]] inline PreparedSmoothLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                                 const SmoothLight& light) {
+  require_light("smooth light", light);
+  PreparedSmoothLight prepared{
+      light.colour, light.ambient, light.directional, geometry::normalised(light.direction), {}};
+  const auto averages = vertex_normals(mesh);
+  const geometry::Vector3 eye = geometry::eye_of(camera);
+  prepared.normals.resize(mesh.faces.size());
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    geometry::Vector3 seen = detail::face_normal(mesh, mesh.faces[face]);
+    const auto& origin = mesh.positions[static_cast<std::size_t>(mesh.faces[face][0])];
+    if (geometry::dot(seen, geometry::subtract(eye, origin)) < 0) seen = geometry::scale(seen, -1);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t own = face < mesh.face_normals.size() ? mesh.face_normals[face][k] : -1;
+      const bool is_given = own >= 0 && static_cast<std::size_t>(own) < mesh.normals.size();
+      const geometry::Vector3& normal = is_given ? mesh.normals[static_cast<std::size_t>(own)]
+                                                 : averages[static_cast<std::size_t>(mesh.faces[face][k])];
+      prepared.normals[face][k] = geometry::scale(normal, geometry::dot(normal, seen) < 0 ? -1 : 1);
+    }
+  }
+  return prepared;
+}
+
+/// Unlit, Light, SmoothLight, or any light for which prepare() gives something with at() and light_colour.
+template <class Model>
+concept LightModel = requires(const Model& light, const geometry::Mesh& mesh,
+                              const geometry::Camera& camera) {
+  { prepare(mesh, camera, light).at(std::size_t{}, std::array<double, 3>{}) } -> std::convertible_to<double>;
+  { prepare(mesh, camera, light).light_colour } -> std::convertible_to<std::array<double, 3>>;
+};
+
+}  // namespace tapestry::raster
