@@ -13,8 +13,6 @@
 #include <tapestry/core/file_source.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
-#include <tapestry/geometry/face_selection.hpp>
-#include <tapestry/io/face_list_file.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/names_file.hpp>
@@ -25,22 +23,12 @@
 #include <vector>
 
 #include "drawn_frames.hpp"
+#include "mesh_inputs.hpp"
 #include "settings.hpp"
 
 namespace tapestry::examples {
 
 namespace fs = std::filesystem;
-
-/// The files that stand in for inputs the user leaves out.
-struct BundledAssets {
-  std::string folder = TAPESTRY_ASSETS;
-
-  [[nodiscard]] std::string mesh() const { return folder + "/car_sedan.obj"; }
-  [[nodiscard]] std::string frames() const { return folder + "/frames"; }
-  [[nodiscard]] std::string cfg() const { return folder + "/detector.cfg"; }
-  [[nodiscard]] std::string weights() const { return folder + "/detector.weights"; }
-  [[nodiscard]] std::string names() const { return folder + "/detector.names"; }
-};
 
 /// Names the bundled files where the user named none.
 inline void fill_in_bundled(SceneSettings& scene) {
@@ -128,17 +116,8 @@ inline Car load_car(const SceneSettings& settings) {
   auto loaded = io::read_obj(settings.mesh);
   Car car;
   car.warnings = loaded.warnings;
-  if (settings.faces.empty()) {
-    try {
-      car.painted.painted = geometry::faces_by_material(loaded.mesh, settings.material);
-    } catch (const Error& error) {
-      throw FileError(error.kind(), {settings.mesh, "", error.what()});
-    }
-  } else {
-    const auto list = io::read_face_list(settings.faces, loaded.mesh.faces.size());
-    car.warnings.insert(car.warnings.end(), list.warnings.begin(), list.warnings.end());
-    car.painted.painted = geometry::faces_by_ids(loaded.mesh, list.ids);
-  }
+  car.painted.painted =
+      selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
   car.painted.layout = layout_of(settings, loaded.mesh);
   car.painted.mesh = std::move(loaded.mesh);
   return car;

@@ -46,20 +46,19 @@ struct PreparedSmoothLight {
   }
 };
 
-namespace detail {
-/// (q₁ − q₀) × (q₂ − q₀): the face's normal, of twice its area.
-inline geometry::Vector3 face_normal(const geometry::Mesh& mesh, const geometry::Corners& face) {
+/// (p₁ − p₀) × (p₂ − p₀): a face's normal in the world, as long as twice its area.
+[[nodiscard]] inline geometry::Vector3 face_normal(const geometry::Mesh& mesh,
+                                                   const geometry::Corners& face) {
   const auto& origin = mesh.positions[static_cast<std::size_t>(face[0])];
   return geometry::cross(geometry::subtract(mesh.positions[static_cast<std::size_t>(face[1])], origin),
                          geometry::subtract(mesh.positions[static_cast<std::size_t>(face[2])], origin));
 }
-}  // namespace detail
 
 /// Mean of the normals of the faces around each position, weighted by area; no length where there are none.
 [[nodiscard]] inline std::vector<geometry::Vector3> vertex_normals(const geometry::Mesh& mesh) {
   std::vector<geometry::Vector3> sums(mesh.positions.size(), geometry::Vector3{0, 0, 0});
   for (const geometry::Corners& face : mesh.faces) {
-    const geometry::Vector3 normal = detail::face_normal(mesh, face);
+    const geometry::Vector3 normal = face_normal(mesh, face);
     if (!geometry::is_finite(normal)) continue;
     for (const std::int32_t corner : face) {
       auto& sum = sums[static_cast<std::size_t>(corner)];
@@ -91,7 +90,7 @@ inline geometry::Vector3 face_normal(const geometry::Mesh& mesh, const geometry:
   const geometry::Vector3 eye = geometry::eye_of(camera);
   prepared.normals.resize(mesh.faces.size());
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    geometry::Vector3 seen = detail::face_normal(mesh, mesh.faces[face]);
+    geometry::Vector3 seen = face_normal(mesh, mesh.faces[face]);
     const auto& origin = mesh.positions[static_cast<std::size_t>(mesh.faces[face][0])];
     if (geometry::dot(seen, geometry::subtract(eye, origin)) < 0) seen = geometry::scale(seen, -1);
     for (std::size_t k = 0; k < 3; ++k) {

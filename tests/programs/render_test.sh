@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# render from the outside.
+source "$(dirname "$0")/support.sh"
+render=$programs/render
+assets=$sources/examples/assets
+[ -x "$render" ] || exit 77
+
+size_of() { od -An -tu1 -j16 -N8 "$1" | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }'; }
+
+expect_exit 0 "the bundled car" "$render" --size 96 --output car.png
+expect_file car.png
+[ "$(size_of car.png)" = "96 96" ] && pass || fail "car.png is $(size_of car.png)"
+expect_exit 0 "again" "$render" --size 96 --output again.png --threads 1
+expect_same car.png again.png
+for view in normal uv face coverage; do
+  expect_exit 0 "view $view" "$render" --size 96 --view "$view" --output "$view.png"
+  cmp -s car.png "$view.png" && fail "view $view is the coloured picture" || pass
+done
+for samples in 1 2 8; do
+  expect_exit 0 "$samples samples" "$render" --size 96 --samples "$samples" --output "samples$samples.png"
+  cmp -s car.png "samples$samples.png" && fail "$samples samples are as 4" || pass
+done
+expect_exit 0 "width and height" "$render" --size 120 50 --output wide.png
+[ "$(size_of wide.png)" = "120 50" ] && pass || fail "wide.png is $(size_of wide.png)"
+
+# A sheet of two rows of five; each picture has a gap of 4 pixels around it.
+expect_exit 0 "a turntable" "$render" --turntable 5 --distance 8 20 --size 40 --output sheet.png
+[ "$(size_of sheet.png)" = "224 92" ] && pass || fail "sheet.png is $(size_of sheet.png)"
+
+# Paint: by material, by face list, as one colour and as a texture.
+expect_exit 0 "red paint" "$render" --size 96 --material body --colour 1 0 0 --output red.png
+cmp -s car.png red.png && fail "the paint does not show" || pass
+seq 1 50 >faces.txt
+expect_exit 0 "a face list" "$render" --size 96 --faces faces.txt --colour 1 0 0 --output some.png
+cmp -s red.png some.png && fail "the face list does not count" || pass
+expect_exit 0 "a texture" "$render" --size 96 --material body --texture car.png --output textured.png
+expect_exit 0 "trilinear" "$render" --size 96 --material body --texture car.png --filter trilinear --output tri.png
+cmp -s textured.png tri.png && fail "the filter does not show" || pass
+for light in none smooth; do
+  expect_exit 0 "light $light" "$render" --size 96 --light "$light" --output "light.png"
+  cmp -s car.png light.png && fail "light $light is the flat one" || pass
+done
+
+# Cameras by pose: from 10 m in front, looking back.
+expect_exit 0 "a pose" "$render" --size 96 --pose 0 1 0 0 0 0 -1 0.7 -1 0 0 10 --output pose.png
+expect_exit 0 "a pose in one picture with an orbit" \
+  "$render" --size 96 --azimuth 0 --elevation 0 --distance 10 --target 0 0 0.7 --output orbit.png
+expect_same pose.png orbit.png
+frame=$(ls "$assets"/frames/test/*.npz 2>/dev/null | head -n 1)
+[ -n "$frame" ] && expect_exit 0 "a frame's camera" "$render" --size 96 --frame "$frame" --output frame.png
+
+refused() { # refused CODE PATTERN OPTIONS...
+  local code=$1 pattern=$2
+  shift 2
+  expect_exit "$code" "$*" "$render" "$@" --output untouched.png
+  expect_error_line "$pattern"
+}
+for words in "--size 0" "--size 20000" "--samples 3" "--view depth" "--filter cubic" "--light soft" "--fov 180" \
+  "--distance -1" "--distance 1 2" "--colour 2 0 0" "--background 0 0 nan" "--turntable 361" "--threads -1"; do
+  # shellcheck disable=SC2086  # several words on purpose
+  refused 2 "${words% *}|${words%% *}|distance" $words
+done
+refused 2 'cannot be given together' --material body --faces faces.txt
+refused 2 'no rotation' --pose 1 0 0 0 0 1 0 0 0 0 2 0
+refused 2 'leave out' --pose 0 1 0 0 0 0 -1 0.7 -1 0 0 10 --distance 3
+refused 3 'absent.obj' --mesh absent.obj
+refused 4 "no material 'chrome'" --material chrome --colour 1 0 0
+refused 3 'faces.txt' --texture faces.txt
+printf '0\n' >zero.txt
+refused 3 'zero.txt:1: face number 0' --faces zero.txt --colour 1 0 0
+: >empty.txt
+refused 4 'face list is empty' --faces empty.txt --colour 1 0 0
+echo 99999999 >far.txt
+refused 4 'beyond the faces' --faces far.txt --colour 1 0 0
+head -c 300 car.png >cut.png
+refused 3 'cut.png' --texture cut.png
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >plain.obj
+refused 4 'no texture coordinates' --mesh plain.obj --texture car.png
+expect_exit 0 "a mesh of one face" "$render" --mesh plain.obj --size 1 --output one.png
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\n' >faceless.obj
+refused 3 'faceless.obj: OBJ has no faces' --mesh faceless.obj
+[ -e untouched.png ] && fail "a refused command left a picture behind" || pass
+expect_exit 5 "a folder that is not there" "$render" --size 8 --output absent/car.png
+finish
