@@ -19,16 +19,26 @@ struct Unlit {};
 /// mean of the normals of the faces around its position, weighted by area.
 struct SmoothLight : Light {};
 
-/// What a light is to one view: at(face, barycentric) is the factor of a colour, before light_colour.
+/// What a light is to one view: at(face, barycentric) is the factor of a colour, before light_colour, slope()
+/// its derivative with respect to the barycentric coordinates, and agrees() says whether two faces are known
+/// to have the same light along an edge of both.
 struct PreparedUnlit {
   std::array<double, 3> light_colour{1, 1, 1};
   [[nodiscard]] static constexpr double at(std::size_t, const std::array<double, 3>&) { return 1; }
+  [[nodiscard]] static constexpr std::array<double, 3> slope(std::size_t, const std::array<double, 3>&) {
+    return {0, 0, 0};
+  }
+  [[nodiscard]] static constexpr bool agrees(std::size_t, std::size_t) { return true; }
 };
 
 struct PreparedLight {
   std::array<double, 3> light_colour;
   std::vector<double> face;  ///< see face_light()
   [[nodiscard]] double at(std::size_t index, const std::array<double, 3>&) const { return face[index]; }
+  [[nodiscard]] static constexpr std::array<double, 3> slope(std::size_t, const std::array<double, 3>&) {
+    return {0, 0, 0};
+  }
+  [[nodiscard]] bool agrees(std::size_t a, std::size_t b) const { return face[a] == face[b]; }
 };
 
 struct PreparedSmoothLight {
@@ -39,10 +49,27 @@ struct PreparedSmoothLight {
   std::vector<std::array<geometry::Vector3, 3>>
       normals;  ///< of each face's corners, on the side that is seen
 
+  [[nodiscard]] static constexpr bool agrees(std::size_t, std::size_t) { return false; }
+
   [[nodiscard]] double at(std::size_t index, const std::array<double, 3>& b) const {
     geometry::Vector3 sum{};
     for (std::size_t k = 0; k < 3; ++k) sum = geometry::add(sum, geometry::scale(normals[index][k], b[k]));
     return ambient + directional * std::max(0.0, geometry::dot(geometry::normalised(sum), towards));
+  }
+
+  /// directional · (n_k·L − (n·L)(n·n_k)) / |Σ b·n|; 0 where the light does not reach.
+  [[nodiscard]] std::array<double, 3> slope(std::size_t index, const std::array<double, 3>& b) const {
+    geometry::Vector3 sum{};
+    for (std::size_t k = 0; k < 3; ++k) sum = geometry::add(sum, geometry::scale(normals[index][k], b[k]));
+    const double size = geometry::length(sum), cosine = geometry::dot(sum, towards) / size;
+    if (!(cosine > 0)) return {0, 0, 0};
+    std::array<double, 3> result{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const geometry::Vector3& normal = normals[index][k];
+      result[k] =
+          directional / size * (geometry::dot(normal, towards) - cosine * geometry::dot(sum, normal) / size);
+    }
+    return result;
   }
 };
 

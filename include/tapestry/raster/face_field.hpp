@@ -1,0 +1,282 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/pixel_rays.hpp>
+#include <tapestry/raster/triangle_setup.hpp>
+#include <tapestry/raster/view_clip.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// Every face of a view as functions of the picture: with the ray r = Σ w_k·q_k, w_k ≥ 0 on the face,
+/// Σ w_k = 1/z there, and w_k·z are the barycentric coordinates. Unlike the visibility buffer it answers for
+/// any point, without snapping; faces are found through a grid of cells about as large as they are.
+class FaceField {
+ public:
+  /// What a ray meets.
+  struct Hit {
+    std::int32_t face = -1;
+    double inverse_depth = 0;
+  };
+
+  /// A face in a cell, with the greatest 1/z it may have there.
+  struct Entry {
+    double inverse_depth_max;
+    std::int32_t face;
+  };
+
+  FaceField(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
+            const geometry::Camera& camera, std::size_t height, std::size_t width)
+      : rays_(camera, height, width), limits_{1 / camera.far, 1 / camera.near}, weights_(mesh.faces.size()) {
+    const std::vector<Box> boxes = set_weights(mesh, positions_view, ViewClip(camera, height, width),
+                                               static_cast<double>(height), static_cast<double>(width));
+    choose_cells(boxes);
+    fill_cells(boxes);
+  }
+
+  [[nodiscard]] const PixelRays& rays() const { return rays_; }
+
+  /// w of a face; all 0 for one that is not drawn.
+  [[nodiscard]] const std::array<Affine, 3>& weights(std::int32_t face) const {
+    return weights_[static_cast<std::size_t>(face)];
+  }
+
+  /// 1/z of a face's plane.
+  [[nodiscard]] Affine inverse_depth(std::int32_t face) const {
+    const auto& w = weights(face);
+    return {w[0].a + w[1].a + w[2].a, w[0].b + w[1].b + w[2].b, w[0].c + w[1].c + w[2].c};
+  }
+
+  /// Barycentric coordinates of a face at a point, brought to its rim where the point lies beside it.
+  [[nodiscard]] std::array<double, 3> barycentric(std::int32_t face, double column, double row) const {
+    std::array<double, 3> b{};
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      b[k] = std::max(weights(face)[k].at(column, row), 0.0);
+      sum += b[k];
+    }
+    if (!(sum > 0)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
+    for (double& value : b) value /= sum;
+    return b;
+  }
+
+  /// 1/z where the ray meets the face between near and far, else 0.
+  [[nodiscard]] double hit(std::int32_t face, double column, double row) const {
+    const auto& w = weights(face);
+    const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
+    if (!(w0 >= 0 && w1 >= 0 && w2 >= 0)) return 0;
+    const double inverse_depth = w0 + w1 + w2;
+    return inverse_depth >= limits_[0] && inverse_depth <= limits_[1] ? inverse_depth : 0;
+  }
+
+  /// The nearest face at a point other than those that `is_left_out`, if nearer than `least`; of equals the
+  /// lowest.
+  template <class Predicate>
+  [[nodiscard]] Hit nearest(double column, double row, double least, Predicate is_left_out) const {
+    Hit best{-1, least};
+    const std::size_t cell = cell_of(column, row);
+    if (cell == no_cell) return best;
+    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
+      const Entry& entry = entries_[i];
+      if (entry.inverse_depth_max < best.inverse_depth) break;
+      const double inverse_depth = hit(entry.face, column, row);
+      if (inverse_depth == 0 || inverse_depth < best.inverse_depth) continue;
+      const bool is_tie = inverse_depth == best.inverse_depth;
+      if (is_tie && (best.face < 0 || entry.face > best.face)) continue;
+      if (!is_left_out(entry.face)) best = {entry.face, inverse_depth};
+    }
+    return best;
+  }
+
+  /// Whether a face other than those that `is_left_out` is nearer at a point than 1 / inverse_depth, by more
+  /// than rounding may cause.
+  template <class Predicate>
+  [[nodiscard]] bool is_hidden(double column, double row, double inverse_depth, Predicate is_left_out) const {
+    const std::size_t cell = cell_of(column, row);
+    if (cell == no_cell) return false;
+    const double nearer = inverse_depth * (1 + 1e-9);
+    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
+      if (entries_[i].inverse_depth_max <= nearer) return false;
+      if (hit(entries_[i].face, column, row) > nearer && !is_left_out(entries_[i].face)) return true;
+    }
+    return false;
+  }
+
+  struct Cell {
+    std::array<double, 2> low;
+    std::array<double, 2> high;
+    const Entry* begin;
+    const Entry* end;
+  };
+  [[nodiscard]] std::size_t cell_count() const { return begin_.size() - 1; }
+  [[nodiscard]] Cell cell(std::size_t index) const {
+    const auto x = static_cast<double>(index % columns_), y = static_cast<double>(index / columns_);
+    return {{origin_[0] + x * side_, origin_[1] + y * side_},
+            {origin_[0] + (x + 1) * side_, origin_[1] + (y + 1) * side_},
+            entries_.data() + begin_[index],
+            entries_.data() + begin_[index + 1]};
+  }
+
+ private:
+  static constexpr std::size_t no_cell = std::numeric_limits<std::size_t>::max();
+
+  /// The part of the picture that a face may touch; empty when low > high.
+  struct Box {
+    std::array<double, 2> low{1, 1};
+    std::array<double, 2> high{0, 0};
+    double inverse_depth_max = 0;
+    [[nodiscard]] bool is_empty() const { return !(low[0] <= high[0] && low[1] <= high[1]); }
+  };
+
+  std::vector<Box> set_weights(const geometry::Mesh& mesh,
+                               const std::vector<geometry::Vector3>& positions_view, const ViewClip& clip,
+                               double height, double width) {
+    std::vector<Box> boxes(mesh.faces.size());
+    constexpr std::size_t block = 1024;
+    parallel_for(block_count(boxes.size(), block), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, boxes.size(), block);
+      for (std::size_t face = begin; face < end; ++face) {
+        std::array<geometry::Vector3, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k)
+          corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
+        if (detail::usable(corners[0]) && detail::usable(corners[1]) && detail::usable(corners[2]))
+          boxes[face] = set_face(corners, clip, height, width, weights_[face]);
+      }
+    });
+    return boxes;
+  }
+
+  [[nodiscard]] Box set_face(const std::array<geometry::Vector3, 3>& corners, const ViewClip& clip,
+                             double height, double width, std::array<Affine, 3>& weights) const {
+    const std::array<unsigned, 3> outside{clip.outside(corners[0]), clip.outside(corners[1]),
+                                          clip.outside(corners[2])};
+    if ((outside[0] & outside[1] & outside[2] & ViewClip::invisible) != 0) return {};
+    const double volume = geometry::dot(corners[0], geometry::cross(corners[1], corners[2]));
+    const double inverse = 1 / volume;
+    std::array<Affine, 3> w;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const geometry::Vector3 c = geometry::cross(corners[(k + 1) % 3], corners[(k + 2) % 3]);
+      w[k] = {c[0] * inverse * rays_.step[0], c[1] * inverse * rays_.step[1],
+              (c[2] + c[0] * rays_.first[0] + c[1] * rays_.first[1]) * inverse};
+      if (!geometry::is_finite({w[k].a, w[k].b, w[k].c})) return {};
+    }
+    ViewClip::Polygon polygon;
+    for (const auto& corner : corners) polygon.points[polygon.size++] = corner;
+    if (((outside[0] | outside[1] | outside[2]) & ViewClip::needs_cut) != 0) polygon = clip.cut(corners);
+    if (polygon.size < 3) return {};
+    Box box{{width, height}, {0, 0}, 0};
+    for (std::size_t i = 0; i < polygon.size; ++i) {
+      const auto point = rays_.picture_point(polygon.points[i]);
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        box.low[axis] = std::max(std::min(box.low[axis], point[axis]), 0.0);
+        box.high[axis] = std::min(std::max(box.high[axis], point[axis]), axis == 0 ? width : height);
+      }
+      box.inverse_depth_max = std::max(box.inverse_depth_max, 1 / polygon.points[i][2]);
+    }
+    weights = w;
+    return box;
+  }
+
+  /// Cells of about two faces each, were the faces spread evenly over what the mesh covers.
+  void choose_cells(const std::vector<Box>& boxes) {
+    std::array<double, 2> low{1e30, 1e30}, high{-1e30, -1e30};
+    double count = 0;
+    for (const Box& box : boxes) {
+      if (box.is_empty()) continue;
+      ++count;
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        low[axis] = std::min(low[axis], box.low[axis]);
+        high[axis] = std::max(high[axis], box.high[axis]);
+      }
+    }
+    if (count == 0) low = high = {0, 0};
+    const double margin = 1e-3;  // so that points just beside an edge have a cell
+    const double across = high[0] - low[0] + 2 * margin, down = high[1] - low[1] + 2 * margin;
+    side_ = std::max(std::sqrt(2 * across * down / std::max(count, 1.0)), 1e-3 * std::max(across, down));
+    origin_ = {low[0] - margin, low[1] - margin};
+    columns_ = static_cast<std::size_t>(across / side_) + 1;
+    rows_ = static_cast<std::size_t>(down / side_) + 1;
+  }
+
+  [[nodiscard]] std::size_t cell_of(double column, double row) const {
+    const double x = (column - origin_[0]) / side_, y = (row - origin_[1]) / side_;
+    if (!(x >= 0 && y >= 0 && x < static_cast<double>(columns_) && y < static_cast<double>(rows_)))
+      return no_cell;
+    return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x);
+  }
+
+  /// Calls visit(cell, greatest 1/z) for the cells that a face may touch.
+  template <class Visit>
+  void for_each_cell(std::size_t face, const Box& box, Visit visit) const {
+    if (box.is_empty()) return;
+    const auto index = [&](double value, std::size_t axis, std::size_t count) {
+      return std::min(static_cast<std::size_t>(std::max((value - origin_[axis]) / side_, 0.0)), count - 1);
+    };
+    const double pad = 1e-4;
+    const double reach = side_ / 2 + pad;
+    const Affine inverse_depth = this->inverse_depth(static_cast<std::int32_t>(face));
+    for (std::size_t y = index(box.low[1] - pad, 1, rows_); y <= index(box.high[1] + pad, 1, rows_); ++y) {
+      for (std::size_t x = index(box.low[0] - pad, 0, columns_); x <= index(box.high[0] + pad, 0, columns_);
+           ++x) {
+        const double column = origin_[0] + (static_cast<double>(x) + 0.5) * side_;
+        const double row = origin_[1] + (static_cast<double>(y) + 0.5) * side_;
+        bool touches = true;
+        for (const Affine& w : weights_[face])
+          touches = touches && w.at(column, row) + reach * (std::abs(w.a) + std::abs(w.b)) >= 0;
+        if (!touches) continue;
+        const double highest =
+            inverse_depth.at(column, row) + reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
+        visit(y * columns_ + x, std::min(highest, box.inverse_depth_max * (1 + 1e-9)));
+      }
+    }
+  }
+
+  void fill_cells(const std::vector<Box>& boxes) {
+    std::vector<std::pair<std::uint32_t, Entry>> found;
+    found.reserve(4 * boxes.size());
+    begin_.assign(columns_ * rows_ + 1, 0);
+    for (std::size_t face = 0; face < boxes.size(); ++face) {
+      for_each_cell(face, boxes[face], [&](std::size_t cell, double inverse_depth_max) {
+        found.push_back(
+            {static_cast<std::uint32_t>(cell), {inverse_depth_max, static_cast<std::int32_t>(face)}});
+        ++begin_[cell + 1];
+      });
+    }
+    for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
+    entries_.resize(found.size());
+    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
+    for (const auto& [cell, entry] : found) entries_[next[cell]++] = entry;
+    constexpr std::size_t block = 256;
+    parallel_for(block_count(cell_count(), block), [&](std::size_t index) {
+      const auto [first, last] = block_range(index, cell_count(), block);
+      for (std::size_t cell = first; cell < last; ++cell) {
+        const auto at = [&](std::size_t i) { return entries_.begin() + static_cast<std::ptrdiff_t>(i); };
+        std::sort(at(begin_[cell]), at(begin_[cell + 1]), [](const Entry& a, const Entry& b) {
+          return a.inverse_depth_max != b.inverse_depth_max ? a.inverse_depth_max > b.inverse_depth_max
+                                                            : a.face < b.face;
+        });
+      }
+    });
+  }
+
+  PixelRays rays_;
+  std::array<double, 2> limits_;
+  std::vector<std::array<Affine, 3>> weights_;
+  std::array<double, 2> origin_{0, 0};
+  double side_ = 1;
+  std::size_t columns_ = 1;
+  std::size_t rows_ = 1;
+  std::vector<std::size_t> begin_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace tapestry::raster

@@ -1,0 +1,232 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/mesh_edges.hpp>
+#include <tapestry/raster/vertex_gradient/shares.hpp>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+/// The integral over all edges of the mesh, as far as they are seen, of
+///   (colour on one side − colour on the other) · (motion of the edge across itself).
+///
+/// Each edge is cut at the borders of pixels and into pieces of at most 1/samples of a pixel; of each piece
+/// the middle counts. Which face is seen on either side is decided by rays just beside it, so borders,
+/// seams, repeated faces and surfaces that meet in one edge need no rules of their own: where both sides show
+/// the same colour there is no edge. An edge through q_a and q_b appears where m·r = 0, m = q_a × q_b; it
+/// moves across itself by −(dm·r)/|∂(m·r)/∂(column, row)|, which holds for ends behind the camera, too.
+template <class Colour, class Adjoint>
+class Outlines {
+ public:
+  /// \param adjoint_of  (column, row) → the three derivatives by the pixel there
+  Outlines(const geometry::Mesh& mesh, const MeshEdges& edges,
+           const std::vector<geometry::Vector3>& positions_view, const FaceField& field,
+           const geometry::Camera& camera, const Colour& colour, Adjoint adjoint_of, double longest_piece)
+      : mesh_(mesh),
+        edges_(edges),
+        positions_view_(positions_view),
+        field_(field),
+        camera_(camera),
+        colour_(colour),
+        adjoint_of_(adjoint_of),
+        longest_piece_(longest_piece) {}
+
+  void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
+    constexpr std::size_t block = 256;
+    const std::size_t count = edges_.begin.size() - 1;
+    std::vector<std::vector<VertexShare>> shares(block_count(count, block));
+    parallel_for(shares.size(), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, count, block);
+      for (std::size_t edge = begin; edge < end; ++edge) add_edge(edge, shares[index]);
+    });
+    add_shares(shares, camera_, positions_adjoint);
+  }
+
+ private:
+  static constexpr double beside = 1e-5;  // px; how far from an edge its two sides are looked at
+
+  /// What a ray beside an edge meets.
+  struct Side {
+    std::int32_t face = -1;
+    std::int32_t half_edge = -1;  // of the edge, when the face has it; index into `own`
+  };
+
+  /// An edge as it appears.
+  struct Line {
+    std::span<const HalfEdge> own;
+    geometry::Vector3 a, b;        // its ends in view space, of the first half-edge
+    std::array<double, 2> normal;  // unit, in the picture, towards m·r > 0
+    double steepness;              // |∂(m·r)/∂(column, row)|
+    geometry::Vector3 m;
+    [[nodiscard]] bool has(std::int32_t face) const {
+      return std::any_of(own.begin(), own.end(), [&](const HalfEdge& half) { return half.face == face; });
+    }
+  };
+
+  [[nodiscard]] const geometry::Vector3& position(std::int32_t vertex) const {
+    return positions_view_[static_cast<std::size_t>(vertex)];
+  }
+
+  void add_edge(std::size_t edge, std::vector<VertexShare>& shares) const {
+    Line line;
+    line.own = {edges_.half_edges.data() + edges_.begin[edge], edges_.begin[edge + 1] - edges_.begin[edge]};
+    const HalfEdge& first = line.own[0];
+    line.a = position(corner_of(mesh_, first.face, first.corner));
+    line.b = position(corner_of(mesh_, first.face, first.corner + 1));
+    std::array<double, 2> range{0, 1};
+    if (line.own.size() == 2 && is_smooth(line)) return;
+    if (!usable(line.a) || !usable(line.b) || !cut_to_view(line.a, line.b, range)) return;
+    line.m = geometry::cross(line.a, line.b);
+    const PixelRays& rays = field_.rays();
+    line.normal = {line.m[0] * rays.step[0], line.m[1] * rays.step[1]};
+    line.steepness = std::hypot(line.normal[0], line.normal[1]);
+    if (!(line.steepness > 0)) return;  // through the eye
+    for (double& part : line.normal) part /= line.steepness;
+    const auto end = [&](double t) {
+      return rays.picture_point(
+          geometry::add(line.a, geometry::scale(geometry::subtract(line.b, line.a), t)));
+    };
+    // Of each half-edge, the derivatives with respect to its two ends, in the order of line.a and line.b.
+    std::vector<std::array<geometry::Vector3, 2>> sums(line.own.size());
+    for_each_piece(
+        end(range[0]), end(range[1]), longest_piece_,
+        [&](double column, double row, double length) { add_piece(line, column, row, length, sums); });
+    for (std::size_t i = 0; i < sums.size(); ++i) add_half_edge(line, i, sums[i], shares);
+  }
+
+  /// Whether two faces lie on either side of the edge and show the same along it.
+  [[nodiscard]] bool is_smooth(Line& line) const {
+    line.m = geometry::cross(line.a, line.b);
+    if (is_on_side(line, line.own[0], 1) != is_on_side(line, line.own[1], -1)) return false;
+    return colour_.agrees(line.own[0], line.own[1]);
+  }
+
+  void add_half_edge(const Line& line, std::size_t i, const std::array<geometry::Vector3, 2>& sum,
+                     std::vector<VertexShare>& shares) const {
+    if (geometry::dot(sum[0], sum[0]) + geometry::dot(sum[1], sum[1]) == 0) return;
+    const HalfEdge& half = line.own[i];
+    const std::int32_t from = corner_of(mesh_, half.face, half.corner);
+    const std::int32_t to = corner_of(mesh_, half.face, half.corner + 1);
+    const bool runs_alike =
+        edges_.welded[static_cast<std::size_t>(from)] ==
+        edges_.welded[static_cast<std::size_t>(corner_of(mesh_, line.own[0].face, line.own[0].corner))];
+    shares.push_back({runs_alike ? from : to, sum[0]});
+    shares.push_back({runs_alike ? to : from, sum[1]});
+  }
+
+  /// The part of a + t·(b − a), t in [0, 1], within near, far and the picture's sides.
+  [[nodiscard]] bool cut_to_view(const geometry::Vector3& a, const geometry::Vector3& b,
+                                 std::array<double, 2>& range) const {
+    const auto keep = [&](double at_a, double at_b) {  // where a linear function is ≥ 0
+      if (at_a < 0 && at_b < 0) return false;
+      if (at_a < 0) range[0] = std::max(range[0], at_a / (at_a - at_b));
+      if (at_b < 0) range[1] = std::min(range[1], at_a / (at_a - at_b));
+      return range[0] < range[1];
+    };
+    const double x = camera_.tan_half_fov_x, y = camera_.tan_half_fov_y;
+    return keep(a[2] - camera_.near, b[2] - camera_.near) && keep(camera_.far - a[2], camera_.far - b[2]) &&
+           keep(x * a[2] - a[0], x * b[2] - b[0]) && keep(x * a[2] + a[0], x * b[2] + b[0]) &&
+           keep(y * a[2] - a[1], y * b[2] - b[1]) && keep(y * a[2] + a[1], y * b[2] + b[1]);
+  }
+
+  void add_piece(const Line& line, double column, double row, double length,
+                 std::vector<std::array<geometry::Vector3, 2>>& sums) const {
+    const std::array<double, 3> adjoint = adjoint_of_(column, row);
+    if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
+    const double inverse_depth = inverse_depth_of(line, column, row);
+    const auto is_own = [&](std::int32_t face) { return line.has(face); };
+    if (field_.is_hidden(column, row, inverse_depth, is_own)) return;
+    const Side low = side_of(line, column, row, -1);
+    const Side high = side_of(line, column, row, 1);
+    if (low.half_edge < 0 && high.half_edge < 0) return;  // hidden
+    double jump = 0;
+    const auto at = [&](const Side& shown) {
+      return shown.face < 0 ? std::array<double, 3>{0, 0, 0}
+                            : colour_.at(shown.face, field_.barycentric(shown.face, column, row));
+    };
+    const std::array<double, 3> low_colour = at(low), high_colour = at(high);
+    for (std::size_t c = 0; c < 3; ++c) jump += adjoint[c] * (low_colour[c] - high_colour[c]);
+    const bool is_shared = low.half_edge >= 0 && high.half_edge >= 0;
+    const double part = is_shared || is_continued(line, low, high, column, row) ? 0.5 : 1;
+    const double weight = -part * jump * length / line.steepness;
+    const geometry::Vector3 ray = field_.rays().at(column, row);
+    const auto at_a = geometry::scale(geometry::cross(line.b, ray), weight);
+    const auto at_b = geometry::scale(geometry::cross(ray, line.a), weight);
+    for (const Side* shown : {&low, &high}) {
+      if (shown->half_edge < 0) continue;
+      auto& sum = sums[static_cast<std::size_t>(shown->half_edge)];
+      sum = {geometry::add(sum[0], at_a), geometry::add(sum[1], at_b)};
+    }
+  }
+
+  /// 1/z of the edge at a point where it appears, q = a + t·(b − a) ∥ r: from the component across the edge's
+  /// greatest extent.
+  [[nodiscard]] double inverse_depth_of(const Line& line, double column, double row) const {
+    const geometry::Vector3 ray = field_.rays().at(column, row);
+    // r = α·a + β·b, so 1/z = α + β; solved by products with m.
+    const geometry::Vector3 across = geometry::cross(geometry::subtract(line.a, line.b), line.m);
+    return geometry::dot(across, ray) / -geometry::dot(line.m, line.m);
+  }
+
+  [[nodiscard]] bool is_on_side(const Line& line, const HalfEdge& half, double sign) const {
+    return geometry::dot(line.m, position(corner_of(mesh_, half.face, half.corner + 2))) * sign > 0;
+  }
+
+  [[nodiscard]] double inverse_depth_beside(std::int32_t face, const Line& line, double column, double row,
+                                            double sign) const {
+    return field_.inverse_depth(face).at(column + sign * beside * line.normal[0],
+                                         row + sign * beside * line.normal[1]);
+  }
+
+  /// What is seen beside the edge; sign −1 is the side where m·r < 0. Faces that have the edge reach up to it
+  /// on the side of their third corner, whatever rounding says.
+  [[nodiscard]] Side side_of(const Line& line, double column, double row, double sign) const {
+    Side seen;
+    double best = 0;
+    for (std::size_t i = 0; i < line.own.size(); ++i) {
+      const std::int32_t face = line.own[i].face;
+      if (!is_on_side(line, line.own[i], sign)) continue;
+      const double inverse_depth = inverse_depth_beside(face, line, column, row, sign);
+      if (inverse_depth <= best) continue;
+      best = inverse_depth;
+      seen = {face, static_cast<std::int32_t>(i)};
+    }
+    const auto other =
+        field_.nearest(column + sign * beside * line.normal[0], row + sign * beside * line.normal[1], best,
+                       [&](std::int32_t face) { return line.has(face); });
+    if (other.face >= 0) seen = {other.face, -1};
+    return seen;
+  }
+
+  /// Whether the surface goes on beyond the edge in a face that does not have the edge but ends there as well
+  /// (a T-junction): the edge of that face counts the other half.
+  [[nodiscard]] bool is_continued(const Line& line, const Side& low, const Side& high, double column,
+                                  double row) const {
+    const bool low_is_own = low.half_edge >= 0;
+    const std::int32_t own = low_is_own ? low.face : high.face, other = low_is_own ? high.face : low.face;
+    if (other < 0) return false;
+    const double depth_own = field_.inverse_depth(own).at(column, row);
+    const double depth_other = field_.inverse_depth(other).at(column, row);
+    if (std::abs(depth_own - depth_other) > 1e-6 * depth_own) return false;
+    const double sign = low_is_own ? -1 : 1;  // does the other face lie under the own one?
+    return field_.hit(other, column + sign * beside * line.normal[0], row + sign * beside * line.normal[1]) ==
+           0;
+  }
+
+  const geometry::Mesh& mesh_;
+  const MeshEdges& edges_;
+  const std::vector<geometry::Vector3>& positions_view_;
+  const FaceField& field_;
+  const geometry::Camera& camera_;
+  const Colour& colour_;
+  Adjoint adjoint_of_;
+  double longest_piece_;
+};
+
+}  // namespace tapestry::raster::detail

@@ -1,0 +1,223 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/vertex_gradient.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/vertex_gradient_scene.hpp"
+
+namespace raster = tapestry::raster;
+namespace geometry = tapestry::geometry;
+using geometry::Camera;
+using geometry::Mesh;
+using geometry::Vector3;
+using tapestry::test::along;
+using tapestry::test::box;
+using tapestry::test::cube;
+using tapestry::test::everywhere;
+using tapestry::test::moved;
+using tapestry::test::random_motion;
+using tapestry::test::Scene;
+using tapestry::test::side;
+using tapestry::test::small_atlas;
+using tapestry::test::smooth_weights;
+using tapestry::test::solid;
+using tapestry::test::triangle_soup;
+using tapestry::test::vertex;
+using tapestry::test::warm;
+
+TEST_CASE("a half plane that moves gains its edge's length", "[raster][vertex_gradient]") {
+  // Its edge stands at column 9.3; the other two are far outside.
+  const double x = 9.3 / 8 - 1;
+  const Scene<> scene{triangle_soup({{Vector3{x, -30, 1}, Vector3{x, 30, 1}, Vector3{-60, 0, 1}}})};
+  auto weights = everywhere(0);
+  for (std::size_t i = 0; i < side; ++i) weights(i, 9, 1) = static_cast<double>(i);  // Σ = 120
+  const auto gradient = scene.gradient(weights);
+  const std::vector<Vector3> right(3, Vector3{1, 0, 0}), down(3, Vector3{0, 1, 0}), away(3, Vector3{0, 0, 1});
+  const double colour = scene.texels(0, 1);
+  CHECK(along(gradient, right) == Approx(8 * 120 * colour).epsilon(1e-12));
+  CHECK(std::abs(along(gradient, down)) <= 1e-9);
+  CHECK(along(gradient, away) == Approx(-8 * x * 120 * colour).epsilon(1e-12));  // towards the middle
+}
+
+TEST_CASE("the area of a triangle grows with its corners by half the opposite edge",
+          "[raster][vertex_gradient]") {
+  // At depth 2 a unit spans 4 pixels, so areas in pixels are 16 of the world's.
+  const std::array<Vector3, 3> corner{Vector3{-1.3, -0.9, 2}, Vector3{1.1, -0.35, 2}, Vector3{0.2, 1.45, 2}};
+  const Scene<> scene{triangle_soup({corner})};
+  auto weights = everywhere(0);
+  for (std::size_t i = 0; i < side * side; ++i) weights.data()[3 * i] = 1;
+  for (const bool is_reversed : {false, true}) {
+    Scene<> turned = scene;
+    if (is_reversed) std::swap(turned.mesh.faces[0][1], turned.mesh.faces[0][2]);
+    const auto gradient = turned.gradient(weights);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3 opposite = geometry::subtract(corner[(k + 2) % 3], corner[(k + 1) % 3]);
+      CHECK(gradient[k][0] == Approx(-8 * opposite[1] * scene.texels(0, 0)).epsilon(1e-9));
+      CHECK(gradient[k][1] == Approx(8 * opposite[0] * scene.texels(0, 0)).epsilon(1e-9));
+    }
+  }
+}
+
+TEST_CASE("hidden faces and a view without the mesh have no gradient", "[raster][vertex_gradient]") {
+  const Scene<> scene{
+      triangle_soup({{Vector3{-9, -9, 2}, Vector3{30, -9, 2}, Vector3{-9, 30, 2}},
+                     {Vector3{-0.5, -0.5, 3}, Vector3{0.5, -0.5, 3}, Vector3{0, 0.5, 3}},
+                     {Vector3{-0.5, -0.5, -3}, Vector3{0.5, -0.5, -3}, Vector3{0, 0.5, -3}}})};
+  for (const Vector3& value : scene.gradient(smooth_weights())) CHECK(value == Vector3{0, 0, 0});
+  for (const Vector3& value : Scene<>{Mesh{}}.gradient(smooth_weights())) CHECK(value == Vector3{0, 0, 0});
+}
+
+TEST_CASE("what moves inside a face agrees with central differences of the picture",
+          "[raster][vertex_gradient][gradient]") {
+  // One face beyond the borders of the picture, tilted; one sample a pixel, so that the picture is smooth.
+  Mesh mesh =
+      triangle_soup({{Vector3{-9.1, -7.3, 2.13}, Vector3{14.7, -8.2, 4.19}, Vector3{-6.3, 16.1, 3.07}}},
+                    {{{0.1, 0.15}, {0.9, 0.2}, {0.3, 0.95}}});
+  mesh.normals = {{0, 0.6, -0.8}, {0.6, 0, -0.8}, {-0.6, 0, -0.8}};
+  mesh.face_normals = {{0, 1, 2}};
+  const auto weights = smooth_weights();
+  const auto check = [&](const auto& scene) {
+    const auto loss = [&](const auto& at) {
+      const auto view =
+          raster::texture_operator<double>(at.mesh, at.painted, Camera{}, side, side, at.layout, at.light, 1);
+      const auto image = raster::render(view, at.texels);
+      double sum = 0;
+      for (std::size_t i = 0; i < image.size(); ++i) sum += image.data()[i] * weights.data()[i];
+      return sum;
+    };
+    const auto gradient = scene.gradient(weights, raster::InteriorOnly{1});
+    const auto whole = scene.gradient(weights, raster::BoundaryIntegral{1});
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const auto motion = random_motion(3, seed);
+      const double h = 1e-6;
+      const double expected = (loss(moved(scene, motion, h)) - loss(moved(scene, motion, -h))) / (2 * h);
+      CHECK(std::abs(along(gradient, motion) - expected) <= 1e-6 * (1 + std::abs(expected)));
+      CHECK(std::abs(along(whole, motion) - expected) <= 1e-6 * (1 + std::abs(expected)));
+    }
+  };
+  for (const auto& layout : {vertex, small_atlas, cube, solid}) {
+    check(Scene<>{mesh, layout});
+    check(Scene<raster::Light>{mesh, layout, warm});
+    check(Scene<raster::SmoothLight>{mesh, layout, raster::SmoothLight{warm}});
+  }
+}
+
+TEST_CASE("seams of duplicated vertices, repeated faces and T-junctions change no sum",
+          "[raster][vertex_gradient]") {
+  const auto weights = smooth_weights();
+  const std::vector<Vector3> steps{{1, 0, 0}, {0, 1, 0}, {0.3, -0.2, 1}};
+  const auto whole_motion = [&](const Scene<>& scene, const Vector3& step) {
+    return along(scene.gradient(weights), std::vector<Vector3>(scene.mesh.positions.size(), step));
+  };
+  // The same square as two faces; as two with vertices of their own; each twice; and with a T-junction.
+  const Vector3 a{-1.1, -1.2, 2}, b{1.3, -1, 2}, c{1.2, 1.1, 2}, d{-1, 1.4, 2};
+  const Vector3 middle = geometry::scale(geometry::add(a, c), 0.5);
+  Mesh shared;
+  shared.positions = {a, b, c, d};
+  shared.faces = {{0, 1, 2}, {0, 2, 3}};
+  Mesh repeated = shared;
+  repeated.faces = {{0, 1, 2}, {0, 2, 3}, {0, 1, 2}, {2, 0, 3}};
+  const Scene<> plain{shared};
+  for (const Scene<>& other : {Scene<>{triangle_soup({{a, b, c}, {a, c, d}})}, Scene<>{repeated},
+                               Scene<>{triangle_soup({{a, b, c}, {a, middle, d}, {middle, c, d}})}}) {
+    for (const Vector3& step : steps)
+      CHECK(whole_motion(other, step) == Approx(whole_motion(plain, step)).epsilon(1e-9));
+  }
+  // A seam between two colours: half of its jump to each side's own vertices.
+  Scene<> seam{triangle_soup({{a, b, c}, {a, c, d}}), vertex};
+  for (std::size_t i = 0; i < 18; ++i) seam.texels.data()[i] = i < 9 ? 0.9 : 0.2;
+  Scene<> welded{shared, cube};
+  welded.layout.texels_per_edge = 1;
+  welded.texels = {{0.9, 0.9, 0.9}, {0.2, 0.2, 0.2}};
+  for (const Vector3& step : steps)
+    CHECK(whole_motion(seam, step) == Approx(whole_motion(welded, step)).epsilon(1e-9));
+}
+
+TEST_CASE("faces without area and corners that are not finite change nothing", "[raster][vertex_gradient]") {
+  const Scene<> plain{box(true), vertex};
+  Mesh mesh = plain.mesh;
+  mesh.positions.push_back({std::nan(""), 0, 2});
+  mesh.positions.push_back({0, 0, std::numeric_limits<double>::infinity()});
+  mesh.faces.push_back({0, 1, 8});
+  mesh.faces.push_back({2, 9, 3});
+  mesh.faces.push_back({4, 4, 6});
+  mesh.faces.push_back({5, 5, 5});
+  Scene<> scene{mesh, vertex};
+  std::copy_n(plain.texels.data(), plain.texels.size(), scene.texels.data());
+  const auto expected = plain.gradient(smooth_weights()), found = scene.gradient(smooth_weights());
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    CHECK(geometry::length(geometry::subtract(found[i], expected[i])) <= 1e-9);
+  CHECK(found[8] == Vector3{0, 0, 0});
+}
+
+TEST_CASE("the gradient has the same bits for any number of threads, and adds", "[raster][vertex_gradient]") {
+  const int threads = tapestry::thread_count();
+  const Scene<raster::Light> scene{tapestry::test::random_triangles(400, 5, 0.4), small_atlas, warm};
+  const auto weights = smooth_weights();
+  const auto check = [&](const auto& policy) {
+    std::vector<std::vector<Vector3>> gradients;
+    for (const int count : {1, 3, 4}) {
+      tapestry::limit_threads(count);
+      gradients.push_back(scene.gradient(weights, policy));
+    }
+    tapestry::limit_threads(threads);
+    CHECK(gradients[0] == gradients[1]);
+    CHECK(gradients[0] == gradients[2]);
+    raster::vertex_adjoint(scene.surface(), Camera{}, weights, gradients[1], policy);
+    double error = 0;
+    for (std::size_t i = 0; i < gradients[0].size(); ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        error = std::max(error, std::abs(gradients[1][i][axis] - 2 * gradients[0][i][axis]));
+    CHECK(error <= 1e-9);
+  };
+  check(raster::BoundaryIntegral{});
+  check(raster::NeuralMeshRenderer{});
+}
+
+TEST_CASE("Neural Mesh Renderer's rule on one row, worked out by hand", "[raster][vertex_gradient]") {
+  // A square of two faces over columns 0 to 7; the loss wants column 10 of row 5 lit, so its adjoint is −1.
+  Mesh mesh;
+  mesh.positions = {{-3, -3, 1}, {-0.025, -3, 1}, {-0.025, 3, 1}, {-3, 3, 1}};
+  mesh.faces = {{0, 1, 2}, {0, 2, 3}};
+  Scene<> scene{mesh};
+  scene.texels = {{0.5, 0.5, 0.5}};
+  auto weights = everywhere(0);
+  weights(5, 10, 0) = -1;
+  const auto gradient = scene.gradient(weights, raster::NeuralMeshRenderer{1});
+  // Edge at sample coordinate ½(−0.025·16 + 15) = 7.3; its ends at −16.5 and 31.5, the row at 5. The pixel
+  // gains (0 − 0.5)·(−1) = 0.5 at (10 − 7.3)·2/16 = 0.3375, stretched by 48/(31.5 − 5) and 48/(5 + 16.5).
+  const double near_end = 0.5 / (48 / 26.5 * 0.3375 + 1e-3), far_end = 0.5 / (48 / 21.5 * 0.3375 + 1e-3);
+  CHECK(gradient[1][0] == Approx(-near_end));
+  CHECK(gradient[2][0] == Approx(-far_end));
+  CHECK(gradient[1][1] == 0);
+  CHECK(gradient[0] == Vector3{0, 0, 0});
+  CHECK(gradient[3] == Vector3{0, 0, 0});
+}
+
+TEST_CASE("vertex_adjoint refuses what does not fit", "[raster][vertex_gradient][bad_input]") {
+  const Scene<> scene{box(true), vertex};
+  std::vector<Vector3> sum(7);
+  CHECK_THROWS_WITH(raster::vertex_adjoint(scene.surface(), Camera{}, everywhere(1), sum),
+                    "vertex_adjoint: positions_adjoint is [7], expected [8], one entry a position");
+  sum.resize(8);
+  CHECK_THROWS_AS(
+      raster::vertex_adjoint(scene.surface(), Camera{}, tapestry::zeros<double, 3>({4, 4, 1}), sum),
+      tapestry::ShapeError);
+  CHECK_THROWS_AS(
+      raster::vertex_adjoint(scene.surface(), Camera{}, everywhere(1), sum, raster::BoundaryIntegral{3}),
+      tapestry::DomainError);
+  auto mesh = tapestry::test::random_triangles(2, 1);
+  Scene<> trilinear{mesh, {raster::TextureKind::atlas, 4, 4, 1, 0, raster::TextureFilter::trilinear}};
+  sum.resize(6);
+  CHECK_THROWS_AS(raster::vertex_adjoint(trilinear.surface(), Camera{}, everywhere(1), sum),
+                  tapestry::DomainError);
+  Scene<> short_of_texels = scene;
+  short_of_texels.texels = tapestry::zeros<double, 2>({3, 3});
+  sum.resize(8);
+  CHECK_THROWS_AS(raster::vertex_adjoint(short_of_texels.surface(), Camera{}, everywhere(1), sum),
+                  tapestry::ShapeError);
+}
