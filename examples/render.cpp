@@ -1,6 +1,8 @@
 // Draws a mesh, painted or in its own colours: one picture, or a turntable.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <iostream>
 #include <limits>
@@ -10,8 +12,10 @@
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/obj_writer.hpp>
 #include <vector>
 
 #include "support/contact_sheet.hpp"
@@ -50,6 +54,7 @@ struct Options {
   std::vector<double> light_direction{0, 0, 1};
   int threads = 0;
   std::string output = "render.png";
+  std::string exported;
 };
 
 void describe_scene(CLI::App& app, Options& o) {
@@ -107,6 +112,8 @@ void describe(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--threads", o.threads, "threads; 0: all cores")->capture_default_str();
   app.add_option("--output", o.output, "PNG to write; one of that name is replaced")->capture_default_str();
+  app.add_option("--export", o.exported,
+                 "also write the painted mesh: NAME.glb, or NAME.obj with NAME.mtl and NAME.png");
 }
 
 void require_colour(const char* option, const std::vector<double>& colour, ProblemList& list) {
@@ -140,6 +147,8 @@ void require_sound(const Options& o) {
   list.require(o.faces.empty() || o.material.empty(), "--faces and --material cannot be given together");
   list.require(o.texture.empty() || o.colour.empty(), "--texture and --colour cannot be given together");
   list.require(o.u_extent >= 0 && o.u_extent <= 1e6, "--u-extent lies in 0 to 1e6");
+  list.require(o.exported.empty() || o.exported.ends_with(".glb") || o.exported.ends_with(".obj"),
+               "--export takes a name that ends with .glb or .obj");
   require_colour("--colour", o.colour, list);
   require_colour("--background", o.background, list);
   require_sound_camera(o, list);
@@ -296,6 +305,31 @@ Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& fra
   return shots;
 }
 
+/// Paint of one colour becomes a material, so that no texture and no uv are needed.
+void export_scene(const std::string& path, const PaintedScene& scene) {
+  const bool is_glb = path.ends_with(".glb");
+  if (scene.layout.kind == raster::TextureKind::atlas) {
+    Array<float, 3> texture(Extents<3>{scene.layout.height, scene.layout.width, 3});
+    std::copy_n(scene.texels.data(), scene.texels.size(), texture.data());
+    const auto write = is_glb ? io::write_painted_glb<float> : io::write_painted_obj<float>;
+    write(path, scene.mesh, scene.painted, texture, scene.layout.u_extent);
+    return;
+  }
+  geometry::Mesh mesh = scene.mesh;
+  mesh.face_materials.resize(mesh.faces.size(), -1);
+  const auto paint = static_cast<std::int32_t>(mesh.materials.size());
+  mesh.materials.push_back({io::unused_material_name(mesh, "paint"),
+                            {scene.texels(0, 0), scene.texels(0, 1), scene.texels(0, 2)}});
+  bool is_used = false;
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    if (scene.painted[face] == 0) continue;
+    mesh.face_materials[face] = paint;
+    is_used = true;
+  }
+  if (!is_used) mesh.materials.pop_back();
+  (is_glb ? io::write_glb : io::write_obj)(path, mesh);
+}
+
 int run(Options& o) {
   require_sound(o);
   if (o.threads > 0) limit_threads(o.threads);
@@ -310,6 +344,7 @@ int run(Options& o) {
   const bool is_sheet = o.turntable > 0;
   const Bitmap bitmap = is_sheet ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
   io::write_image(o.output, bitmap);
+  if (!o.exported.empty()) export_scene(o.exported, scene);
   std::printf("%s: %zu x %zu pixels, %zu views of %zu faces\n", o.output.c_str(), bitmap.shape(1),
               bitmap.shape(0), bitmaps.size(), scene.mesh.faces.size());
   return 0;

@@ -9,6 +9,7 @@
 #include <tapestry/camouflage/checkpoint.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <utility>
@@ -207,6 +208,7 @@ class CamouflageRun {
     const auto atlas = camouflage::atlas_of<float>(car, colours);
     io::write_image(path("texture.png"), atlas);
     io::write_painted_obj(path("painted.obj"), car.mesh, car.painted, atlas, car.layout.u_extent);
+    io::write_painted_glb(path("painted.glb"), car.mesh, car.painted, atlas, car.layout.u_extent);
   }
 
   CamouflageOptions options_;

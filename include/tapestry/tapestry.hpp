@@ -71,6 +71,7 @@
 #include <tapestry/io/face_list_file.hpp>
 #include <tapestry/io/float_formats.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/json_reader.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
@@ -122,6 +123,7 @@
 #include <tapestry/nn/winograd_plan.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/affine_colour.hpp>
+#include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/footprint.hpp>

@@ -49,6 +49,18 @@ expect_same pose.png orbit.png
 frame=$(ls "$assets"/frames/test/*.npz 2>/dev/null | head -n 1)
 [ -n "$frame" ] && expect_exit 0 "a frame's camera" "$render" --size 96 --frame "$frame" --output frame.png
 
+# Exports: the painted car drawn again looks the same.
+expect_exit 0 "export as OBJ" "$render" --size 96 --material body --texture car.png --export out.obj --output one.png
+expect_exit 0 "the export" "$render" --mesh out.obj --size 96 --material paint --texture out.png --u-extent 1 \
+  --output two.png
+expect_same one.png two.png
+expect_exit 0 "export as glTF" "$render" --size 96 --material body --texture car.png --export out.glb --output one.png
+[ "$(head -c 4 out.glb)" = glTF ] && pass || fail "out.glb is no glTF"
+expect_exit 0 "export of a colour" "$render" --size 96 --material body --colour 1 0 0 --export red.obj --output one.png
+expect_exit 0 "the export" "$render" --mesh red.obj --size 96 --output two.png
+expect_same one.png two.png
+expect_exit 0 "export of a colour as glTF" "$render" --size 96 --colour 1 0 0 --export red.glb --output one.png
+
 refused() { # refused CODE PATTERN OPTIONS...
   local code=$1 pattern=$2
   shift 2
@@ -56,7 +68,7 @@ refused() { # refused CODE PATTERN OPTIONS...
   expect_error_line "$pattern"
 }
 for words in "--size 0" "--size 20000" "--samples 3" "--view depth" "--filter cubic" "--light soft" "--fov 180" \
-  "--distance -1" "--distance 1 2" "--colour 2 0 0" "--background 0 0 nan" "--turntable 361" "--threads -1"; do
+  "--distance -1" "--distance 1 2" "--colour 2 0 0" "--background 0 0 nan" "--turntable 361" "--threads -1" "--export car.stl"; do
   # shellcheck disable=SC2086  # several words on purpose
   refused 2 "${words% *}|${words%% *}|distance" $words
 done

@@ -53,15 +53,20 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
   return result;
 }
 
-inline void write_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,
-                      std::size_t width, int channels) {
+inline std::string checked_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,
+                               std::size_t width, int channels) {
   if (height == 0 || width == 0 || height > png_side_limit || width > png_side_limit)
     throw ShapeError(path + ": cannot write a picture of " + std::to_string(height) + " x " +
                      std::to_string(width));
   const std::string file = encode_png(pixels, height, width, channels);
   if (file.empty())
     throw FileError(ErrorKind::limit, {.path = path, .what = "picture is too large to encode"});
-  write_file_atomically(path, file);
+  return file;
+}
+
+inline void write_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,
+                      std::size_t width, int channels) {
+  write_file_atomically(path, checked_png(path, pixels, height, width, channels));
 }
 }  // namespace detail
 
@@ -110,6 +115,14 @@ void write_image(const std::string& path, const Array<T, 3>& image) {
   require_shape("write_image", "image", image, {image.shape(0), image.shape(1), 3});
   const auto pixels = detail::levels(image.data(), image.size(), image.shape(1), 3, path);
   detail::write_png(path, pixels.data(), image.shape(0), image.shape(1), 3);
+}
+
+/// RGB in [0, 1], [H, W, 3], as the bytes of a PNG file; `path` is for messages. Errors as above.
+template <std::floating_point T>
+[[nodiscard]] std::string png_file(const std::string& path, const Array<T, 3>& image) {
+  require_shape("png_file", "image", image, {image.shape(0), image.shape(1), 3});
+  const auto pixels = detail::levels(image.data(), image.size(), image.shape(1), 3, path);
+  return detail::checked_png(path, pixels.data(), image.shape(0), image.shape(1), 3);
 }
 
 /// Writes a grey picture in [0, 1], [H, W]; otherwise as above.

@@ -16,6 +16,15 @@
 #include <vector>
 
 namespace tapestry::io {
+
+/// `name`, with as many _ behind it as it takes for no material of the mesh to have it.
+[[nodiscard]] inline std::string unused_material_name(const geometry::Mesh& mesh, std::string name) {
+  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
+    for (const auto& material : mesh.materials)
+      if (material.name == name) name += "_";
+  return name;
+}
+
 namespace detail {
 /// Shortest text that reads back as the same number, whatever the locale.
 template <class Number>
@@ -53,14 +62,7 @@ inline void append_face(std::string& text, const geometry::Mesh& mesh, std::size
   text += '\n';
 }
 
-/// A material name that no other material has.
-inline std::string paint_name(const geometry::Mesh& mesh) {
-  std::string name = "paint";
-  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
-    for (const auto& material : mesh.materials)
-      if (material.name == name) name += "_";
-  return name;
-}
+inline std::string paint_name(const geometry::Mesh& mesh) { return unused_material_name(mesh, "paint"); }
 
 /// The records of the mesh; `painted` may be empty.
 inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,

@@ -1,0 +1,149 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/surface.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// Calls visit(row, column, barycentric) for every texel of the atlas whose centre lies in the face's uv
+/// triangle or within half a texel's diagonal of it, so that bilinear lookups along the chart's border find
+/// paint. Of a face without uv, or without area in uv, no texel; nor any outside the atlas.
+template <class Visit>
+void for_each_atlas_texel(const geometry::Mesh& mesh, const TextureLayout& layout, std::size_t face,
+                          Visit visit) {
+  std::array<std::array<double, 2>, 3> corner{};  // in texels: column, row
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto index = face < mesh.face_uvs.size() ? mesh.face_uvs[face][k] : -1;
+    if (index < 0) return;
+    const auto& uv = mesh.uvs[static_cast<std::size_t>(index)];
+    corner[k] = {uv[0] / layout.u_extent * static_cast<double>(layout.width),
+                 (1 - uv[1]) * static_cast<double>(layout.height)};
+  }
+  const auto cross = [](const auto& a, const auto& b, double x, double y) {
+    return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+  };
+  const double area = cross(corner[0], corner[1], corner[2][0], corner[2][1]);
+  if (!(std::abs(area) > 1e-12)) return;
+  const auto bounds = [&](std::size_t axis, std::size_t extent) {
+    const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
+    const auto last = static_cast<double>(extent);
+    return std::array<std::size_t, 2>{static_cast<std::size_t>(std::clamp(std::floor(low - 1), 0.0, last)),
+                                      static_cast<std::size_t>(std::clamp(std::ceil(high + 1), 0.0, last))};
+  };
+  const auto [left, right] = bounds(0, layout.width);
+  const auto [top, bottom] = bounds(1, layout.height);
+  for (std::size_t row = top; row < bottom; ++row)
+    for (std::size_t column = left; column < right; ++column) {
+      const double x = static_cast<double>(column) + 0.5;
+      const double y = static_cast<double>(row) + 0.5;
+      std::array<double, 3> weight{};
+      bool near = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto& a = corner[(k + 1) % 3];
+        const auto& b = corner[(k + 2) % 3];
+        const double signed_area = cross(a, b, x, y) * (area > 0 ? 1 : -1);
+        near = near && signed_area >= -0.71 * std::hypot(b[0] - a[0], b[1] - a[1]);  // ½√2 texels outside
+        weight[k] = cross(a, b, x, y) / area;
+      }
+      if (near) visit(row, column, weight);
+    }
+}
+
+namespace detail {
+
+/// Barycentric coordinates brought into the triangle.
+inline std::array<double, 3> clamped_barycentric(std::array<double, 3> b) {
+  double sum = 0;
+  for (double& value : b) sum += value = std::max(value, 0.0);
+  for (double& value : b) value = sum > 0 ? value / sum : 1.0 / 3;
+  return b;
+}
+
+template <std::floating_point T>
+void require_bakeable(const char* operation, const geometry::Mesh& mesh,
+                      const std::vector<std::uint8_t>& painted, const TextureLayout& from,
+                      const Array<T, 2>& texels) {
+  require_layout(mesh, painted, from);
+  require_shape(operation, "texels", texels, {from.texel_count(mesh), 3});
+}
+
+}  // namespace detail
+
+/// A texture of any kind as an atlas: each texel that a painted face covers takes the colour that the texture
+/// has there, texels just outside a chart that of its rim. Where a chart's own texels and another's rim meet,
+/// the chart's count.
+///
+/// \param from    layout of `texels`, [texel_count, 3]
+/// \param to      layout of the atlas
+/// \param unused  colour of texels that no painted face covers
+/// \returns       [to.height · to.width, 3]
+/// \throws ShapeError, DomainError, Error (mismatch) as texture_operator() does for `from`; DomainError
+/// unless
+///         `to` is an atlas
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> bake_atlas(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
+                                     const TextureLayout& from, const Array<T, 2>& texels,
+                                     const TextureLayout& to, T unused = T(0.5)) {
+  detail::require_bakeable("bake_atlas", mesh, painted, from, texels);
+  if (to.kind != TextureKind::atlas || to.height == 0 || to.width == 0 || !(to.u_extent > 0))
+    throw DomainError("bake_atlas: expected the layout of an atlas with rows, columns and a u_extent");
+  const SurfaceColour<T, PreparedUnlit> colour(mesh, painted, from, texels, {});
+  auto atlas = filled<T, 2>({to.height * to.width, 3}, unused);
+  for (const bool is_rim : {true, false}) {
+    for (std::size_t face = 0; face < painted.size(); ++face) {
+      if (painted[face] == 0) continue;
+      for_each_atlas_texel(
+          mesh, to, face, [&](std::size_t row, std::size_t column, const std::array<double, 3>& b) {
+            if ((std::min({b[0], b[1], b[2]}) < 0) != is_rim) return;
+            const auto value = colour.at(static_cast<std::int32_t>(face), detail::clamped_barycentric(b));
+            for (std::size_t c = 0; c < 3; ++c) atlas(row * to.width + column, c) = static_cast<T>(value[c]);
+          });
+    }
+  }
+  return atlas;
+}
+
+/// A texture of any kind as cubes: texel (a, b, c) takes the colour at the barycentric coordinates
+/// (a, b, c) / (a + b + c), the centroid at (0, 0, 0). Source: Neural Mesh Renderer, load_textures, whose
+/// division by 0 at that texel leaves NaN.
+///
+/// \param to  layout of the cubes
+/// \returns   [F · s³, 3]; `unused` in faces that are not painted
+/// \throws as bake_atlas(); DomainError unless `to` is a cube of 1 to 256 texels an edge
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> bake_cube(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
+                                    const TextureLayout& from, const Array<T, 2>& texels,
+                                    const TextureLayout& to, T unused = T(0.5)) {
+  detail::require_bakeable("bake_cube", mesh, painted, from, texels);
+  if (to.kind != TextureKind::cube || to.texels_per_edge == 0 || to.texels_per_edge > 256)
+    throw DomainError("bake_cube: expected the layout of a cube of 1 to 256 texels an edge");
+  const SurfaceColour<T, PreparedUnlit> colour(mesh, painted, from, texels, {});
+  const std::size_t edge = to.texels_per_edge, count = edge * edge * edge;
+  auto cube = filled<T, 2>({to.texel_count(mesh), 3}, unused);
+  for (std::size_t face = 0; face < painted.size(); ++face) {
+    if (painted[face] == 0) continue;
+    for (std::size_t texel = 0; texel < count; ++texel) {
+      const std::array<double, 3> at{static_cast<double>(texel / (edge * edge)),
+                                     static_cast<double>(texel / edge % edge),
+                                     static_cast<double>(texel % edge)};
+      const auto value = colour.at(static_cast<std::int32_t>(face), detail::clamped_barycentric(at));
+      for (std::size_t c = 0; c < 3; ++c) cube(face * count + texel, c) = static_cast<T>(value[c]);
+    }
+  }
+  return cube;
+}
+
+}  // namespace tapestry::raster

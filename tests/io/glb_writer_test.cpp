@@ -1,0 +1,200 @@
+#include <tapestry/io/glb_writer.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <tapestry/geometry/transform.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/json_value.hpp"
+#include "../support/random_array.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+namespace geometry = tapestry::geometry;
+using tapestry::test::JsonValue;
+
+namespace {
+
+geometry::Mesh small_mesh() {
+  geometry::Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1.0 / 3, 0, 1e-7}, {0, 1, 0}, {-2, 1e5, 0.1}};
+  mesh.uvs = {{0, 0}, {2, 1}, {0.5, 0.75}};
+  mesh.normals = {{0, 0, 2}};
+  mesh.faces = {{0, 1, 2}, {1, 2, 3}, {2, 3, 0}, {3, 1, 0}};
+  mesh.face_uvs = {{0, 1, 2}, {-1, -1, -1}, {2, 1, 0}, {-1, -1, -1}};
+  mesh.face_normals = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {-1, -1, -1}};
+  mesh.materials = {{"body \"lacquer\"", {0.1F, 0.25F, 1}}, {"paint", {0, 0, 0}}};
+  mesh.face_materials = {0, 0, 0, -1};
+  return mesh;
+}
+
+std::uint32_t word(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data() + at, 4);
+  return value;
+}
+
+/// A .glb taken apart, its structure checked against the specification (glTF 2.0, chapters 3 and 4).
+struct Glb {
+  JsonValue json;
+  std::string buffer;
+
+  explicit Glb(const std::string& file) {
+    REQUIRE(file.size() >= 28);
+    REQUIRE(file.substr(0, 4) == "glTF");
+    REQUIRE(word(file, 4) == 2);
+    REQUIRE(word(file, 8) == file.size());
+    const std::size_t json_size = word(file, 12);
+    REQUIRE(json_size % 4 == 0);
+    REQUIRE(file.substr(16, 4) == "JSON");
+    json = tapestry::test::JsonParser::parse(std::string_view(file).substr(20, json_size));
+    REQUIRE(word(file, 20 + json_size) == file.size() - 28 - json_size);
+    REQUIRE(file.substr(24 + json_size, 4) == std::string("BIN\0", 4));
+    buffer = file.substr(28 + json_size);
+    REQUIRE(buffer.size() % 4 == 0);
+    CHECK(json["asset"]["version"].text == "2.0");
+    CHECK(json["buffers"][0]["byteLength"].index() == buffer.size());
+    for (const auto& view : json["bufferViews"].elements) {
+      CHECK(view["byteOffset"].index() % 4 == 0);
+      CHECK(view["byteOffset"].index() + view["byteLength"].index() <= buffer.size());
+    }
+    for (const auto& accessor : json["accessors"].elements) {
+      const std::size_t width = accessor["type"].text == "SCALAR" ? 1
+                                : accessor["type"].text == "VEC2" ? 2
+                                                                  : 3;
+      CHECK(4 * width * accessor["count"].index() ==
+            json["bufferViews"][accessor["bufferView"].index()]["byteLength"].index());
+    }
+  }
+
+  template <class T>
+  [[nodiscard]] std::vector<T> values(std::size_t accessor) const {
+    const auto& view = json["bufferViews"][json["accessors"][accessor]["bufferView"].index()];
+    std::vector<T> result(view["byteLength"].index() / sizeof(T));
+    std::memcpy(result.data(), buffer.data() + view["byteOffset"].index(), view["byteLength"].index());
+    return result;
+  }
+
+  /// Every corner of a primitive, in order: values of an attribute.
+  [[nodiscard]] std::vector<std::vector<float>> corners(std::size_t primitive,
+                                                        const std::string& attribute) const {
+    const auto& part = json["meshes"][0]["primitives"][primitive];
+    const std::size_t accessor = part["attributes"][attribute].index();
+    const auto all = values<float>(accessor);
+    const std::size_t count = json["accessors"][accessor]["count"].index(), width = all.size() / count;
+    std::vector<std::vector<float>> result;
+    for (const std::uint32_t index : values<std::uint32_t>(part["indices"].index())) {
+      REQUIRE(index < count);
+      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(index * width);
+      result.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(width));
+    }
+    return result;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto mesh = small_mesh();
+  const auto texture = tapestry::test::random_array<float>({3, 5, 3}, 1);
+  io::write_painted_glb(folder.path("car.glb"), mesh, {1, 0, 1, 0}, texture, 2);
+  const Glb glb(folder.read("car.glb"));
+  const auto& primitives = glb.json["meshes"][0]["primitives"];
+  REQUIRE(primitives.elements.size() == 3);  // paint, lacquer, none
+
+  const std::vector<std::size_t> painted_faces{0, 2};
+  const auto positions = glb.corners(0, "POSITION"), uvs = glb.corners(0, "TEXCOORD_0"),
+             normals = glb.corners(0, "NORMAL");
+  REQUIRE(positions.size() == 6);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::size_t face = painted_faces[i / 3];
+    const auto& position = mesh.positions[static_cast<std::size_t>(mesh.faces[face][i % 3])];
+    const auto& uv = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][i % 3])];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      CHECK(positions[i][axis] == static_cast<float>(position[axis]));
+    CHECK(uvs[i][0] == static_cast<float>(uv[0] / 2));
+    CHECK(uvs[i][1] == static_cast<float>(1 - uv[1]));
+    CHECK(normals[i] == std::vector<float>{0, 0, 1});
+  }
+  CHECK(glb.json["accessors"][primitives[0]["attributes"]["POSITION"].index()]["count"].index() == 4);
+  CHECK_FALSE(primitives[2]["attributes"].has("NORMAL"));  // a corner has none
+  CHECK_FALSE(primitives[1]["attributes"].has("TEXCOORD_0"));
+
+  const auto& materials = glb.json["materials"];
+  CHECK(materials[primitives[0]["material"].index()]["name"].text == "paint_");
+  CHECK(materials[primitives[0]["material"].index()]["pbrMetallicRoughness"].has("baseColorTexture"));
+  CHECK(materials[primitives[1]["material"].index()]["name"].text == "body \\\"lacquer\\\"");
+  const auto& factor =
+      materials[primitives[1]["material"].index()]["pbrMetallicRoughness"]["baseColorFactor"];
+  CHECK(factor[0].number == Approx(0.010023).epsilon(1e-4));  // 0.1 of sRGB
+  CHECK(factor[2].number == 1);
+  CHECK(factor[3].number == 1);
+
+  const auto& image = glb.json["images"][0];
+  CHECK(image["mimeType"].text == "image/png");
+  const auto& view = glb.json["bufferViews"][image["bufferView"].index()];
+  const std::string png =
+      folder.write("inside.png", glb.buffer.substr(view["byteOffset"].index(), view["byteLength"].index()));
+  const auto inside = io::read_image(png);
+  io::write_image(folder.path("direct.png"), texture);
+  CHECK((inside == io::read_image(folder.path("direct.png"))));
+  CHECK(glb.json["textures"][0]["source"].index() == 0);
+}
+
+TEST_CASE("accessors of positions state their bounds exactly", "[io][glb]") {
+  const tapestry::test::TemporaryFolder folder;
+  io::write_glb(folder.path("car.glb"), small_mesh());
+  const Glb glb(folder.read("car.glb"));
+  for (const auto& primitive : glb.json["meshes"][0]["primitives"].elements) {
+    const std::size_t index = primitive["attributes"]["POSITION"].index();
+    const auto values = glb.values<float>(index);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+      for (std::size_t i = axis; i < values.size(); i += 3) {
+        low = std::min(low, values[i]);
+        high = std::max(high, values[i]);
+      }
+      CHECK(static_cast<float>(glb.json["accessors"][index]["min"][axis].number) == low);
+      CHECK(static_cast<float>(glb.json["accessors"][index]["max"][axis].number) == high);
+    }
+  }
+  CHECK_FALSE(glb.json.has("images"));
+}
+
+TEST_CASE("the node of a .glb turns the front to z and up to y", "[io][glb]") {
+  const tapestry::test::TemporaryFolder folder;
+  io::write_glb(folder.path("car.glb"), small_mesh());
+  const Glb glb(folder.read("car.glb"));
+  const auto& q = glb.json["nodes"][0]["rotation"];
+  const geometry::Vector3 axis{q[0].number, q[1].number, q[2].number};
+  const auto turned = [&](const geometry::Vector3& v) {  // v + 2·q × (q × v + w·v)
+    const auto inner = geometry::add(geometry::cross(axis, v), geometry::scale(v, q[3].number));
+    return geometry::add(v, geometry::scale(geometry::cross(axis, inner), 2));
+  };
+  CHECK(turned({1, 0, 0}) == geometry::Vector3{0, 0, 1});
+  CHECK(turned({0, 0, 1}) == geometry::Vector3{0, 1, 0});
+  CHECK(turned({0, 1, 0}) == geometry::Vector3{1, 0, 0});
+}
+
+TEST_CASE("what cannot be written as .glb is refused, and nothing is left", "[io][glb][bad_input]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto texture = tapestry::test::random_array<float>({2, 2, 3}, 1);
+  const std::string path = folder.path("car.glb");
+  auto mesh = small_mesh();
+  CHECK_THROWS_AS(io::write_painted_glb(path, mesh, {1}, texture), tapestry::ShapeError);
+  CHECK_THROWS_AS(io::write_painted_glb(path, mesh, {1, 0, 1, 0}, texture, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(io::write_painted_glb(path, mesh, {1, 0, 1, 0}, tapestry::zeros<float, 3>({2, 2, 4})),
+                  tapestry::ShapeError);
+  CHECK_THROWS_AS(io::write_glb(path, geometry::Mesh{}), tapestry::DomainError);
+  CHECK_THROWS_AS(io::write_glb(folder.path("absent/car.glb"), mesh), tapestry::FileError);
+  mesh.positions[2][1] = std::nan("");
+  CHECK_THROWS_AS(io::write_glb(path, mesh), tapestry::NumericError);
+  CHECK(folder.read("car.glb").empty());
+}
