@@ -133,6 +133,7 @@
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/pixel_rays.hpp>
 #include <tapestry/raster/render_faces.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/texture_atlas.hpp>

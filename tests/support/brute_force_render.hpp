@@ -24,14 +24,19 @@ Array<double, 3> brute_force_render(const geometry::Mesh& mesh, const geometry::
   struct Seen {
     double inverse_depth = 0;
     std::size_t face = 0;
-    std::array<double, 3> weight{};
   };
   const std::size_t rows = height * samples, columns = width * samples;
   const double step_x = 2 * camera.tan_half_fov_x / static_cast<double>(columns);
   const double step_y = 2 * camera.tan_half_fov_y / static_cast<double>(rows);
   std::vector<Seen> seen(rows * columns);
+  std::vector<std::array<Vector3, 3>> weights(mesh.faces.size());  // barycentrics over depth, by the ray
+  const auto ray_at = [&](std::size_t row, std::size_t column) {
+    return Vector3{(static_cast<double>(column) + 0.5) * step_x - camera.tan_half_fov_x,
+                   (static_cast<double>(row) + 0.5) * step_y - camera.tan_half_fov_y, 1};
+  };
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    std::array<Vector3, 3> corner, inverse;
+    std::array<Vector3, 3> corner;
+    std::array<Vector3, 3>& inverse = weights[face];
     std::array<double, 2> low{0, 0}, high{static_cast<double>(columns), static_cast<double>(rows)};
     bool is_in_front = true;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -54,8 +59,7 @@ Array<double, 3> brute_force_render(const geometry::Mesh& mesh, const geometry::
     for (auto row = static_cast<std::size_t>(low[1]); row < static_cast<std::size_t>(high[1]); ++row) {
       for (auto column = static_cast<std::size_t>(low[0]); column < static_cast<std::size_t>(high[0]);
            ++column) {
-        const Vector3 ray{(static_cast<double>(column) + 0.5) * step_x - camera.tan_half_fov_x,
-                          (static_cast<double>(row) + 0.5) * step_y - camera.tan_half_fov_y, 1};
+        const Vector3 ray = ray_at(row, column);
         const std::array<double, 3> w{geometry::dot(inverse[0], ray), geometry::dot(inverse[1], ray),
                                       geometry::dot(inverse[2], ray)};
         const double inverse_depth = w[0] + w[1] + w[2];
@@ -63,14 +67,18 @@ Array<double, 3> brute_force_render(const geometry::Mesh& mesh, const geometry::
         if (std::min({w[0], w[1], w[2]}) < 0 || inverse_depth <= sample.inverse_depth ||
             inverse_depth > 1 / camera.near || inverse_depth < 1 / camera.far)
           continue;
-        sample = {inverse_depth, face, {w[0] / inverse_depth, w[1] / inverse_depth, w[2] / inverse_depth}};
+        sample = {inverse_depth, face};
       }
     }
   }
   auto image = zeros<double, 3>({height, width, 3});
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (seen[i].inverse_depth == 0) continue;
-    const std::array<double, 3> colour = colour_of(seen[i].face, seen[i].weight);
+    const Vector3 ray = ray_at(i / columns, i % columns);
+    std::array<double, 3> b{};
+    for (std::size_t k = 0; k < 3; ++k)
+      b[k] = geometry::dot(weights[seen[i].face][k], ray) / seen[i].inverse_depth;
+    const std::array<double, 3> colour = colour_of(seen[i].face, b);
     for (std::size_t c = 0; c < 3; ++c)
       image(i / columns / samples, i % columns / samples, c) +=
           colour[c] / static_cast<double>(samples * samples);

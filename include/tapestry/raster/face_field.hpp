@@ -19,7 +19,8 @@ namespace tapestry::raster {
 
 /// Every face of a view as functions of the picture: with the ray r = Σ w_k·q_k, w_k ≥ 0 on the face,
 /// Σ w_k = 1/z there, and w_k·z are the barycentric coordinates. Unlike the visibility buffer it answers for
-/// any point, without snapping; faces are found through a grid of cells about as large as they are.
+/// any point, without snapping; faces are found through a grid of cells about as large as they are, nearest
+/// first.
 class FaceField {
  public:
   /// What a ray meets.
@@ -186,7 +187,7 @@ class FaceField {
     return box;
   }
 
-  /// Cells of about two faces each, were the faces spread evenly over what the mesh covers.
+  /// Two cells a face, were the faces spread evenly over what the mesh covers.
   void choose_cells(const std::vector<Box>& boxes) {
     std::array<double, 2> low{1e30, 1e30}, high{-1e30, -1e30};
     double count = 0;
@@ -201,7 +202,7 @@ class FaceField {
     if (count == 0) low = high = {0, 0};
     const double margin = 1e-3;  // so that points just beside an edge have a cell
     const double across = high[0] - low[0] + 2 * margin, down = high[1] - low[1] + 2 * margin;
-    side_ = std::max(std::sqrt(2 * across * down / std::max(count, 1.0)), 1e-3 * std::max(across, down));
+    side_ = std::max(std::sqrt(0.5 * across * down / std::max(count, 1.0)), 1e-3 * std::max(across, down));
     origin_ = {low[0] - margin, low[1] - margin};
     columns_ = static_cast<std::size_t>(across / side_) + 1;
     rows_ = static_cast<std::size_t>(down / side_) + 1;
@@ -214,7 +215,8 @@ class FaceField {
     return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x);
   }
 
-  /// Calls visit(cell, greatest 1/z) for the cells that a face may touch.
+  /// Calls visit(cell, greatest 1/z, least 1/z) for the cells that a face may touch; the least is 0 unless
+  /// the face covers the whole cell.
   template <class Visit>
   void for_each_cell(std::size_t face, const Box& box, Visit visit) const {
     if (box.is_empty()) return;
@@ -223,38 +225,50 @@ class FaceField {
     };
     const double pad = 1e-4;
     const double reach = side_ / 2 + pad;
+    const auto& w = weights_[face];
+    std::array<double, 3> change;  // of each weight between a cell's middle and its corners
+    for (std::size_t k = 0; k < 3; ++k) change[k] = reach * (std::abs(w[k].a) + std::abs(w[k].b));
     const Affine inverse_depth = this->inverse_depth(static_cast<std::int32_t>(face));
-    for (std::size_t y = index(box.low[1] - pad, 1, rows_); y <= index(box.high[1] + pad, 1, rows_); ++y) {
-      for (std::size_t x = index(box.low[0] - pad, 0, columns_); x <= index(box.high[0] + pad, 0, columns_);
-           ++x) {
+    const double depth_change = reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
+    const std::size_t last_x = index(box.high[0] + pad, 0, columns_);
+    const std::size_t last_y = index(box.high[1] + pad, 1, rows_);
+    for (std::size_t y = index(box.low[1] - pad, 1, rows_); y <= last_y; ++y) {
+      for (std::size_t x = index(box.low[0] - pad, 0, columns_); x <= last_x; ++x) {
         const double column = origin_[0] + (static_cast<double>(x) + 0.5) * side_;
         const double row = origin_[1] + (static_cast<double>(y) + 0.5) * side_;
-        bool touches = true;
-        for (const Affine& w : weights_[face])
-          touches = touches && w.at(column, row) + reach * (std::abs(w.a) + std::abs(w.b)) >= 0;
-        if (!touches) continue;
-        const double highest =
-            inverse_depth.at(column, row) + reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
-        visit(y * columns_ + x, std::min(highest, box.inverse_depth_max * (1 + 1e-9)));
+        const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
+        if (w0 < -change[0] || w1 < -change[1] || w2 < -change[2]) continue;
+        const double middle = w0 + w1 + w2;
+        const bool covers = w0 >= change[0] && w1 >= change[1] && w2 >= change[2] &&
+                            middle - depth_change >= limits_[0] && middle + depth_change <= limits_[1];
+        visit(y * columns_ + x, std::min(middle + depth_change, box.inverse_depth_max * (1 + 1e-9)),
+              covers ? middle - depth_change : 0);
       }
     }
   }
 
+  /// Lists each cell's faces, without those behind a face that covers the whole cell.
   void fill_cells(const std::vector<Box>& boxes) {
     std::vector<std::pair<std::uint32_t, Entry>> found;
     found.reserve(4 * boxes.size());
-    begin_.assign(columns_ * rows_ + 1, 0);
+    std::vector<double> covered(columns_ * rows_, 0);
     for (std::size_t face = 0; face < boxes.size(); ++face) {
-      for_each_cell(face, boxes[face], [&](std::size_t cell, double inverse_depth_max) {
-        found.push_back(
-            {static_cast<std::uint32_t>(cell), {inverse_depth_max, static_cast<std::int32_t>(face)}});
-        ++begin_[cell + 1];
+      for_each_cell(face, boxes[face], [&](std::size_t cell, double highest, double lowest) {
+        if (highest < covered[cell]) return;
+        covered[cell] = std::max(covered[cell], lowest);
+        found.push_back({static_cast<std::uint32_t>(cell), {highest, static_cast<std::int32_t>(face)}});
       });
     }
+    begin_.assign(columns_ * rows_ + 1, 0);
+    const auto is_seen = [&](const auto& entry) {
+      return entry.second.inverse_depth_max >= covered[entry.first];
+    };
+    for (const auto& entry : found) begin_[entry.first + 1] += is_seen(entry) ? 1 : 0;
     for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
-    entries_.resize(found.size());
+    entries_.resize(begin_.back());
     std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
-    for (const auto& [cell, entry] : found) entries_[next[cell]++] = entry;
+    for (const auto& entry : found)
+      if (is_seen(entry)) entries_[next[entry.first]++] = entry.second;
     constexpr std::size_t block = 256;
     parallel_for(block_count(cell_count(), block), [&](std::size_t index) {
       const auto [first, last] = block_range(index, cell_count(), block);

@@ -1,0 +1,35 @@
+#include <cmath>
+#include <tapestry/geometry/pinhole_camera.hpp>
+#include <tapestry/raster/texture_operator.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/simple_mesh.hpp"
+
+namespace raster = tapestry::raster;
+namespace geometry = tapestry::geometry;
+
+TEST_CASE("a principal point beside the picture's centre shows a window of the larger picture",
+          "[raster][camera]") {
+  // Faces of one texel each, so that all of a sample's colour is which face it shows, and how it is lit.
+  const auto mesh = tapestry::test::random_triangles(150, 1, 0.6);
+  const std::vector<std::uint8_t> painted(mesh.faces.size(), 1);
+  const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 1};
+  const auto texels = tapestry::test::random_array<double>({mesh.faces.size(), 3}, 2);
+  const raster::Light light{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
+  const auto draw = [&](const geometry::Camera& camera, std::size_t height, std::size_t width) {
+    return raster::render(
+        raster::texture_operator<double>(mesh, painted, camera, height, width, cube, light, 2), texels);
+  };
+  const auto whole = draw(geometry::Camera{}, 64, 64);
+  // Rows 8 … 39 and columns 24 … 63 of it: the same focal length, the centre at column 32 − 24, row 32 − 8.
+  const geometry::Camera window_camera =
+      geometry::pinhole_camera({32, 32, 8, 24, 40, 32}, geometry::Camera{}.rotation, {0, 0, 0});
+  const auto window = draw(window_camera, 32, 40);
+  std::size_t differing = 0;
+  for (std::size_t i = 0; i < 32; ++i)
+    for (std::size_t j = 0; j < 40; ++j)
+      for (std::size_t c = 0; c < 3; ++c)
+        differing += std::abs(window(i, j, c) - whole(i + 8, j + 24, c)) > 1e-9 ? 1 : 0;
+  CHECK(differing <= 3 * 2);  // corners half way between two steps of 1/256 may be snapped either way
+}
