@@ -8,7 +8,7 @@ quick=(--scenes 40 --texels 32 --epochs 2 --checkpoint-steps 3)
 expect_exit 0 "a short run" "$camouflage" "${quick[@]}" --threads 2 --output two
 grep -Eq '^measuring blue: picture ([0-9]+) of \1, ' command.err && pass || fail "no word on how far the measurement is"
 grep -q $'\r' command.err && fail "a line is rewritten where there is no terminal" || pass
-for file in manifest.json history.csv texture.png texture.npz painted.obj before.png after.png checkpoint.npz \
+for file in manifest.json history.csv texture.png texture.npz painted.obj painted.glb before.png after.png checkpoint.npz \
   metrics.json report.html; do expect_file "two/$file"; done
 for key in photo clean adversarial controls asr seconds peak_mib seed options; do
   grep -q "\"$key\"" two/metrics.json && pass || fail "metrics.json lacks $key"
