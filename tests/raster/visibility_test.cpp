@@ -287,15 +287,82 @@ TEST_CASE("a mesh behind the camera, beside the view or beyond far shows nothing
   CHECK(std::count(buffer.face.begin(), buffer.face.end(), -1) == 32 * 32);
 }
 
-TEST_CASE("visibility is the same for any number of threads", "[raster][visibility]") {
+TEST_CASE("visibility has the same bits for any number of threads and any instruction set",
+          "[raster][visibility]") {
+  // Small and large faces, some through the near plane, seen by a camera at no special place.
+  Mesh mesh = random_triangles(4000, 7, 0.2);
+  for (const auto& corner : random_triangles(60, 8, 6.0).positions) {
+    if (mesh.positions.size() % 3 == 0) {
+      const auto first = static_cast<std::int32_t>(mesh.positions.size());
+      mesh.faces.push_back({first, first + 1, first + 2});
+    }
+    mesh.positions.push_back(corner);
+  }
+  Camera camera = tapestry::geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.7);
+  camera.near = 0.02;
   const int threads = tapestry::thread_count();
-  const Mesh mesh = random_triangles(5000, 7, 0.2);
   tapestry::limit_threads(1);
-  const auto one = raster::visibility(mesh, Camera{}, 150, 150);
-  tapestry::limit_threads(4);
-  const auto four = raster::visibility(mesh, Camera{}, 150, 150);
+  const auto expected = raster::visibility(mesh, camera, 150, 171);
+  CHECK(std::count(expected.face.begin(), expected.face.end(), -1) < 150 * 171);
+  for (const int count : {1, 2, 3, 8}) {
+    tapestry::limit_threads(count);
+    for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
+      const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
+      const auto found = raster::visibility(mesh, camera, 150, 171, 2, raster::FaceCulling::none, kernels);
+      CHECK(found.face == expected.face);
+    }
+  }
   tapestry::limit_threads(threads);
-  CHECK(one.face == four.face);
+}
+
+TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit", "[raster][visibility]") {
+  const Mesh mesh = random_triangles(500, 9, 0.3);
+  const Camera camera = tapestry::geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.3);
+  const raster::Projection projection(camera, 480, 640);
+  const raster::RayGrid rays(camera, 480, 640);
+  std::vector<std::vector<raster::Triangle>> made;
+  std::vector<std::vector<std::array<double, 3>>> views;
+  for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
+    const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
+    std::vector<std::array<double, 3>> view(mesh.positions.size());
+    std::vector<raster::ScreenVertex> screen(mesh.positions.size());
+    kernels.project(projection, mesh.positions.data(), view.size(), view.data(), screen.data());
+    std::vector<std::int32_t> list(mesh.faces.size() + 1);
+    const auto count = kernels.list_faces(mesh.faces.data(), 0, 500, screen.data(), 640, 480, list.data());
+    const auto end = std::partition(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(count),
+                                    [](std::int32_t face) { return face >= 0; });
+    std::vector<raster::Triangle> triangles(mesh.faces.size());
+    triangles.resize(kernels.set_up(rays, mesh.faces.data(), list.data(),
+                                    static_cast<std::size_t>(end - list.begin()), screen.data(), view.data(),
+                                    false, triangles.data()));
+    for (std::size_t i = 0; i < view.size(); ++i) {
+      if (screen[i].outside != 0) continue;
+      const auto [x, y] = raster::snapped(projection, view[i]);
+      CHECK((screen[i].x == x && screen[i].y == y));
+    }
+    made.push_back(triangles);
+    views.push_back(view);
+  }
+  CHECK(made.front().size() > 300);
+  for (std::size_t set = 1; set < made.size(); ++set) {
+    CHECK(views[set] == views[0]);
+    CHECK(made[set] == made[0]);
+  }
+}
+
+TEST_CASE("culling back faces of a closed mesh seen from outside changes nothing", "[raster][visibility]") {
+  Mesh mesh;  // an octahedron, corners counter-clockwise seen from outside
+  mesh.positions = {{1, 0, 4}, {-1, 0, 4}, {0, 1, 4}, {0, -1, 4}, {0, 0, 5}, {0, 0, 3}};
+  // The near ones first: on the silhouette the two sides are equally far.
+  mesh.faces = {{2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}, {0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}};
+  const auto all = raster::visibility(mesh, Camera{}, 64, 64, 2);
+  CHECK(raster::visibility(mesh, Camera{}, 64, 64, 2, raster::FaceCulling::back).face == all.face);
+  for (auto& corners : mesh.faces) std::swap(corners[0], corners[1]);
+  const auto inside = raster::visibility(mesh, Camera{}, 64, 64, 2, raster::FaceCulling::back);
+  bool is_far_wall = true;
+  for (std::size_t i = 0; i < all.face.size(); ++i)
+    is_far_wall = is_far_wall && (all.face[i] < 0 ? inside.face[i] < 0 : inside.face[i] >= 4);
+  CHECK(is_far_wall);
 }
 
 TEST_CASE("coverage_of counts the samples that are asked for", "[raster][visibility]") {
