@@ -27,7 +27,7 @@ class TapestryRenderer {
         picture_adjoint_(filled<float, 3>({options.size, options.size, 3}, 1.0F)) {
     limit_threads(options.threads);
     samples_ = static_cast<std::size_t>(options.variant.at(0) - '0');
-    if (options.stage == "visibility") run_ = [this](const auto& camera) { visibility(camera); };
+    if (options.stage == "visibility") run_ = [this](const auto& camera) { fragments_ = list(camera); };
     if (options.stage == "frame") run_ = [this](const auto& camera) { picture_ = frame(camera); };
     if (options.stage == "step") run_ = [this](const auto& camera) { step(operator_of(camera)); };
     if (options.stage == "texture-backward" || options.variant.find("cached") != std::string::npos)
@@ -57,8 +57,11 @@ class TapestryRenderer {
   [[nodiscard]] std::vector<float> first_answer() {
     const geometry::Camera& camera = scene_.cameras.front();
     if (options_.stage == "visibility") {
-      visibility(camera);
-      return {faces_.begin(), faces_.end()};
+      std::vector<float> faces(options_.size * options_.size, -1.0F);
+      for (const auto& band : list(camera).bands)
+        for (const raster::PackedFragment& fragment : band)
+          faces[fragment.pixel] = static_cast<float>(fragment.face);
+      return faces;
     }
     if (options_.stage == "frame") {
       const auto picture = frame(camera);
@@ -69,10 +72,8 @@ class TapestryRenderer {
   }
 
  private:
-  void visibility(const geometry::Camera& camera) {
-    const auto buffer = raster::visibility(scene_.mesh, camera, options_.size, options_.size, samples_);
-    fragments_ = raster::fragments(buffer, scene_.mesh, camera);
-    faces_ = buffer.face;
+  [[nodiscard]] raster::FragmentList list(const geometry::Camera& camera) const {
+    return raster::list_fragments(scene_.mesh, camera, options_.size, options_.size, samples_);
   }
 
   [[nodiscard]] Operator operator_of(const geometry::Camera& camera) const {
@@ -111,8 +112,7 @@ class TapestryRenderer {
   std::size_t samples_ = 1;
   std::function<void(const geometry::Camera&)> run_;
   std::vector<Operator> operators_;
-  std::vector<raster::Fragment> fragments_;
-  std::vector<std::int32_t> faces_;
+  raster::FragmentList fragments_;
   Array<float, 3> picture_;
   Array<float, 2> texels_adjoint_;
   Array<float, 3> picture_adjoint_;

@@ -90,9 +90,16 @@ inline void draw_by_samples(const Triangle& t, const Tile& tile, const Box& box,
 struct RowSetup {
   static constexpr std::size_t parts = 16 / lanes;  // vectors of a group
   Ints start[3];                                    // edges at the first row's first vector
-  std::int32_t per_vector[3];                       // change of an edge from a vector to the next
+  Ints per_vector[3];                               // change of an edge from a vector to the next
+  Ints per_row[3];                                  // and from a row to the next
   Floats offset[parts];                             // lane · step of each vector of a group
+  Floats low, high;                                 // bounds of 1/z
+  Ints face;
 };
+
+inline Ints all(std::int32_t value) { return Ints{} + value; }
+
+inline Floats all(float value) { return value - Floats{}; }  // less 0 nothing changes, not even a sign
 
 inline RowSetup row_setup(const Triangle& t, const Edge* edges) {
   RowSetup setup;
@@ -101,54 +108,63 @@ inline RowSetup row_setup(const Triangle& t, const Edge* edges) {
   for (std::size_t side = 0; side < 3; ++side) {
     const auto step = static_cast<std::int32_t>(edges[side].per_column);
     setup.start[side] = lane * step + static_cast<std::int32_t>(edges[side].value);
-    setup.per_vector[side] = step * static_cast<std::int32_t>(lanes);
+    setup.per_vector[side] = all(step * static_cast<std::int32_t>(lanes));
+    setup.per_row[side] = all(static_cast<std::int32_t>(edges[side].per_row));
   }
   for (std::size_t part = 0; part < RowSetup::parts; ++part)
     setup.offset[part] =
         __builtin_convertvector(lane + static_cast<std::int32_t>(part * lanes), Floats) * t.step;
+  setup.low = all(t.inverse_depth_min);
+  setup.high = all(t.inverse_depth_max);
+  setup.face = all(t.face);
   return setup;
 }
 
 /// Depth test of `lanes` samples. The nearer face wins; on a tie the one drawn first.
-inline void draw_vector(const Triangle& t, const Ints& outside, float base, const Floats& offset, float* depths,
-                        std::int32_t* faces) {
+inline void draw_vector(const RowSetup& setup, const Ints& outside, const Floats& base, const Floats& offset,
+                        float* depths, std::int32_t* faces) {
   FloatsInMemory& depth = *reinterpret_cast<FloatsInMemory*>(depths);
   IntsInMemory& face = *reinterpret_cast<IntsInMemory*>(faces);
-  const Floats low = Floats{} + t.inverse_depth_min, high = Floats{} + t.inverse_depth_max;
   Floats value = base + offset;
-  value = value < low ? low : value;
-  value = value > high ? high : value;
+  value = value < setup.low ? setup.low : value;
+  value = value > setup.high ? setup.high : value;
   value = outside < 0 ? Floats{} : value;
   const Ints is_nearer = value > depth;
   depth = is_nearer ? value : Floats(depth);
-  face = is_nearer ? Ints{} + t.face : Ints(face);
+  face = is_nearer ? setup.face : Ints(face);
 }
 
-/// Rows of a box `groups` · 16 samples wide.
+/// Rows of a box. What is read again and again is copied first: the compiler must take it that pixels alias it.
 inline void draw_rows(const Triangle& t, const Tile& tile, const Box& box, const Edge* edges) {
   const RowSetup setup = row_setup(t, edges);
   const std::int32_t groups = (box.last_column - box.first_column + 1) / depth_group;
+  const double per_row = t.inverse_depth[2];
+  const std::int32_t first_row = tile.row;
+  const std::size_t stride = tile.stride;
   double at_group[tile_side / 16];
   for (std::int32_t g = 0; g < groups; ++g)
     at_group[g] = t.inverse_depth[0] + t.inverse_depth[1] * (tile.column + box.first_column + 16 * g);
   Ints row_start[3] = {setup.start[0], setup.start[1], setup.start[2]};
   const auto first = static_cast<std::size_t>(box.first_column);
+  float* depth_row = tile.depth + static_cast<std::size_t>(box.first_row) * tile_side + first;
+  std::int32_t* face_row = tile.faces + static_cast<std::size_t>(box.first_row) * stride + first;
   for (std::int32_t row = box.first_row; row <= box.last_row; ++row) {
-    const double down = t.inverse_depth[2] * (tile.row + row);
-    float* depths = tile.depth + static_cast<std::size_t>(row) * tile_side + first;
-    std::int32_t* faces = tile.faces + static_cast<std::size_t>(row) * tile.stride + first;
+    const double down = per_row * (first_row + row);
+    float* depths = depth_row;
+    std::int32_t* faces = face_row;
     Ints edge[3] = {row_start[0], row_start[1], row_start[2]};
     for (std::int32_t g = 0; g < groups; ++g) {
-      const auto base = static_cast<float>(at_group[g] + down);
+      const Floats base = all(static_cast<float>(at_group[g] + down));
       for (std::size_t part = 0; part < RowSetup::parts; ++part) {
-        draw_vector(t, edge[0] | edge[1] | edge[2], base, setup.offset[part], depths, faces);
+        draw_vector(setup, edge[0] | edge[1] | edge[2], base, setup.offset[part], depths, faces);
         depths += lanes;
         faces += lanes;
         for (std::size_t side = 0; side < 3; ++side) edge[side] += setup.per_vector[side];
       }
     }
-    for (std::size_t side = 0; side < 3; ++side)
-      row_start[side] += static_cast<std::int32_t>(edges[side].per_row);
+    for (std::size_t side = 0; side < 3; ++side) row_start[side] += setup.per_row[side];
+    depth_row += tile_side;
+    face_row += stride;
   }
 }
 

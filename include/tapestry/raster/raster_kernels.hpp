@@ -24,6 +24,9 @@ struct RasterKernels {
                         const std::int32_t* list, std::size_t count, const ScreenVertex* vertices,
                         const std::array<double, 3>* view, bool culls_back, Triangle* triangles) = nullptr;
   void (*draw_triangles)(const Triangle* const* triangles, std::size_t count, const Tile& tile) = nullptr;
+  void (*barycentrics)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
+                       const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,
+                       const double* column, const double* row, double* const* result) = nullptr;
 };
 
 #if !defined(__clang__)

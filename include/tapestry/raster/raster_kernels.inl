@@ -238,5 +238,6 @@ inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>
 }
 
 #include <tapestry/raster/draw_kernels.inl>
+#include <tapestry/raster/barycentric_kernel.inl>
 
-inline RasterKernels make_kernels() { return {project, list_faces, set_up, draw_triangles}; }
+inline RasterKernels make_kernels() { return {project, list_faces, set_up, draw_triangles, barycentrics}; }

@@ -103,24 +103,25 @@ void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture
 }
 
 template <class T>
-void shade_band(const FragmentWalk& walk, std::size_t row_begin, std::size_t row_end,
-                const FragmentShader& shader, const Light& light, OperatorBand<T>& band,
-                TextureOperator<T>& picture) {
-  walk.walk(row_begin, row_end, [&](const Fragment& fragment) {
-    const auto face = static_cast<std::size_t>(fragment.face);
-    picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
-    if (shader.painted[face] != 0) {
-      if (fragment.pixel != band.pixel) band.finish_pixel();
-      band.pixel = fragment.pixel;
-      shader.add_taps(fragment, band.taps);
-      return;
-    }
-    const std::array<float, 3> colour = material_colour(shader.mesh, face);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double lit = static_cast<double>(colour[c]) * shader.light[face] * light.colour[c];
-      picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * lit);
-    }
-  });
+void shade_band(const FragmentBands& fragments, std::size_t index, const FragmentShader& shader,
+                const Light& light, OperatorBand<T>& band, TextureOperator<T>& picture) {
+  const bool is_cube = shader.layout.kind == TextureKind::cube;
+  fragments.visit_band(
+      index, is_cube ? FragmentGrain::sample : FragmentGrain::face, [&](const Fragment& fragment) {
+        const auto face = static_cast<std::size_t>(fragment.face);
+        picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
+        if (shader.painted[face] != 0) {
+          if (fragment.pixel != band.pixel) band.finish_pixel();
+          band.pixel = fragment.pixel;
+          shader.add_taps(fragment, band.taps);
+          return;
+        }
+        const std::array<float, 3> colour = material_colour(shader.mesh, face);
+        for (std::size_t c = 0; c < 3; ++c) {
+          const double lit = static_cast<double>(colour[c]) * shader.light[face] * light.colour[c];
+          picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * lit);
+        }
+      });
   band.finish_pixel();
 }
 
@@ -145,11 +146,7 @@ template <std::floating_point T>
                                                   std::size_t width, const TextureLayout& layout,
                                                   const Light& light, std::size_t samples_per_axis = 2) {
   detail::require_layout(mesh, painted, layout);
-  const VisibilityBuffer buffer = visibility(mesh, camera, height, width, samples_per_axis);
-  const auto positions_view = positions_in_view(mesh, camera);
-  const bool is_cube = layout.kind == TextureKind::cube;
-  const FragmentWalk walk(buffer, mesh, positions_view, camera,
-                          is_cube ? FragmentGrain::sample : FragmentGrain::face);
+  const FragmentBands fragments("texture_operator", mesh, camera, height, width, samples_per_axis);
   const detail::FragmentShader shader{mesh, painted, layout, face_light(mesh, camera, light)};
 
   TextureOperator<T> picture;
@@ -159,12 +156,10 @@ template <std::floating_point T>
   for (std::size_t c = 0; c < 3; ++c) picture.light_colour[c] = static_cast<T>(light.colour[c]);
   picture.constant = zeros<T, 3>({height, width, 3});
   picture.coverage = zeros<T, 2>({height, width});
-  picture.non_finite_faces = buffer.non_finite_faces;
-  constexpr std::size_t band_rows = 16;
-  std::vector<detail::OperatorBand<T>> bands(block_count(height, band_rows));
+  picture.non_finite_faces = fragments.non_finite_faces();
+  std::vector<detail::OperatorBand<T>> bands(fragments.band_count());
   parallel_for(bands.size(), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, height, band_rows);
-    detail::shade_band(walk, begin, end, shader, light, bands[index], picture);
+    detail::shade_band(fragments, index, shader, light, bands[index], picture);
   });
   detail::join_bands(bands, picture);
   return picture;
