@@ -100,9 +100,9 @@ inline void start(Comparison& comparison, std::size_t rival, const Folders& fold
                                    variant.name};
   if (!folders.mesh.empty()) command.insert(command.end(), {"--mesh", folders.mesh});
   try {
-    contestant.worker = std::make_unique<Worker>(
-        command, std::vector<std::string>{"OMP_NUM_THREADS=" + threads, "OMP_WAIT_POLICY=active"},
-        folders.work / (std::string(variant.program) + ".log"));
+    contestant.worker =
+        std::make_unique<Worker>(command, std::vector<std::string>{"OMP_NUM_THREADS=" + threads},
+                                 folders.work / (std::string(variant.program) + ".log"));
   } catch (const Error& error) {
     contestant.failure = error.what();
   }

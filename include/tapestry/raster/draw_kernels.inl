@@ -78,7 +78,7 @@ inline void draw_by_samples(const Triangle& t, const Tile& tile, const Box& box,
       float value = base + static_cast<float>(lane) * t.step;
       value = value < t.inverse_depth_min ? t.inverse_depth_min : value;
       value = value > t.inverse_depth_max ? t.inverse_depth_max : value;
-      float& depth = tile.depth[static_cast<std::size_t>(row) * tile_side + static_cast<std::size_t>(column)];
+      float& depth = tile.depth[static_cast<std::size_t>(row) * tile_width + static_cast<std::size_t>(column)];
       if (!(value > depth)) continue;
       depth = value;
       tile.faces[static_cast<std::size_t>(row) * tile.stride + static_cast<std::size_t>(column)] = t.face;
@@ -141,12 +141,12 @@ inline void draw_rows(const Triangle& t, const Tile& tile, const Box& box, const
   const double per_row = t.inverse_depth[2];
   const std::int32_t first_row = tile.row;
   const std::size_t stride = tile.stride;
-  double at_group[tile_side / 16];
+  double at_group[tile_width / 16];
   for (std::int32_t g = 0; g < groups; ++g)
     at_group[g] = t.inverse_depth[0] + t.inverse_depth[1] * (tile.column + box.first_column + 16 * g);
   Ints row_start[3] = {setup.start[0], setup.start[1], setup.start[2]};
   const auto first = static_cast<std::size_t>(box.first_column);
-  float* depth_row = tile.depth + static_cast<std::size_t>(box.first_row) * tile_side + first;
+  float* depth_row = tile.depth + static_cast<std::size_t>(box.first_row) * tile_width + first;
   std::int32_t* face_row = tile.faces + static_cast<std::size_t>(box.first_row) * stride + first;
   for (std::int32_t row = box.first_row; row <= box.last_row; ++row) {
     const double down = per_row * (first_row + row);
@@ -163,7 +163,7 @@ inline void draw_rows(const Triangle& t, const Tile& tile, const Box& box, const
       }
     }
     for (std::size_t side = 0; side < 3; ++side) row_start[side] += setup.per_row[side];
-    depth_row += tile_side;
+    depth_row += tile_width;
     face_row += stride;
   }
 }

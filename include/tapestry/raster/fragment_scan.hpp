@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -166,9 +167,16 @@ class FragmentScan {
     for (std::size_t column = column_begin; column < column_end; ++column) {
       const std::int32_t* const corner = faces + column * Axis;
       const std::int32_t first = corner[0];
-      std::int32_t difference = 0;
-      for (std::size_t y = 0; y < Axis; ++y)
-        for (std::size_t x = 0; x < Axis; ++x) difference |= corner[y * width_ * Axis + x] ^ first;
+      const auto own = static_cast<std::uint32_t>(first);
+      const std::uint64_t pair = std::uint64_t{own} << 32U | own;
+      std::uint64_t difference = 0;
+      for (std::size_t y = 0; y < Axis; ++y) {
+        for (std::size_t x = 0; x < Axis; x += 2) {
+          std::uint64_t samples = 0;
+          std::memcpy(&samples, corner + y * width_ * Axis + x, sizeof samples);
+          difference |= samples ^ pair;
+        }
+      }
       if (difference == 0 && first < 0) continue;
       fragments_.reserve(1, FragmentRow::most_of_pixel);
       if (difference == 0) {
@@ -185,17 +193,18 @@ class FragmentScan {
   template <std::size_t Axis>
   void add_faces(const std::int32_t* corner, std::size_t row, std::size_t column) {
     std::array<std::int32_t, Axis * Axis> face;
-    for (std::size_t s = 0; s < face.size(); ++s) face[s] = corner[s / Axis * width_ * Axis + s % Axis];
+    for (std::size_t y = 0; y < Axis; ++y)
+      std::memcpy(face.data() + y * Axis, corner + y * width_ * Axis, Axis * sizeof(std::int32_t));
     for (std::size_t s = 0; s < face.size(); ++s) {
       const std::int32_t own = face[s];
       if (own < 0) continue;
-      std::size_t count = 0, down = 0, right = 0;
-      for (std::size_t other = s; other < face.size(); ++other) {
-        const bool is_own = face[other] == own;
-        face[other] = is_own ? -1 : face[other];
-        count += is_own ? 1 : 0;
-        down += is_own ? other / Axis : 0;
-        right += is_own ? other % Axis : 0;
+      std::int32_t count = 0, down = 0, right = 0;
+      for (std::size_t other = 0; other < face.size(); ++other) {  // those before s are −1 or another face's
+        const std::int32_t is_own = face[other] == own ? -1 : 0;
+        face[other] |= is_own;
+        count -= is_own;
+        down += is_own & static_cast<std::int32_t>(other / Axis);
+        right += is_own & static_cast<std::int32_t>(other % Axis);
       }
       const double each = 1 / static_cast<double>(count);
       fragments_.add(column, own, share_ * static_cast<float>(count),

@@ -68,7 +68,7 @@ class FragmentBands {
 
   /// Bands of band_rows() pixel rows, the last one maybe of fewer.
   [[nodiscard]] std::size_t band_count() const { return triangles_.tile_rows(); }
-  [[nodiscard]] std::size_t band_rows() const { return tile_side / axis_; }
+  [[nodiscard]] std::size_t band_rows() const { return tile_height / axis_; }
   [[nodiscard]] std::size_t non_finite_faces() const { return triangles_.non_finite_faces(); }
 
   /// Calls visit(fragment) for the fragments of a band in the order of FragmentWalk. Different bands may be
@@ -105,11 +105,11 @@ class FragmentBands {
     const auto [row_begin, row_end] = block_range(band, height_, band_rows());
     const std::size_t sample_rows = (row_end - row_begin) * axis_;
     const auto faces = std::make_unique_for_overwrite<std::int32_t[]>(sample_rows * columns);
-    const std::size_t begin = first * tile_side, end = std::min(last * tile_side, columns);
+    const std::size_t begin = first * tile_width, end = std::min(last * tile_width, columns);
     for (std::size_t row = 0; row < sample_rows; ++row)
       std::fill(faces.get() + row * columns + begin, faces.get() + row * columns + end, -1);
     for (std::size_t tile = first; tile < last; ++tile)
-      triangles_.draw(band, tile, faces.get() + tile * tile_side, columns);
+      triangles_.draw(band, tile, faces.get() + tile * tile_width, columns);
     detail::FragmentScan scan = scan_;
     for (std::size_t row = row_begin; row < row_end; ++row)
       use(row, scan.scan(faces.get() + (row - row_begin) * axis_ * columns, row, begin / axis_, end / axis_,

@@ -62,7 +62,9 @@ struct OperatorBand {
   /// Ends the pixel under way: taps of the same texel become one entry.
   void finish_pixel() {
     if (taps.empty()) return;
-    std::sort(taps.begin(), taps.end(), [](const Tap& a, const Tap& b) { return a.texel < b.texel; });
+    const auto is_before = [](const Tap& a, const Tap& b) { return a.texel < b.texel; };
+    if (!std::is_sorted(taps.begin(), taps.end(), is_before))  // one face's taps mostly are
+      std::sort(taps.begin(), taps.end(), is_before);
     const std::size_t first = texels_of.size();
     for (std::size_t i = 0; i < taps.size();) {
       double weight = 0;
@@ -123,6 +125,32 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
         }
       });
   band.finish_pixel();
+}
+
+inline constexpr std::size_t most_parts = 64;
+
+/// Adds the entries of the texels that belong to one of several parts, in the stored order.
+template <bool IsShared, class T>
+void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::size_t part, std::size_t parts,
+             T* texels_adjoint) {
+  std::array<std::uint8_t, most_parts> is_own{};  // runs of 256 texels are dealt out in turn
+  for (std::size_t i = part; i < is_own.size(); i += parts) is_own[i] = 1;
+  const std::array<T, 3> light = picture.light_colour;
+  const T* const weights = picture.weights.data();
+  const std::uint32_t* const texels_of = picture.texels_of.data();
+  const std::uint32_t* const row_begin = picture.row_begin.data();
+  for (std::size_t row = 0; row < picture.pixels.size(); ++row) {
+    const T* const pixel = render_adjoint + 3 * std::size_t{picture.pixels[row]};
+    const T red = light[0] * pixel[0], green = light[1] * pixel[1], blue = light[2] * pixel[2];
+    for (std::size_t i = row_begin[row], end = row_begin[row + 1]; i < end; ++i) {
+      const std::uint32_t texel = texels_of[i];
+      if (IsShared && is_own[(texel >> 8U) % is_own.size()] == 0) continue;
+      T* const colour = texels_adjoint + 3 * std::size_t{texel};
+      colour[0] += weights[i] * red;
+      colour[1] += weights[i] * green;
+      colour[2] += weights[i] * blue;
+    }
+  }
 }
 
 }  // namespace detail
@@ -210,18 +238,13 @@ void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render
                     Array<T, 2>& texels_adjoint) {
   require_shape("render_adjoint", "render_adjoint", render_adjoint, {picture.height, picture.width, 3});
   require_shape("render_adjoint", "texels_adjoint", texels_adjoint, {picture.texel_count, 3});
-  const auto parts = static_cast<std::uint32_t>(thread_count());
-  const std::array<T, 3> light = picture.light_colour;
+  if (thread_count() == 1) {
+    detail::scatter<false>(picture, render_adjoint.data(), 0, 1, texels_adjoint.data());
+    return;
+  }
+  const std::size_t parts = std::min(static_cast<std::size_t>(thread_count()), detail::most_parts);
   parallel_for(parts, [&](std::size_t part) {
-    for (std::size_t row = 0; row < picture.pixels.size(); ++row) {
-      const T* const pixel = render_adjoint.data() + 3 * std::size_t{picture.pixels[row]};
-      const std::array<T, 3> lit{light[0] * pixel[0], light[1] * pixel[1], light[2] * pixel[2]};
-      for (std::size_t i = picture.row_begin[row]; i < picture.row_begin[row + 1]; ++i) {
-        if (parts > 1 && (picture.texels_of[i] >> 8U) % parts != part) continue;
-        T* const colour = texels_adjoint.data() + 3 * std::size_t{picture.texels_of[i]};
-        for (std::size_t c = 0; c < 3; ++c) colour[c] += picture.weights[i] * lit[c];
-      }
-    }
+    detail::scatter<true>(picture, render_adjoint.data(), part, parts, texels_adjoint.data());
   });
 }
 

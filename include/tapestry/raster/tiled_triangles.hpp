@@ -39,8 +39,8 @@ class TiledTriangles {
       : kernels_(kernels),
         sample_rows_(sample_rows),
         sample_columns_(sample_columns),
-        tile_rows_(block_count(sample_rows, tile_side)),
-        tile_columns_(block_count(sample_columns, tile_side)),
+        tile_rows_(block_count(sample_rows, tile_height)),
+        tile_columns_(block_count(sample_columns, tile_width)),
         positions_view_(mesh.positions.size()) {
     auto vertices = std::make_unique_for_overwrite<ScreenVertex[]>(mesh.positions.size());
     project(mesh, Projection(camera, sample_rows, sample_columns), vertices.get());
@@ -62,30 +62,30 @@ class TiledTriangles {
     return begin_[tile] == begin_[tile + 1];
   }
 
-  /// Draws a tile, [rows, columns] samples at the picture's edge and tile_side² elsewhere.
+  /// Draws a tile, [rows, columns] samples at the picture's edge and tile_height · tile_width elsewhere.
   ///
   /// \param faces   of the tile's first sample, −1 everywhere; keeps it where the tile shows nothing
   /// \param stride  of faces
   void draw(std::size_t tile_row, std::size_t tile_column, std::int32_t* faces, std::size_t stride) const {
     if (is_empty(tile_row, tile_column)) return;
-    alignas(64) std::array<float, tile_side * tile_side> depth;
-    alignas(64) std::array<std::int32_t, tile_side * tile_side> own;
-    const auto rows = block_range(tile_row, sample_rows_, tile_side);
-    const auto columns = block_range(tile_column, sample_columns_, tile_side);
+    alignas(64) std::array<float, tile_height * tile_width> depth;
+    alignas(64) std::array<std::int32_t, tile_height * tile_width> own;
+    const auto rows = block_range(tile_row, sample_rows_, tile_height);
+    const auto columns = block_range(tile_column, sample_columns_, tile_width);
     const bool is_whole = (columns.end - columns.begin) % depth_group == 0;  // else kernels write beyond
     const Tile tile{static_cast<std::int32_t>(rows.begin),
                     static_cast<std::int32_t>(columns.begin),
                     static_cast<std::int32_t>(rows.end - rows.begin),
                     static_cast<std::int32_t>(columns.end - columns.begin),
                     is_whole ? faces : own.data(),
-                    is_whole ? stride : tile_side,
+                    is_whole ? stride : tile_width,
                     depth.data()};
-    std::fill_n(depth.data(), (rows.end - rows.begin) * tile_side, 0.0F);
+    std::fill_n(depth.data(), (rows.end - rows.begin) * tile_width, 0.0F);
     if (!is_whole) own.fill(-1);
     const std::size_t index = tile_row * tile_columns_ + tile_column;
     kernels_.draw_triangles(triangles_.get() + begin_[index], begin_[index + 1] - begin_[index], tile);
     for (std::size_t row = 0; !is_whole && row < rows.end - rows.begin; ++row)
-      std::copy_n(own.data() + row * tile_side, columns.end - columns.begin, faces + row * stride);
+      std::copy_n(own.data() + row * tile_width, columns.end - columns.begin, faces + row * stride);
   }
 
  private:
@@ -187,10 +187,10 @@ class TiledTriangles {
   [[nodiscard]] TileRange tile_range(const Triangle& triangle) const {
     const SampleRange rows = sample_range(triangle.y, sample_rows_);
     const SampleRange columns = sample_range(triangle.x, sample_columns_);
-    constexpr std::uint32_t side = tile_side;
-    return {static_cast<std::uint32_t>(rows.first) / side, static_cast<std::uint32_t>(rows.last) / side,
-            static_cast<std::uint32_t>(columns.first) / side,
-            static_cast<std::uint32_t>(columns.last) / side};
+    constexpr std::uint32_t high = tile_height, wide = tile_width;
+    return {static_cast<std::uint32_t>(rows.first) / high, static_cast<std::uint32_t>(rows.last) / high,
+            static_cast<std::uint32_t>(columns.first) / wide,
+            static_cast<std::uint32_t>(columns.last) / wide};
   }
 
   template <class Visit>

@@ -25,18 +25,20 @@ struct Triangle {
 
 inline constexpr std::int32_t depth_group = 16;  ///< samples side by side that share c₀ + c₁·16·g
 
-/// Samples of a tile along each axis; a tile's faces and depths fill 32 KiB.
-inline constexpr std::size_t tile_side = 64;
+/// Samples of a tile along each axis; a tile's faces and depths fill 16 KiB.
+inline constexpr std::size_t tile_width = 64;
+inline constexpr std::size_t tile_height = 32;
 
 /// The part of a picture that is drawn at once.
 struct Tile {
   std::int32_t row;      ///< of its first sample in the picture
-  std::int32_t column;   ///< likewise; a multiple of tile_side
-  std::int32_t rows;     ///< samples, at most tile_side
-  std::int32_t columns;  ///< likewise; what lies beyond, up to a multiple of 16, is overwritten, too
+  std::int32_t column;   ///< likewise; a multiple of tile_width
+  std::int32_t rows;     ///< samples, at most tile_height
+  std::int32_t columns;  ///< samples, at most tile_width; what lies beyond, up to a multiple of 16, is
+                         ///< overwritten, too
   std::int32_t* faces;   ///< [rows, columns]
   std::size_t stride;    ///< of faces
-  float* depth;          ///< [rows, tile_side], 1/z, 0 for none
+  float* depth;          ///< [rows, tile_width], 1/z, 0 for none
 };
 
 }  // namespace tapestry::raster

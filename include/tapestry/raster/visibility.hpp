@@ -87,7 +87,8 @@ inline void require_view(const char* operation, const geometry::Camera& camera, 
   buffer.face.assign(rows * columns, -1);
   parallel_for(triangles.tile_rows() * triangles.tile_columns(), [&](std::size_t index) {
     const std::size_t row = index / triangles.tile_columns(), column = index % triangles.tile_columns();
-    triangles.draw(row, column, buffer.face.data() + tile_side * (row * columns + column), columns);
+    triangles.draw(row, column, buffer.face.data() + tile_height * row * columns + tile_width * column,
+                   columns);
   });
   return buffer;
 }
