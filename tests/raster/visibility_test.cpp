@@ -132,6 +132,67 @@ TEST_CASE("a sample where many corners meet on its centre is owned once", "[rast
   CHECK(owners == 1);
 }
 
+TEST_CASE("triangles of all sizes own exactly the samples that integers say", "[raster][visibility]") {
+  constexpr std::int64_t extent = 128;  // pixels of the picture along an axis
+  const auto in_view = [](const Point& point) {
+    const auto view = [](std::int64_t v) { return static_cast<double>(v) / (128.0 * extent) - 1; };
+    return Vector3{view(point[0]), view(point[1]), 1};
+  };
+  // Inside to the right of a side that runs clockwise, rows downwards; on it if it is a left or a top one.
+  const auto is_inside = [](const Point& a, const Point& b, const Point& p) {
+    const std::int64_t side = turn(a, b, p);
+    return side > 0 || (side == 0 && (b[1] < a[1] || (b[1] == a[1] && b[0] > a[0])));
+  };
+  Random random(10);
+  std::size_t wrong = 0, owned = 0;
+  for (const std::int64_t reach : {2, 20, 200, 5000, 120000}) {  // pixels; the guard band ends at 131072
+    for (std::size_t round = 0; round < 40; ++round) {
+      std::array<Point, 3> corner;
+      const Point centre{static_cast<std::int64_t>(random.index(256 * extent)),
+                         static_cast<std::int64_t>(random.index(256 * extent))};
+      for (Point& point : corner) {
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          const auto span = static_cast<std::size_t>(2 * reach * 256);
+          point[axis] = centre[axis] + static_cast<std::int64_t>(random.index(span)) - reach * 256;
+        }
+        if (random.chance(0.3)) point = {point[0] / 256 * 256 + 128, point[1] / 256 * 256 + 128};
+      }
+      const Mesh mesh = triangle_soup({{in_view(corner[0]), in_view(corner[1]), in_view(corner[2])}});
+      const auto buffer = raster::visibility(mesh, Camera{}, extent, extent, 1);
+      if (turn(corner[0], corner[1], corner[2]) < 0) std::swap(corner[1], corner[2]);
+      const bool has_area = turn(corner[0], corner[1], corner[2]) != 0;
+      for (std::size_t i = 0; i < buffer.face.size(); ++i) {
+        const Point p{static_cast<std::int64_t>(i % extent) * 256 + 128,
+                      static_cast<std::int64_t>(i / extent) * 256 + 128};
+        const bool expected = has_area && is_inside(corner[0], corner[1], p) &&
+                              is_inside(corner[1], corner[2], p) && is_inside(corner[2], corner[0], p);
+        owned += expected ? 1 : 0;
+        wrong += (buffer.face[i] == 0) == expected ? 0 : 1;
+      }
+    }
+  }
+  CHECK(owned > 100000);
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("pictures of 8 to 32 thousand samples along an axis overflow nowhere", "[raster][visibility]") {
+  // One long face whose side crosses the picture from corner to corner.
+  for (const auto& [height, width, samples] :
+       {std::array<std::size_t, 3>{48, 12000, 1}, {12000, 48, 1}, {10, 8192, 2}, {5, 4096, 8}}) {
+    const Mesh mesh = triangle_soup({{Vector3{-2, -2, 2}, Vector3{2, 2, 2}, Vector3{-2, 2, 2}}});
+    const auto buffer = raster::visibility(mesh, Camera{}, height, width, samples);
+    const std::size_t rows = height * samples, columns = width * samples;
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < buffer.face.size(); ++i) {
+      const double down = (static_cast<double>(i / columns) + 0.5) / static_cast<double>(rows);
+      const double right = (static_cast<double>(i % columns) + 0.5) / static_cast<double>(columns);
+      if (std::abs(down - right) < 1e-3) continue;
+      wrong += (buffer.face[i] == 0) == (down > right) ? 0 : 1;
+    }
+    CHECK(wrong == 0);
+  }
+}
+
 TEST_CASE("faces through the near plane and through w = 0 are cut exactly", "[raster][visibility]") {
   Camera camera;
   camera.near = 0.25;
