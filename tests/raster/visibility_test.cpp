@@ -393,9 +393,10 @@ TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit
     const auto end = std::partition(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(count),
                                     [](std::int32_t face) { return face >= 0; });
     std::vector<raster::Triangle> triangles(mesh.faces.size());
+    std::vector<raster::TileRange> tiles(mesh.faces.size());
     triangles.resize(kernels.set_up(rays, mesh.faces.data(), list.data(),
                                     static_cast<std::size_t>(end - list.begin()), screen.data(), view.data(),
-                                    false, triangles.data()));
+                                    {640, 480, false}, triangles.data(), tiles.data()));
     for (std::size_t i = 0; i < view.size(); ++i) {
       if (screen[i].outside != 0) continue;
       const auto [x, y] = raster::snapped(projection, view[i]);

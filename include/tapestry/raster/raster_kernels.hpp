@@ -13,16 +13,25 @@ namespace tapestry::raster {
 /// 1.5 · 2⁵²: the low bits of a sum with it are the nearest integer of the other summand.
 inline constexpr double rounding_magic = 6755399441055744.0;
 
+/// What decides which triangles are made, and their tiles.
+struct SetupOptions {
+  std::int32_t columns;  ///< samples of the picture
+  std::int32_t rows;
+  bool culls_back;
+};
+
 /// The kernels of one instruction set; see raster_kernels.inl for what each computes.
 struct RasterKernels {
   void (*project)(const Projection&, const std::array<double, 3>* world, std::size_t count,
                   std::array<double, 3>* view, ScreenVertex* screen) = nullptr;
+  std::uint32_t (*highest_index)(const std::int32_t* indices, std::size_t count) = nullptr;
   std::size_t (*list_faces)(const std::array<std::int32_t, 3>* faces, std::int32_t first, std::int32_t count,
                             const ScreenVertex* vertices, std::int32_t columns, std::int32_t rows,
                             std::int32_t* list) = nullptr;
   std::size_t (*set_up)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                         const std::int32_t* list, std::size_t count, const ScreenVertex* vertices,
-                        const std::array<double, 3>* view, bool culls_back, Triangle* triangles) = nullptr;
+                        const std::array<double, 3>* view, const SetupOptions& options, Triangle* triangles,
+                        TileRange* tiles) = nullptr;
   void (*draw_triangles)(const Triangle* const* triangles, std::size_t count, const Tile& tile) = nullptr;
   void (*barycentrics)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                        const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,

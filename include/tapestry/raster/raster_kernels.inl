@@ -96,9 +96,28 @@ inline void project(const Projection& p, const std::array<double, 3>* world, std
   }
 }
 
+/// The highest of some indices, negative ones taken as beyond all others.
+inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t count) {
+  typedef std::uint32_t Unsigned __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
+  typedef Unsigned UnsignedInMemory __attribute__((aligned(4), may_alias));
+  Unsigned most = {};
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes) {
+    const Unsigned index = *reinterpret_cast<const UnsignedInMemory*>(indices + i);
+    most = index > most ? index : most;
+  }
+  std::uint32_t highest = 0;
+  for (std::size_t lane = 0; lane < lanes; ++lane) highest = most[lane] > highest ? most[lane] : highest;
+  for (; i < count; ++i) {
+    const auto index = static_cast<std::uint32_t>(indices[i]);
+    highest = index > highest ? index : highest;
+  }
+  return highest;
+}
+
 /// Lists the faces that may own a sample: not outside one plane with all corners, and with a sample in their box. Of
 /// faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number.
-/// \param faces  first … first + count − 1 of a mesh whose corners all exist
+/// \param faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
 inline std::size_t list_faces(const std::array<std::int32_t, 3>* faces, std::int32_t first, std::int32_t count,
                               const ScreenVertex* vertices, std::int32_t columns, std::int32_t rows,
                               std::int32_t* list) {
@@ -143,6 +162,25 @@ inline std::uint32_t screen_order(const ScreenVertex* const* v) {
   const std::int64_t low = least(a, b), high = greatest(a, b);
   const std::int64_t first = least(low, c), other = greatest(low, c);
   return static_cast<std::uint32_t>((first & 3) | (least(high, other) & 3) << 2 | (greatest(high, other) & 3) << 4);
+}
+
+/// Tiles of a triangle's box, which has samples.
+inline TileRange tiles_of(const ScreenVertex* const* v, const FourInts& last_sample) {
+  constexpr std::int32_t half = subpixel_steps / 2;
+  const FourInts a = *reinterpret_cast<const FourIntsInMemory*>(v[0]);
+  const FourInts b = *reinterpret_cast<const FourIntsInMemory*>(v[1]);
+  const FourInts c = *reinterpret_cast<const FourIntsInMemory*>(v[2]);
+  const FourInts low_ab = a < b ? a : b;
+  const FourInts high_ab = a > b ? a : b;
+  const FourInts low = low_ab < c ? low_ab : c;
+  const FourInts high = high_ab > c ? high_ab : c;
+  const FourInts from = (low + (subpixel_steps - 1 - half)) >> subpixel_bits;
+  const FourInts to = (high - half) >> subpixel_bits;
+  const FourInts begin = from > 0 ? from : FourInts{};
+  const FourInts end = to < last_sample ? to : last_sample;
+  constexpr std::int32_t wide = tile_width, high_rows = tile_height;
+  return {static_cast<std::uint16_t>(begin[0] / wide), static_cast<std::uint16_t>(begin[1] / high_rows),
+          static_cast<std::uint16_t>(end[0] / wide), static_cast<std::uint16_t>(end[1] / high_rows)};
 }
 
 /// Everything of a triangle but its depth; false when it has no area, or is turned away and those are culled.
@@ -217,8 +255,9 @@ inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t 
 /// \param list  faces of the mesh
 inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>* faces, const std::int32_t* list,
                           std::size_t count, const ScreenVertex* vertices, const std::array<double, 3>* view,
-                          bool culls_back, Triangle* triangles) {
+                          const SetupOptions& options, Triangle* triangles, TileRange* tiles) {
   FaceBlock block = {};
+  const FourInts last_sample = {options.columns - 1, options.rows - 1, 0, 0};
   std::size_t total = 0, waiting = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::array<std::int32_t, 3>& corners = faces[list[i]];
@@ -228,7 +267,8 @@ inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>
       const std::array<double, 3>& position = view[corners[order >> (2 * k) & 3]];
       for (std::size_t axis = 0; axis < 3; ++axis) block.corner[k][axis][waiting] = position[axis];
     }
-    waiting += set_screen(v, list[i], culls_back, triangles[total + waiting]) ? 1 : 0;
+    tiles[total + waiting] = tiles_of(v, last_sample);
+    waiting += set_screen(v, list[i], options.culls_back, triangles[total + waiting]) ? 1 : 0;
     if (waiting < FaceBlock::size && i + 1 < count) continue;
     set_depths(rays, block, waiting, triangles + total);
     total += waiting;
@@ -240,4 +280,4 @@ inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>
 #include <tapestry/raster/draw_kernels.inl>
 #include <tapestry/raster/barycentric_kernel.inl>
 
-inline RasterKernels make_kernels() { return {project, list_faces, set_up, draw_triangles, barycentrics}; }
+inline RasterKernels make_kernels() { return {project, highest_index, list_faces, set_up, draw_triangles, barycentrics}; }

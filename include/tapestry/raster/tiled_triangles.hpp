@@ -92,12 +92,11 @@ class TiledTriangles {
   /// Triangles of a run of faces, in face order, and how many of them each tile gets.
   struct Block {
     std::unique_ptr<Triangle[]> triangles;
-    std::unique_ptr<std::uint32_t[]> only_tile;  ///< of each triangle, or `several`
+    std::unique_ptr<TileRange[]> tiles;  ///< of each triangle
     std::size_t size = 0;
     std::vector<std::uint32_t> counts;
     std::size_t non_finite_faces = 0;
   };
-  static constexpr std::uint32_t several = ~0U;
 
   void project(const geometry::Mesh& mesh, const Projection& projection, ScreenVertex* vertices) {
     constexpr std::size_t block = 2048;
@@ -116,11 +115,8 @@ class TiledTriangles {
     blocks_.resize(block_count(mesh.faces.size(), block));
     parallel_for(blocks_.size(), [&](std::size_t index) {
       const auto [begin, end] = block_range(index, mesh.faces.size(), block);
-      std::uint32_t greatest = 0;
-      for (std::size_t face = begin; face < end; ++face)
-        for (const std::int32_t corner : mesh.faces[face])
-          greatest = std::max(greatest, static_cast<std::uint32_t>(corner));
-      if (greatest >= mesh.positions.size()) require_corners(operation, mesh);
+      const std::uint32_t highest = kernels_.highest_index(mesh.faces[begin].data(), 3 * (end - begin));
+      if (highest >= mesh.positions.size()) require_corners(operation, mesh);
       const auto listed = std::make_unique_for_overwrite<std::int32_t[]>(end - begin + 1);
       const std::size_t count = kernels_.list_faces(mesh.faces.data(), static_cast<std::int32_t>(begin),
                                                     static_cast<std::int32_t>(end - begin), vertices,
@@ -137,14 +133,17 @@ class TiledTriangles {
                     std::size_t count, Block& block) const {
     const auto is_cut = [](std::int32_t face) { return face < 0; };
     const auto cut_count = static_cast<std::size_t>(std::count_if(listed, listed + count, is_cut));
-    block.triangles = std::make_unique_for_overwrite<Triangle[]>(
-        count + cut_count * (detail::CutSetup::most_triangles - 1));
+    const std::size_t most = count + cut_count * (detail::CutSetup::most_triangles - 1);
+    block.triangles = std::make_unique_for_overwrite<Triangle[]>(most);
+    block.tiles = std::make_unique_for_overwrite<TileRange[]>(most);
+    const SetupOptions options{static_cast<std::int32_t>(sample_columns_),
+                               static_cast<std::int32_t>(sample_rows_), culling == FaceCulling::back};
     for (std::size_t i = 0; i < count; ++i) {
       const auto run =
           static_cast<std::size_t>(std::find_if(listed + i, listed + count, is_cut) - (listed + i));
       block.size +=
-          kernels_.set_up(rays, mesh.faces.data(), listed + i, run, vertices, positions_view_.data(),
-                          culling == FaceCulling::back, block.triangles.get() + block.size);
+          kernels_.set_up(rays, mesh.faces.data(), listed + i, run, vertices, positions_view_.data(), options,
+                          block.triangles.get() + block.size, block.tiles.get() + block.size);
       i += run;
       if (i == count) break;
       const std::int32_t face = ~listed[i];
@@ -156,7 +155,9 @@ class TiledTriangles {
         is_usable = is_usable && vertices[corner].outside != unusable;
       }
       if (is_usable) {
-        block.size += cut_setup.add(face, corners, block.triangles.get() + block.size);
+        const std::size_t made = cut_setup.add(face, corners, block.triangles.get() + block.size);
+        for (std::size_t end = block.size + made; block.size < end; ++block.size)
+          block.tiles[block.size] = tile_range(block.triangles[block.size]);
       } else {
         ++block.non_finite_faces;
       }
@@ -165,38 +166,22 @@ class TiledTriangles {
 
   void count_tiles(Block& block) const {
     block.counts.assign(tile_rows_ * tile_columns_, 0);
-    block.only_tile = std::make_unique_for_overwrite<std::uint32_t[]>(block.size);
-    for (std::size_t i = 0; i < block.size; ++i) {
-      const TileRange range = tile_range(block.triangles[i]);
-      if (range.first_row == range.last_row && range.first_column == range.last_column) {
-        const auto tile = range.first_row * static_cast<std::uint32_t>(tile_columns_) + range.first_column;
-        block.only_tile[i] = tile;
-        ++block.counts[tile];
-      } else {
-        block.only_tile[i] = several;
-        for_each_tile(range, [&](std::size_t tile) { ++block.counts[tile]; });
-      }
-    }
+    for (std::size_t i = 0; i < block.size; ++i)
+      for_each_tile(block.tiles[i], [&](std::size_t tile) { ++block.counts[tile]; });
   }
-
-  /// Tiles that a triangle's box touches, ends included.
-  struct TileRange {
-    std::uint32_t first_row, last_row, first_column, last_column;
-  };
 
   [[nodiscard]] TileRange tile_range(const Triangle& triangle) const {
     const SampleRange rows = sample_range(triangle.y, sample_rows_);
     const SampleRange columns = sample_range(triangle.x, sample_columns_);
-    constexpr std::uint32_t high = tile_height, wide = tile_width;
-    return {static_cast<std::uint32_t>(rows.first) / high, static_cast<std::uint32_t>(rows.last) / high,
-            static_cast<std::uint32_t>(columns.first) / wide,
-            static_cast<std::uint32_t>(columns.last) / wide};
+    constexpr std::int32_t high = tile_height, wide = tile_width;
+    return {static_cast<std::uint16_t>(columns.first / wide), static_cast<std::uint16_t>(rows.first / high),
+            static_cast<std::uint16_t>(columns.last / wide), static_cast<std::uint16_t>(rows.last / high)};
   }
 
   template <class Visit>
   void for_each_tile(const TileRange& range, Visit visit) const {
-    for (std::uint32_t row = range.first_row; row <= range.last_row; ++row)
-      for (std::uint32_t column = range.first_column; column <= range.last_column; ++column)
+    for (std::size_t row = range.first_row; row <= range.last_row; ++row)
+      for (std::size_t column = range.first_column; column <= range.last_column; ++column)
         visit(row * tile_columns_ + column);
   }
 
@@ -215,15 +200,9 @@ class TiledTriangles {
       for (std::size_t before = 0; before < index; ++before)
         for (std::size_t tile = 0; tile < next.size(); ++tile) next[tile] += blocks_[before].counts[tile];
       const Block& block = blocks_[index];
-      for (std::size_t i = 0; i < block.size; ++i) {
-        const Triangle* const triangle = &block.triangles[i];
-        if (block.only_tile[i] != several) {
-          triangles_[next[block.only_tile[i]]++] = triangle;
-        } else {
-          for_each_tile(tile_range(*triangle),
-                        [&](std::size_t tile) { triangles_[next[tile]++] = triangle; });
-        }
-      }
+      for (std::size_t i = 0; i < block.size; ++i)
+        for_each_tile(block.tiles[i],
+                      [&](std::size_t tile) { triangles_[next[tile]++] = &block.triangles[i]; });
     });
   }
 

@@ -29,6 +29,13 @@ inline constexpr std::int32_t depth_group = 16;  ///< samples side by side that 
 inline constexpr std::size_t tile_width = 64;
 inline constexpr std::size_t tile_height = 32;
 
+/// Tiles that a triangle's box touches, ends included.
+struct TileRange {
+  std::uint16_t first_column, first_row, last_column, last_row;
+
+  bool operator==(const TileRange&) const = default;
+};
+
 /// The part of a picture that is drawn at once.
 struct Tile {
   std::int32_t row;      ///< of its first sample in the picture
