@@ -4,6 +4,7 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/version.hpp>
 #include <vector>
@@ -82,7 +83,9 @@ class TapestryRenderer {
   }
 
   [[nodiscard]] Array<float, 3> frame(const geometry::Camera& camera) const {
-    return raster::render(operator_of(camera), scene_.texels);
+    return raster::render_textured(scene_.mesh, painted_, camera, options_.size, options_.size, scene_.layout,
+                                   white, scene_.texels, samples_)
+        .colour;
   }
 
   void step(const Operator& picture) {

@@ -68,11 +68,16 @@ struct FragmentShader {
 
   /// Appends the taps of a painted fragment, weighted by coverage and light.
   void add_taps(const Fragment& fragment, std::vector<Tap>& taps) const {
+    const double scale = fragment.coverage * light[static_cast<std::size_t>(fragment.face)];
+    visit_taps(fragment, [&](const Tap& tap) { taps.push_back({tap.texel, tap.weight * scale}); });
+  }
+
+  /// Calls visit(Tap) for the taps of a painted fragment, whose weights sum to 1.
+  template <class Visit>
+  void visit_taps(const Fragment& fragment, Visit visit) const {
     const auto face = static_cast<std::size_t>(fragment.face);
-    const double scale = fragment.coverage * light[face];
-    const auto append = [&](const Tap& tap) { taps.push_back({tap.texel, tap.weight * scale}); };
     if (layout.kind == TextureKind::cube) {
-      visit_cube_taps(layout, face, fragment.barycentric, append);
+      visit_cube_taps(layout, face, fragment.barycentric, visit);
       return;
     }
     std::array<double, 2> uv{0, 0};
@@ -80,7 +85,7 @@ struct FragmentShader {
       const auto& corner = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
       for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner[axis];
     }
-    visit_atlas_taps(layout, uv, append);
+    visit_atlas_taps(layout, uv, visit);
   }
 };
 

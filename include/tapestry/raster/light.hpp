@@ -36,6 +36,7 @@ struct Light {
       !std::isfinite(light.ambient) || !std::isfinite(light.directional)) {
     throw DomainError("face_light: the light needs finite numbers and a direction with a length");
   }
+  if (light.directional == 0) return std::vector<double>(mesh.faces.size(), light.ambient);
   const geometry::Vector3 eye = geometry::eye_of(camera);
   std::vector<double> result(mesh.faces.size());
   constexpr std::size_t block = 4096;

@@ -59,6 +59,13 @@ struct OperatorBand {
   std::vector<Tap> taps;  // of the pixel under way
   std::size_t pixel = 0;  // the pixel under way
 
+  void reserve(std::size_t pixel_count) {
+    pixels.reserve(pixel_count);
+    entry_counts.reserve(pixel_count);
+    texels_of.reserve(4 * pixel_count);
+    weights.reserve(4 * pixel_count);
+  }
+
   /// Ends the pixel under way: taps of the same texel become one entry.
   void finish_pixel() {
     if (taps.empty()) return;
@@ -187,6 +194,7 @@ template <std::floating_point T>
   picture.non_finite_faces = fragments.non_finite_faces();
   std::vector<detail::OperatorBand<T>> bands(fragments.band_count());
   parallel_for(bands.size(), [&](std::size_t index) {
+    bands[index].reserve(fragments.band_rows() * width);
     detail::shade_band(fragments, index, shader, light, bands[index], picture);
   });
   detail::join_bands(bands, picture);

@@ -1,0 +1,66 @@
+#pragma once
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/light.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// A picture of a mesh with a texture.
+template <std::floating_point T>
+struct TexturedPicture {
+  Array<T, 3> colour;                ///< [H, W, 3], lit colour times coverage, row 0 on top
+  Array<T, 2> coverage;              ///< [H, W] share of the pixel that shows any face, in [0, 1]
+  std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
+};
+
+/// Renders a view once: what render() makes of texture_operator(), without keeping the operator.
+///
+/// \param painted  1 for faces that take their colour from the texture; one entry a face
+/// \param texels   [texel_count, 3]
+/// \throws as texture_operator(), and ShapeError if texels does not fit the layout
+template <std::floating_point T>
+[[nodiscard]] TexturedPicture<T> render_textured(const geometry::Mesh& mesh,
+                                                 const std::vector<std::uint8_t>& painted,
+                                                 const geometry::Camera& camera, std::size_t height,
+                                                 std::size_t width, const TextureLayout& layout,
+                                                 const Light& light, const Array<T, 2>& texels,
+                                                 std::size_t samples_per_axis = 2) {
+  detail::require_layout(mesh, painted, layout);
+  require_shape("render_textured", "texels", texels, {layout.texel_count(mesh), 3});
+  const FragmentBands fragments("render_textured", mesh, camera, height, width, samples_per_axis);
+  const detail::FragmentShader shader{mesh, painted, layout, face_light(mesh, camera, light)};
+  const auto grain = layout.kind == TextureKind::cube ? FragmentGrain::sample : FragmentGrain::face;
+  TexturedPicture<T> picture{zeros<T, 3>({height, width, 3}), zeros<T, 2>({height, width}),
+                             fragments.non_finite_faces()};
+  parallel_for(fragments.band_count(), [&](std::size_t band) {
+    fragments.visit_band(band, grain, [&](const Fragment& fragment) {
+      const auto face = static_cast<std::size_t>(fragment.face);
+      picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
+      std::array<T, 3> sum{0, 0, 0};
+      if (painted[face] != 0) {
+        shader.visit_taps(fragment, [&](const Tap& tap) {
+          const T* const texel = texels.data() + 3 * tap.texel;
+          for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<T>(tap.weight) * texel[c];
+        });
+      } else {
+        const std::array<float, 3> colour = detail::material_colour(mesh, face);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] = static_cast<T>(colour[c]);
+      }
+      T* const pixel = picture.colour.data() + 3 * fragment.pixel;
+      const double scale = fragment.coverage * shader.light[face];
+      for (std::size_t c = 0; c < 3; ++c) pixel[c] += static_cast<T>(scale * light.colour[c]) * sum[c];
+    });
+  });
+  return picture;
+}
+
+}  // namespace tapestry::raster
