@@ -22,6 +22,58 @@ struct TexturedPicture {
   std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
 };
 
+namespace detail {
+
+/// Lookups that wait until their texels have come: textures are larger than caches.
+template <class T>
+class TexelQueue {
+ public:
+  explicit TexelQueue(const T* texels) : texels_(texels) {}
+
+  /// Adds scale · Σ weight · texel to a pixel's three values, a few calls later.
+  void add(const FragmentShader& shader, const Fragment& fragment, const std::array<T, 3>& scale, T* pixel) {
+    Lookup& lookup = lookups_[count_ % lookups_.size()];
+    if (count_ >= lookups_.size()) finish(lookup);
+    ++count_;
+    lookup.pixel = pixel;
+    lookup.scale = scale;
+    lookup.tap_count = 0;
+    shader.visit_taps(fragment, [&](const Tap& tap) {
+      __builtin_prefetch(texels_ + 3 * tap.texel);
+      lookup.taps[lookup.tap_count++] = tap;
+    });
+  }
+
+  void finish_all() {
+    const std::size_t first = count_ > lookups_.size() ? count_ - lookups_.size() : 0;
+    for (std::size_t i = first; i < count_; ++i) finish(lookups_[i % lookups_.size()]);
+    count_ = 0;
+  }
+
+ private:
+  struct Lookup {
+    T* pixel;
+    std::array<T, 3> scale;
+    std::size_t tap_count;
+    std::array<Tap, 8> taps;
+  };
+
+  void finish(const Lookup& lookup) const {
+    std::array<T, 3> sum{0, 0, 0};
+    for (std::size_t i = 0; i < lookup.tap_count; ++i) {
+      const T* const texel = texels_ + 3 * lookup.taps[i].texel;
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<T>(lookup.taps[i].weight) * texel[c];
+    }
+    for (std::size_t c = 0; c < 3; ++c) lookup.pixel[c] += lookup.scale[c] * sum[c];
+  }
+
+  const T* texels_;
+  std::size_t count_ = 0;
+  std::array<Lookup, 16> lookups_;
+};
+
+}  // namespace detail
+
 /// Renders a view once: what render() makes of texture_operator(), without keeping the operator.
 ///
 /// \param painted  1 for faces that take their colour from the texture; one entry a face
@@ -42,23 +94,22 @@ template <std::floating_point T>
   TexturedPicture<T> picture{zeros<T, 3>({height, width, 3}), zeros<T, 2>({height, width}),
                              fragments.non_finite_faces()};
   parallel_for(fragments.band_count(), [&](std::size_t band) {
+    detail::TexelQueue<T> queue(texels.data());
     fragments.visit_band(band, grain, [&](const Fragment& fragment) {
       const auto face = static_cast<std::size_t>(fragment.face);
       picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
-      std::array<T, 3> sum{0, 0, 0};
-      if (painted[face] != 0) {
-        shader.visit_taps(fragment, [&](const Tap& tap) {
-          const T* const texel = texels.data() + 3 * tap.texel;
-          for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<T>(tap.weight) * texel[c];
-        });
-      } else {
-        const std::array<float, 3> colour = detail::material_colour(mesh, face);
-        for (std::size_t c = 0; c < 3; ++c) sum[c] = static_cast<T>(colour[c]);
-      }
       T* const pixel = picture.colour.data() + 3 * fragment.pixel;
-      const double scale = fragment.coverage * shader.light[face];
-      for (std::size_t c = 0; c < 3; ++c) pixel[c] += static_cast<T>(scale * light.colour[c]) * sum[c];
+      std::array<T, 3> scale;
+      for (std::size_t c = 0; c < 3; ++c)
+        scale[c] = static_cast<T>(fragment.coverage * shader.light[face] * light.colour[c]);
+      if (painted[face] != 0) {
+        queue.add(shader, fragment, scale, pixel);
+        return;
+      }
+      const std::array<float, 3> colour = detail::material_colour(mesh, face);
+      for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * static_cast<T>(colour[c]);
     });
+    queue.finish_all();
   });
   return picture;
 }
