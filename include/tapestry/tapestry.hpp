@@ -125,10 +125,10 @@
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/render_faces.hpp>
+#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_cube.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/triangle_setup.hpp>
 #include <tapestry/raster/view_clip.hpp>

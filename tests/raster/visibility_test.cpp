@@ -140,8 +140,8 @@ TEST_CASE("triangles of all sizes own exactly the samples that integers say", "[
   };
   // Inside to the right of a side that runs clockwise, rows downwards; on it if it is a left or a top one.
   const auto is_inside = [](const Point& a, const Point& b, const Point& p) {
-    const std::int64_t side = turn(a, b, p);
-    return side > 0 || (side == 0 && (b[1] < a[1] || (b[1] == a[1] && b[0] > a[0])));
+    const std::int64_t area = turn(a, b, p);
+    return area > 0 || (area == 0 && (b[1] < a[1] || (b[1] == a[1] && b[0] > a[0])));
   };
   Random random(10);
   std::size_t wrong = 0, owned = 0;
