@@ -135,6 +135,7 @@
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
 #include <tapestry/raster/render_faces.hpp>
+#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_cube.hpp>

@@ -132,6 +132,67 @@ TEST_CASE("a sample where many corners meet on its centre is owned once", "[rast
   CHECK(owners == 1);
 }
 
+TEST_CASE("triangles of all sizes own exactly the samples that integers say", "[raster][visibility]") {
+  constexpr std::int64_t extent = 128;  // pixels of the picture along an axis
+  const auto in_view = [](const Point& point) {
+    const auto view = [](std::int64_t v) { return static_cast<double>(v) / (128.0 * extent) - 1; };
+    return Vector3{view(point[0]), view(point[1]), 1};
+  };
+  // Inside to the right of a side that runs clockwise, rows downwards; on it if it is a left or a top one.
+  const auto is_inside = [](const Point& a, const Point& b, const Point& p) {
+    const std::int64_t area = turn(a, b, p);
+    return area > 0 || (area == 0 && (b[1] < a[1] || (b[1] == a[1] && b[0] > a[0])));
+  };
+  Random random(10);
+  std::size_t wrong = 0, owned = 0;
+  for (const std::int64_t reach : {2, 20, 200, 5000, 120000}) {  // pixels; the guard band ends at 131072
+    for (std::size_t round = 0; round < 40; ++round) {
+      std::array<Point, 3> corner;
+      const Point centre{static_cast<std::int64_t>(random.index(256 * extent)),
+                         static_cast<std::int64_t>(random.index(256 * extent))};
+      for (Point& point : corner) {
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          const auto span = static_cast<std::size_t>(2 * reach * 256);
+          point[axis] = centre[axis] + static_cast<std::int64_t>(random.index(span)) - reach * 256;
+        }
+        if (random.chance(0.3)) point = {point[0] / 256 * 256 + 128, point[1] / 256 * 256 + 128};
+      }
+      const Mesh mesh = triangle_soup({{in_view(corner[0]), in_view(corner[1]), in_view(corner[2])}});
+      const auto buffer = raster::visibility(mesh, Camera{}, extent, extent, 1);
+      if (turn(corner[0], corner[1], corner[2]) < 0) std::swap(corner[1], corner[2]);
+      const bool has_area = turn(corner[0], corner[1], corner[2]) != 0;
+      for (std::size_t i = 0; i < buffer.face.size(); ++i) {
+        const Point p{static_cast<std::int64_t>(i % extent) * 256 + 128,
+                      static_cast<std::int64_t>(i / extent) * 256 + 128};
+        const bool expected = has_area && is_inside(corner[0], corner[1], p) &&
+                              is_inside(corner[1], corner[2], p) && is_inside(corner[2], corner[0], p);
+        owned += expected ? 1 : 0;
+        wrong += (buffer.face[i] == 0) == expected ? 0 : 1;
+      }
+    }
+  }
+  CHECK(owned > 100000);
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("pictures of 8 to 32 thousand samples along an axis overflow nowhere", "[raster][visibility]") {
+  // One long face whose side crosses the picture from corner to corner.
+  for (const auto& [height, width, samples] :
+       {std::array<std::size_t, 3>{48, 12000, 1}, {12000, 48, 1}, {10, 8192, 2}, {5, 4096, 8}}) {
+    const Mesh mesh = triangle_soup({{Vector3{-2, -2, 2}, Vector3{2, 2, 2}, Vector3{-2, 2, 2}}});
+    const auto buffer = raster::visibility(mesh, Camera{}, height, width, samples);
+    const std::size_t rows = height * samples, columns = width * samples;
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < buffer.face.size(); ++i) {
+      const double down = (static_cast<double>(i / columns) + 0.5) / static_cast<double>(rows);
+      const double right = (static_cast<double>(i % columns) + 0.5) / static_cast<double>(columns);
+      if (std::abs(down - right) < 1e-3) continue;
+      wrong += (buffer.face[i] == 0) == (down > right) ? 0 : 1;
+    }
+    CHECK(wrong == 0);
+  }
+}
+
 TEST_CASE("faces through the near plane and through w = 0 are cut exactly", "[raster][visibility]") {
   Camera camera;
   camera.near = 0.25;
@@ -287,15 +348,83 @@ TEST_CASE("a mesh behind the camera, beside the view or beyond far shows nothing
   CHECK(std::count(buffer.face.begin(), buffer.face.end(), -1) == 32 * 32);
 }
 
-TEST_CASE("visibility is the same for any number of threads", "[raster][visibility]") {
+TEST_CASE("visibility has the same bits for any number of threads and any instruction set",
+          "[raster][visibility]") {
+  // Small and large faces, some through the near plane, seen by a camera at no special place.
+  Mesh mesh = random_triangles(4000, 7, 0.2);
+  for (const auto& corner : random_triangles(60, 8, 6.0).positions) {
+    if (mesh.positions.size() % 3 == 0) {
+      const auto first = static_cast<std::int32_t>(mesh.positions.size());
+      mesh.faces.push_back({first, first + 1, first + 2});
+    }
+    mesh.positions.push_back(corner);
+  }
+  Camera camera = tapestry::geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.7);
+  camera.near = 0.02;
   const int threads = tapestry::thread_count();
-  const Mesh mesh = random_triangles(5000, 7, 0.2);
   tapestry::limit_threads(1);
-  const auto one = raster::visibility(mesh, Camera{}, 150, 150);
-  tapestry::limit_threads(4);
-  const auto four = raster::visibility(mesh, Camera{}, 150, 150);
+  const auto expected = raster::visibility(mesh, camera, 150, 171);
+  CHECK(std::count(expected.face.begin(), expected.face.end(), -1) < 150 * 171);
+  for (const int count : {1, 2, 3, 8}) {
+    tapestry::limit_threads(count);
+    for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
+      const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
+      const auto found = raster::visibility(mesh, camera, 150, 171, 2, raster::FaceCulling::none, kernels);
+      CHECK(found.face == expected.face);
+    }
+  }
   tapestry::limit_threads(threads);
-  CHECK(one.face == four.face);
+}
+
+TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit", "[raster][visibility]") {
+  const Mesh mesh = random_triangles(500, 9, 0.3);
+  const Camera camera = tapestry::geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.3);
+  const raster::Projection projection(camera, 480, 640);
+  const raster::RayGrid rays(camera, 480, 640);
+  std::vector<std::vector<raster::Triangle>> made;
+  std::vector<std::vector<std::array<double, 3>>> views;
+  for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
+    const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
+    std::vector<std::array<double, 3>> view(mesh.positions.size());
+    std::vector<raster::ScreenVertex> screen(mesh.positions.size());
+    kernels.project(projection, mesh.positions.data(), view.size(), view.data(), screen.data());
+    std::vector<std::int32_t> list(mesh.faces.size() + 1);
+    const auto count = kernels.list_faces(mesh.faces.data(), 0, 500, screen.data(), 640, 480, list.data());
+    const auto end = std::partition(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(count),
+                                    [](std::int32_t face) { return face >= 0; });
+    std::vector<raster::Triangle> triangles(mesh.faces.size());
+    std::vector<raster::TileRange> tiles(mesh.faces.size());
+    triangles.resize(kernels.set_up(rays, mesh.faces.data(), list.data(),
+                                    static_cast<std::size_t>(end - list.begin()), screen.data(), view.data(),
+                                    {640, 480, false}, triangles.data(), tiles.data()));
+    for (std::size_t i = 0; i < view.size(); ++i) {
+      if (screen[i].outside != 0) continue;
+      const auto [x, y] = raster::snapped(projection, view[i]);
+      CHECK((screen[i].x == x && screen[i].y == y));
+    }
+    made.push_back(triangles);
+    views.push_back(view);
+  }
+  CHECK(made.front().size() > 300);
+  for (std::size_t set = 1; set < made.size(); ++set) {
+    CHECK(views[set] == views[0]);
+    CHECK(made[set] == made[0]);
+  }
+}
+
+TEST_CASE("culling back faces of a closed mesh seen from outside changes nothing", "[raster][visibility]") {
+  Mesh mesh;  // an octahedron, corners counter-clockwise seen from outside
+  mesh.positions = {{1, 0, 4}, {-1, 0, 4}, {0, 1, 4}, {0, -1, 4}, {0, 0, 5}, {0, 0, 3}};
+  // The near ones first: on the silhouette the two sides are equally far.
+  mesh.faces = {{2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}, {0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}};
+  const auto all = raster::visibility(mesh, Camera{}, 64, 64, 2);
+  CHECK(raster::visibility(mesh, Camera{}, 64, 64, 2, raster::FaceCulling::back).face == all.face);
+  for (auto& corners : mesh.faces) std::swap(corners[0], corners[1]);
+  const auto inside = raster::visibility(mesh, Camera{}, 64, 64, 2, raster::FaceCulling::back);
+  bool is_far_wall = true;
+  for (std::size_t i = 0; i < all.face.size(); ++i)
+    is_far_wall = is_far_wall && (all.face[i] < 0 ? inside.face[i] < 0 : inside.face[i] >= 4);
+  CHECK(is_far_wall);
 }
 
 TEST_CASE("coverage_of counts the samples that are asked for", "[raster][visibility]") {

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/core/instruction_set.hpp>
 #include <type_traits>
 
 namespace tapestry::nn {
@@ -227,19 +228,8 @@ namespace avx512 {
 #endif
 #endif
 
-enum class InstructionSet { portable, avx2, avx512 };
-
-/// The best instruction set of this processor that the kernels are compiled for.
-[[nodiscard]] inline InstructionSet best_instruction_set() {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl")) {
-    return InstructionSet::avx512;
-  }
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return InstructionSet::avx2;
-#endif
-  return InstructionSet::portable;
-}
+using tapestry::best_instruction_set;
+using tapestry::InstructionSet;
 
 /// The kernels of one instruction set, which the processor must have.
 template <std::floating_point T>

@@ -38,20 +38,19 @@ class Barycentric {
       cross_[k] = geometry::cross(corners[(k + 1) % 3], corners[(k + 2) % 3]);
   }
 
-  /// b at the centre of a sample.
-  [[nodiscard]] std::array<double, 3> at(std::size_t row, std::size_t column) const {
-    const geometry::Vector3 ray{first_[0] + step_[0] * static_cast<double>(column),
-                                first_[1] + step_[1] * static_cast<double>(row), 1};
+  /// b at the centre of a sample, or, between whole numbers, at a point between centres.
+  [[nodiscard]] std::array<double, 3> at(double row, double column) const {
+    const geometry::Vector3 ray{first_[0] + step_[0] * column, first_[1] + step_[1] * row, 1};
     std::array<double, 3> weight{geometry::dot(ray, cross_[0]), geometry::dot(ray, cross_[1]),
                                  geometry::dot(ray, cross_[2])};
-    const double inverse_sum = 1 / (weight[0] + weight[1] + weight[2]);
-    double clamped_sum = 0;
+    const double sum = weight[0] + weight[1] + weight[2];
+    double total = 0;
     for (double& value : weight) {
-      value = std::max(value * inverse_sum, 0.0);
-      clamped_sum += value;
+      value = std::max(sum < 0 ? -value : value, 0.0);
+      total += value;
     }
-    if (!(clamped_sum >= 0.5 && clamped_sum <= 1e6)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
-    for (double& value : weight) value *= 1 / clamped_sum;
+    if (!(total <= 1e6 * std::abs(sum)) || total == 0) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
+    for (double& value : weight) value *= 1 / total;
     return weight;
   }
 

@@ -77,26 +77,36 @@ struct FragmentShader {
 
   /// Appends the taps of a painted fragment, weighted by coverage and light.
   void add_taps(const Fragment& fragment, std::vector<Tap>& taps) const {
+    const double scale = fragment.coverage * light_of(fragment);
+    visit_taps(fragment, [&](const Tap& tap) { taps.push_back({tap.texel, tap.weight * scale}); });
+  }
+
+  /// The light's factor, before its colour.
+  [[nodiscard]] double light_of(const Fragment& fragment) const {
+    return lighting.at(static_cast<std::size_t>(fragment.face), fragment.barycentric);
+  }
+
+  /// Calls visit(Tap) for the taps of a painted fragment, whose weights sum to 1.
+  template <class Visit>
+  void visit_taps(const Fragment& fragment, Visit visit) const {
     const auto face = static_cast<std::size_t>(fragment.face);
-    const double scale = fragment.coverage * lighting.at(face, fragment.barycentric);
-    const auto append = [&](const Tap& tap) { taps.push_back({tap.texel, tap.weight * scale}); };
     switch (layout.kind) {
       case TextureKind::cube:
-        return visit_cube_taps(layout, face, fragment.barycentric, append);
+        return visit_cube_taps(layout, face, fragment.barycentric, visit);
       case TextureKind::vertex:
         for (std::size_t k = 0; k < 3; ++k)
-          append({static_cast<std::size_t>(mesh.faces[face][k]), fragment.barycentric[k]});
+          visit(Tap{static_cast<std::size_t>(mesh.faces[face][k]), fragment.barycentric[k]});
         return;
       case TextureKind::solid:
-        return append({0, 1});
+        return visit(Tap{0, 1});
       case TextureKind::atlas:
-        return add_atlas_taps(fragment, append);
+        return visit_taps_of_atlas(fragment, visit);
     }
   }
 
  private:
-  template <class Append>
-  void add_atlas_taps(const Fragment& fragment, Append append) const {
+  template <class Visit>
+  void visit_taps_of_atlas(const Fragment& fragment, Visit visit) const {
     const auto face = static_cast<std::size_t>(fragment.face);
     std::array<double, 2> uv{0, 0};
     std::array<std::array<double, 2>, 3> corner_uvs;
@@ -104,7 +114,7 @@ struct FragmentShader {
       corner_uvs[k] = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
       for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner_uvs[k][axis];
     }
-    if (levels.empty()) return visit_atlas_taps(layout, uv, append);
+    if (levels.empty()) return visit_atlas_taps(layout, uv, visit);
     std::array<geometry::Vector3, 3> corners;
     for (std::size_t k = 0; k < 3; ++k)
       corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
@@ -112,8 +122,33 @@ struct FragmentShader {
         barycentric_slope(corners, fragment.barycentric, camera, picture_size[0], picture_size[1]);
     // A fragment that fills a part of its pixel has that part of its footprint.
     const double width = footprint_texels(slope, corner_uvs, layout) * std::sqrt(fragment.coverage);
-    visit_trilinear_taps(layout, levels, uv, width, append);
+    visit_trilinear_taps(layout, levels, uv, width, visit);
   }
 };
+
+/// \param fragments  of the same mesh and camera
+template <class Lighting>
+[[nodiscard]] FragmentShader<Lighting> make_shader(const geometry::Mesh& mesh,
+                                                   const std::vector<std::uint8_t>& painted,
+                                                   const TextureLayout& layout, const Lighting& lighting,
+                                                   const FragmentBands& fragments,
+                                                   const geometry::Camera& camera, std::size_t height,
+                                                   std::size_t width) {
+  FragmentShader<Lighting> shader{mesh,
+                                  painted,
+                                  layout,
+                                  lighting,
+                                  fragments.positions_view(),
+                                  camera,
+                                  {static_cast<double>(height), static_cast<double>(width)}};
+  if (layout.kind == TextureKind::atlas && layout.filter == TextureFilter::trilinear)
+    shader.levels = mip_levels(layout);
+  return shader;
+}
+
+/// Cubes are looked up at every sample.
+[[nodiscard]] inline FragmentGrain grain_of(const TextureLayout& layout) {
+  return layout.kind == TextureKind::cube ? FragmentGrain::sample : FragmentGrain::face;
+}
 
 }  // namespace tapestry::raster::detail

@@ -1,96 +1,43 @@
 #pragma once
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/barycentric.hpp>
+#include <tapestry/raster/fragment_scan.hpp>
 #include <tapestry/raster/visibility.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::raster {
 
-/// What a pixel shows of one face.
-struct Fragment {
-  std::size_t pixel;  ///< row · width + column
-  std::int32_t face;
-  double coverage;                    ///< share of the pixel's samples, in (0, 1]
-  std::array<double, 3> barycentric;  ///< perspective-correct, mean over those samples
-};
-
-/// Whether the samples of one face in one pixel make one fragment together, or one each.
-enum class FragmentGrain { face, sample };
-
-/// Visits the fragments of a view: pixels in order, and within a pixel faces in the order of their first
-/// samples. All that a picture, its texture gradient and a silhouette need follows from this list.
+/// Visits the fragments of a view whose samples are kept: pixels in order, and within a pixel faces in the
+/// order of their first samples. All that a picture, its texture gradient and a silhouette need follows from
+/// this list.
 class FragmentWalk {
  public:
   FragmentWalk(const VisibilityBuffer& buffer, const geometry::Mesh& mesh,
                const std::vector<geometry::Vector3>& positions_view, const geometry::Camera& camera,
                FragmentGrain grain)
       : buffer_(buffer),
-        mesh_(mesh),
-        positions_view_(positions_view),
-        barycentric_(camera, buffer.height * buffer.samples_per_axis, buffer.width * buffer.samples_per_axis),
+        scan_(mesh, positions_view, camera, buffer.height, buffer.width, buffer.samples_per_axis),
         grain_(grain) {}
 
   /// Calls visit(fragment) for the fragments of pixel rows begin … end − 1. Different rows may be
   /// walked at the same time.
   template <class Visit>
   void walk(std::size_t row_begin, std::size_t row_end, Visit visit) const {
-    Barycentric barycentric = barycentric_;
-    for (std::size_t row = row_begin; row < row_end; ++row) {
-      for (std::size_t column = 0; column < buffer_.width; ++column) {
-        if (touches_mesh(row, column)) walk_pixel(row, column, barycentric, visit);
-      }
-    }
+    detail::FragmentScan scan = scan_;
+    const std::size_t row_samples = buffer_.width * buffer_.samples_per_axis * buffer_.samples_per_axis;
+    for (std::size_t row = row_begin; row < row_end; ++row)
+      scan.scan(buffer_.face.data() + row * row_samples, row, 0, buffer_.width, grain_)
+          .visit(row * buffer_.width, visit);
   }
 
  private:
-  [[nodiscard]] bool touches_mesh(std::size_t row, std::size_t column) const {
-    const std::size_t axis = buffer_.samples_per_axis, columns = buffer_.width * axis;
-    for (std::size_t y = 0; y < axis; ++y) {
-      const std::int32_t* const faces = buffer_.face.data() + (row * axis + y) * columns + column * axis;
-      for (std::size_t x = 0; x < axis; ++x) {
-        if (faces[x] >= 0) return true;
-      }
-    }
-    return false;
-  }
-
-  template <class Visit>
-  void walk_pixel(std::size_t row, std::size_t column, Barycentric& barycentric, Visit& visit) const {
-    const std::size_t axis = buffer_.samples_per_axis, columns = buffer_.width * axis;
-    const double share = 1.0 / static_cast<double>(axis * axis);
-    std::array<std::int32_t, 64> face;
-    for (std::size_t s = 0; s < axis * axis; ++s) {
-      face[s] = buffer_.face[(row * axis + s / axis) * columns + column * axis + s % axis];
-    }
-    for (std::size_t s = 0; s < axis * axis; ++s) {
-      if (face[s] < 0) continue;
-      barycentric.select(mesh_, positions_view_, face[s]);
-      Fragment fragment{row * buffer_.width + column, face[s], 0, {0, 0, 0}};
-      std::size_t count = 0;
-      for (std::size_t other = s; other < axis * axis; ++other) {
-        if (face[other] != fragment.face) continue;
-        if (other != s) face[other] = -1;
-        const auto b = barycentric.at(row * axis + other / axis, column * axis + other % axis);
-        if (grain_ == FragmentGrain::sample) {
-          visit(Fragment{fragment.pixel, fragment.face, share, b});
-        }
-        for (std::size_t k = 0; k < 3; ++k) fragment.barycentric[k] += b[k];
-        ++count;
-      }
-      if (grain_ == FragmentGrain::sample) continue;
-      for (double& value : fragment.barycentric) value /= static_cast<double>(count);
-      fragment.coverage = share * static_cast<double>(count);
-      visit(static_cast<const Fragment&>(fragment));
-    }
-  }
-
   const VisibilityBuffer& buffer_;
-  const geometry::Mesh& mesh_;
-  const std::vector<geometry::Vector3>& positions_view_;
-  Barycentric barycentric_;
+  detail::FragmentScan scan_;
   FragmentGrain grain_;
 };
 
@@ -104,6 +51,101 @@ class FragmentWalk {
   FragmentWalk(buffer, mesh, positions_view, camera, grain)
       .walk(0, buffer.height, [&](const Fragment& fragment) { result.push_back(fragment); });
   return result;
+}
+
+/// The fragments of a view without its samples: they are drawn a band of pixel rows at a time and forgotten,
+/// so that memory grows with pixels and faces only. The mesh must outlive this.
+class FragmentBands {
+ public:
+  /// \throws as visibility()
+  FragmentBands(const char* operation, const geometry::Mesh& mesh, const geometry::Camera& camera,
+                std::size_t height, std::size_t width, std::size_t samples_per_axis)
+      : height_(height),
+        width_(width),
+        axis_((detail::require_view(operation, camera, height, width, samples_per_axis), samples_per_axis)),
+        triangles_(operation, mesh, camera, height * axis_, width * axis_, FaceCulling::none),
+        scan_(mesh, triangles_.positions_view(), camera, height, width, axis_) {}
+
+  /// Bands of band_rows() pixel rows, the last one maybe of fewer.
+  [[nodiscard]] std::size_t band_count() const { return triangles_.tile_rows(); }
+  [[nodiscard]] std::size_t band_rows() const { return tile_height / axis_; }
+  [[nodiscard]] std::size_t non_finite_faces() const { return triangles_.non_finite_faces(); }
+  [[nodiscard]] const std::vector<geometry::Vector3>& positions_view() const {
+    return triangles_.positions_view();
+  }
+
+  /// Calls visit(fragment) for the fragments of a band in the order of FragmentWalk. Different bands may be
+  /// visited at the same time.
+  template <class Visit>
+  void visit_band(std::size_t band, FragmentGrain grain, Visit visit) const {
+    for_each_row(band, grain, [&](std::size_t row, const detail::FragmentRow& fragments) {
+      fragments.visit(row * width_, visit);
+    });
+  }
+
+  /// The fragments of a band, one for each face in each pixel.
+  [[nodiscard]] std::vector<PackedFragment> pack_band(std::size_t band) const {
+    std::vector<PackedFragment> packed;
+    packed.reserve(band_rows() * width_);
+    for_each_row(band, FragmentGrain::face, [&](std::size_t row, const detail::FragmentRow& fragments) {
+      fragments.pack(row * width_, packed);
+    });
+    return packed;
+  }
+
+ private:
+  /// Draws the samples of a band, then calls use(row, fragments) for its pixel rows.
+  template <class Use>
+  void for_each_row(std::size_t band, FragmentGrain grain, Use use) const {
+    const std::size_t tile_columns = triangles_.tile_columns(), columns = width_ * axis_;
+    std::size_t first = tile_columns, last = 0;  // tiles that show something
+    for (std::size_t tile = 0; tile < tile_columns; ++tile) {
+      if (triangles_.is_empty(band, tile)) continue;
+      first = std::min(first, tile);
+      last = tile + 1;
+    }
+    if (first >= last) return;
+    const auto [row_begin, row_end] = block_range(band, height_, band_rows());
+    const std::size_t sample_rows = (row_end - row_begin) * axis_;
+    const auto faces = std::make_unique_for_overwrite<std::int32_t[]>(sample_rows * columns);
+    const std::size_t begin = first * tile_width, end = std::min(last * tile_width, columns);
+    for (std::size_t row = 0; row < sample_rows; ++row)
+      std::fill(faces.get() + row * columns + begin, faces.get() + row * columns + end, -1);
+    for (std::size_t tile = first; tile < last; ++tile)
+      triangles_.draw(band, tile, faces.get() + tile * tile_width, columns);
+    detail::FragmentScan scan = scan_;
+    for (std::size_t row = row_begin; row < row_end; ++row)
+      use(row, scan.scan(faces.get() + (row - row_begin) * axis_ * columns, row, begin / axis_, end / axis_,
+                         grain));
+  }
+
+  std::size_t height_;
+  std::size_t width_;
+  std::size_t axis_;
+  TiledTriangles triangles_;
+  detail::FragmentScan scan_;
+};
+
+/// The fragments of a view in bands of pixel rows, within each in the order of FragmentWalk.
+struct FragmentList {
+  std::size_t height = 0;
+  std::size_t width = 0;
+  std::vector<std::vector<PackedFragment>> bands;
+  std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
+};
+
+/// Rasterises a view and keeps one fragment for each face in each pixel, 20 bytes each.
+///
+/// The result has the same bits for any number of threads.
+/// \throws as visibility()
+[[nodiscard]] inline FragmentList list_fragments(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                                 std::size_t height, std::size_t width,
+                                                 std::size_t samples_per_axis = 4) {
+  const FragmentBands bands("list_fragments", mesh, camera, height, width, samples_per_axis);
+  FragmentList list{height, width, {}, bands.non_finite_faces()};
+  list.bands.resize(bands.band_count());
+  parallel_for(bands.band_count(), [&](std::size_t index) { list.bands[index] = bands.pack_band(index); });
+  return list;
 }
 
 }  // namespace tapestry::raster

@@ -44,6 +44,7 @@ inline void require_light(const char* operation, const Light& light) {
                                                     const geometry::Camera& camera, const Light& light) {
   require_light("face_light", light);
   const geometry::Vector3 towards = geometry::normalised(light.direction);
+  if (light.directional == 0) return std::vector<double>(mesh.faces.size(), light.ambient);
   const geometry::Vector3 eye = geometry::eye_of(camera);
   std::vector<double> result(mesh.faces.size());
   constexpr std::size_t block = 4096;

@@ -59,10 +59,19 @@ struct OperatorBand {
   std::vector<Tap> taps;  // of the pixel under way
   std::size_t pixel = 0;  // the pixel under way
 
+  void reserve(std::size_t pixel_count) {
+    pixels.reserve(pixel_count);
+    entry_counts.reserve(pixel_count);
+    texels_of.reserve(4 * pixel_count);
+    weights.reserve(4 * pixel_count);
+  }
+
   /// Ends the pixel under way: taps of the same texel become one entry.
   void finish_pixel() {
     if (taps.empty()) return;
-    std::sort(taps.begin(), taps.end(), [](const Tap& a, const Tap& b) { return a.texel < b.texel; });
+    const auto is_before = [](const Tap& a, const Tap& b) { return a.texel < b.texel; };
+    if (!std::is_sorted(taps.begin(), taps.end(), is_before))  // one face's taps mostly are
+      std::sort(taps.begin(), taps.end(), is_before);
     const std::size_t first = texels_of.size();
     for (std::size_t i = 0; i < taps.size();) {
       double weight = 0;
@@ -103,9 +112,9 @@ void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture
 }
 
 template <class T, class Lighting>
-void shade_band(const FragmentWalk& walk, std::size_t row_begin, std::size_t row_end,
-                const FragmentShader<Lighting>& shader, OperatorBand<T>& band, TextureOperator<T>& picture) {
-  walk.walk(row_begin, row_end, [&](const Fragment& fragment) {
+void shade_band(const FragmentBands& fragments, std::size_t index, const FragmentShader<Lighting>& shader,
+                OperatorBand<T>& band, TextureOperator<T>& picture) {
+  fragments.visit_band(index, grain_of(shader.layout), [&](const Fragment& fragment) {
     const auto face = static_cast<std::size_t>(fragment.face);
     picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
     if (shader.painted[face] != 0) {
@@ -115,13 +124,49 @@ void shade_band(const FragmentWalk& walk, std::size_t row_begin, std::size_t row
       return;
     }
     const std::array<float, 3> colour = material_colour(shader.mesh, face);
-    const double light = shader.lighting.at(face, fragment.barycentric);
+    const double light = shader.light_of(fragment);
     for (std::size_t c = 0; c < 3; ++c) {
       const double lit = static_cast<double>(colour[c]) * light * shader.lighting.light_colour[c];
       picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * lit);
     }
   });
   band.finish_pixel();
+}
+
+/// Asks for the texel of an entry to come: textures are larger than caches, and their rows far apart.
+template <class T>
+[[gnu::always_inline]] inline void prefetch_ahead(const TextureOperator<T>& picture, std::size_t entry,
+                                                  const T* texels) {
+  constexpr std::size_t distance = 48;
+  const std::size_t ahead = std::min(entry + distance, picture.texels_of.size() - 1);
+  __builtin_prefetch(texels + 3 * std::size_t{picture.texels_of[ahead]});
+}
+
+inline constexpr std::size_t most_parts = 64;
+
+/// Adds the entries of the texels that belong to one of several parts, in the stored order.
+template <bool IsShared, class T>
+void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::size_t part, std::size_t parts,
+             T* texels_adjoint) {
+  std::array<std::uint8_t, most_parts> is_own{};  // runs of 256 texels are dealt out in turn
+  for (std::size_t i = part; i < is_own.size(); i += parts) is_own[i] = 1;
+  const std::array<T, 3> light = picture.light_colour;
+  const T* const weights = picture.weights.data();
+  const std::uint32_t* const texels_of = picture.texels_of.data();
+  const std::uint32_t* const row_begin = picture.row_begin.data();
+  for (std::size_t row = 0; row < picture.pixels.size(); ++row) {
+    const T* const pixel = render_adjoint + 3 * std::size_t{picture.pixels[row]};
+    const T red = light[0] * pixel[0], green = light[1] * pixel[1], blue = light[2] * pixel[2];
+    for (std::size_t i = row_begin[row], end = row_begin[row + 1]; i < end; ++i) {
+      prefetch_ahead(picture, i, texels_adjoint);
+      const std::uint32_t texel = texels_of[i];
+      if (IsShared && is_own[(texel >> 8U) % is_own.size()] == 0) continue;
+      T* const colour = texels_adjoint + 3 * std::size_t{texel};
+      colour[0] += weights[i] * red;
+      colour[1] += weights[i] * green;
+      colour[2] += weights[i] * blue;
+    }
+  }
 }
 
 }  // namespace detail
@@ -147,22 +192,9 @@ template <std::floating_point T, LightModel Model = Light>
                                                   std::size_t width, const TextureLayout& layout,
                                                   const Model& light, std::size_t samples_per_axis = 2) {
   detail::require_layout(mesh, painted, layout);
-  const VisibilityBuffer buffer = visibility(mesh, camera, height, width, samples_per_axis);
-  const auto positions_view = positions_in_view(mesh, camera);
-  const bool is_cube = layout.kind == TextureKind::cube;
-  const FragmentWalk walk(buffer, mesh, positions_view, camera,
-                          is_cube ? FragmentGrain::sample : FragmentGrain::face);
+  const FragmentBands fragments("texture_operator", mesh, camera, height, width, samples_per_axis);
   const auto lighting = prepare(mesh, camera, light);
-  detail::FragmentShader<decltype(prepare(mesh, camera, light))> shader{
-      mesh,
-      painted,
-      layout,
-      lighting,
-      positions_view,
-      camera,
-      {static_cast<double>(height), static_cast<double>(width)}};
-  if (layout.kind == TextureKind::atlas && layout.filter == TextureFilter::trilinear)
-    shader.levels = mip_levels(layout);
+  const auto shader = detail::make_shader(mesh, painted, layout, lighting, fragments, camera, height, width);
 
   TextureOperator<T> picture;
   picture.height = height;
@@ -171,12 +203,11 @@ template <std::floating_point T, LightModel Model = Light>
   for (std::size_t c = 0; c < 3; ++c) picture.light_colour[c] = static_cast<T>(lighting.light_colour[c]);
   picture.constant = zeros<T, 3>({height, width, 3});
   picture.coverage = zeros<T, 2>({height, width});
-  picture.non_finite_faces = buffer.non_finite_faces;
-  constexpr std::size_t band_rows = 16;
-  std::vector<detail::OperatorBand<T>> bands(block_count(height, band_rows));
+  picture.non_finite_faces = fragments.non_finite_faces();
+  std::vector<detail::OperatorBand<T>> bands(fragments.band_count());
   parallel_for(bands.size(), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, height, band_rows);
-    detail::shade_band(walk, begin, end, shader, bands[index], picture);
+    bands[index].reserve(fragments.band_rows() * width);
+    detail::shade_band(fragments, index, shader, bands[index], picture);
   });
   detail::join_bands(bands, picture);
   return picture;
@@ -200,6 +231,7 @@ template <std::floating_point T>
     for (std::size_t row = begin; row < end; ++row) {
       T red = 0, green = 0, blue = 0;
       for (std::size_t i = picture.row_begin[row]; i < picture.row_begin[row + 1]; ++i) {
+        detail::prefetch_ahead(picture, i, texel);
         const T* const colour = texel + 3 * std::size_t{picture.texels_of[i]};
         red += picture.weights[i] * colour[0];
         green += picture.weights[i] * colour[1];
@@ -227,18 +259,13 @@ void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render
                     Array<T, 2>& texels_adjoint) {
   require_shape("render_adjoint", "render_adjoint", render_adjoint, {picture.height, picture.width, 3});
   require_shape("render_adjoint", "texels_adjoint", texels_adjoint, {picture.texel_count, 3});
-  const auto parts = static_cast<std::uint32_t>(thread_count());
-  const std::array<T, 3> light = picture.light_colour;
+  if (thread_count() == 1) {
+    detail::scatter<false>(picture, render_adjoint.data(), 0, 1, texels_adjoint.data());
+    return;
+  }
+  const std::size_t parts = std::min(static_cast<std::size_t>(thread_count()), detail::most_parts);
   parallel_for(parts, [&](std::size_t part) {
-    for (std::size_t row = 0; row < picture.pixels.size(); ++row) {
-      const T* const pixel = render_adjoint.data() + 3 * std::size_t{picture.pixels[row]};
-      const std::array<T, 3> lit{light[0] * pixel[0], light[1] * pixel[1], light[2] * pixel[2]};
-      for (std::size_t i = picture.row_begin[row]; i < picture.row_begin[row + 1]; ++i) {
-        if (parts > 1 && (picture.texels_of[i] >> 8U) % parts != part) continue;
-        T* const colour = texels_adjoint.data() + 3 * std::size_t{picture.texels_of[i]};
-        for (std::size_t c = 0; c < 3; ++c) colour[c] += picture.weights[i] * lit[c];
-      }
-    }
+    detail::scatter<true>(picture, render_adjoint.data(), part, parts, texels_adjoint.data());
   });
 }
 

@@ -1,0 +1,83 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <concepts>
+#include <cstddef>
+#include <fstream>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+#include "../../examples/support/program.hpp"
+#include "../support/serve.hpp"
+#include "scene.hpp"
+
+namespace tapestry::benchmarks {
+
+struct WorkerOptions {
+  std::string mesh{};  ///< OBJ file, or empty for the procedural car
+  double distance = 5;
+  std::size_t size = 256;  ///< width and height of the picture in pixels
+  int threads = 1;
+  std::string stage{};
+  std::string variant{};
+};
+
+/// A renderer set up for one stage. run() does the stage for every camera of the scene.
+///
+/// first_answer() is of the scene's first camera: for visibility the face of each sample as a number, −1
+/// for none; for a frame [size, size, 3]; for texture-backward one number a face; empty for other stages.
+template <class R>
+concept Renderer = std::constructible_from<R, const Scene&, const WorkerOptions&> && requires(R& renderer) {
+  { renderer.name() } -> std::convertible_to<std::string>;
+  renderer.run();
+  { renderer.first_answer() } -> std::convertible_to<std::vector<float>>;
+};
+
+template <Renderer R>
+class RendererEngine {
+ public:
+  RendererEngine(const Scene& scene, const WorkerOptions& options) : renderer_(scene, options) {}
+  [[nodiscard]] std::string name() const { return renderer_.name(); }
+  void run() { renderer_.run(); }
+  void save(const std::string& path) {
+    const std::vector<float> answer = renderer_.first_answer();
+    std::ofstream file(path, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(answer.data()), static_cast<std::streamsize>(4 * answer.size()));
+    if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
+  }
+
+ private:
+  R renderer_;
+};
+
+/// The main function of a program that runs one renderer.
+/// \param variants  says which values --variant has
+template <Renderer R>
+int run_worker(int argc, char** argv, const std::string& variants) {
+  CLI::App app(
+      "Renders a car again and again, for the benchmark that starts it. Reads requests from the standard "
+      "input unless told how many seconds to run.");
+  WorkerOptions options;
+  double seconds = 0;
+  app.add_option("--mesh", options.mesh, "OBJ file; a procedural car if not given");
+  app.add_option("--distance", options.distance, "Of the camera")->capture_default_str();
+  app.add_option("--size", options.size, "Width and height of the picture, in pixels")->capture_default_str();
+  app.add_option("--threads", options.threads, "Threads")->capture_default_str();
+  app.add_option("--stage", options.stage, "visibility, frame, texture-backward or step")->required();
+  app.add_option("--variant", options.variant, variants);
+  app.add_option("--seconds", seconds, "Run that long, print the times and leave");
+  return examples::run_program(app, argc, argv, [&] {
+    Replies replies;
+    examples::keep_freed_memory();
+    const Scene scene = make_scene(options.mesh, options.distance);
+    RendererEngine<R> engine(scene, options);
+    if (seconds > 0) {
+      replies.send(timed_reply(engine, seconds));
+    } else {
+      serve(engine, replies);
+    }
+    return 0;
+  });
+}
+
+}  // namespace tapestry::benchmarks

@@ -1,0 +1,27 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+namespace tapestry::benchmarks {
+
+/// ‖found − expected‖ / ‖expected‖.
+[[nodiscard]] inline double relative_distance(const std::vector<float>& found,
+                                              const std::vector<double>& expected) {
+  if (found.size() != expected.size()) {
+    throw Error(ErrorKind::mismatch,
+                std::to_string(found.size()) + " numbers instead of " + std::to_string(expected.size()));
+  }
+  double difference = 0;
+  double norm = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const double d = static_cast<double>(found[i]) - expected[i];
+    difference += d * d;
+    norm += expected[i] * expected[i];
+  }
+  return std::sqrt(difference / norm);
+}
+
+}  // namespace tapestry::benchmarks
