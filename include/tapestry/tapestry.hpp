@@ -16,12 +16,16 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/expression.hpp>
-#include <tapestry/autodiff/flat_stack.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/autodiff/operand_counts.hpp>
 #include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/recording.hpp>
+#include <tapestry/autodiff/reverse_sweep.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/autodiff/tape_state.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/checkpoint.hpp>

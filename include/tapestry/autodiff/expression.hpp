@@ -1,13 +1,14 @@
 #pragma once
 #include <cstddef>
-#include <tapestry/autodiff/tape_state.hpp>
+#include <cstdint>
+#include <tapestry/autodiff/operand_counts.hpp>
 #include <type_traits>
 
 namespace tapestry {
 
 /// A Variable, or a formula of Variables and numbers that has not been assigned to one yet.
 /// It has value(), is_active(), and push(factor, sink), which hands factor · (partial derivative by v) to
-/// the sink for each variable v in it.
+/// the sink for each variable v in it, at most operand_bound times.
 template <class E>
 concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
@@ -31,9 +32,13 @@ class Constant {
   static constexpr std::size_t operand_bound = 0;
   explicit constexpr Constant(T value) : value_(value) {}
   [[nodiscard]] constexpr T value() const { return value_; }
+  template <class Factor>
+  static constexpr OperandCounts operand_counts{};
+  static constexpr bool always_pushes_all = true;
   [[nodiscard]] constexpr bool is_active() const { return false; }
-  template <class Sink>
-  constexpr void push(T, Sink&) const {}
+  [[nodiscard]] constexpr std::uint32_t generation_difference(Link) const { return 0; }
+  template <class Factor, class Sink>
+  constexpr void push(Factor, Sink&) const {}
 
  private:
   T value_;
@@ -46,12 +51,14 @@ concept SkipsZero = requires {
   Operation::skips_zero;
 };
 
-template <class Operation, class T, class Operand, class Sink>
-void push_partial(const Operand& operand, T factor, T partial, Sink& sink) {
+/// \param factor, partial  numbers, One or MinusOne
+template <class Operation, class Operand, class Factor, class Partial, class Sink>
+void push_partial(const Operand& operand, const Factor& factor, const Partial& partial, Sink& sink) {
   if constexpr (SkipsZero<Operation>) {
-    if (partial == T(0)) return;
+    if (partial == Partial(0)) return;
   }
-  operand.push(chain(factor, partial), sink);
+  const auto multiply = [](const auto& a, const auto& b) { return chain(a, b); };
+  push_factor(operand, chain_slopes(factor, partial, multiply), sink);
 }
 
 /// f(x), where Operation has value(x) and partial(x, f(x)).
@@ -60,13 +67,25 @@ class Unary {
  public:
   using ExpressionScalar = typename X::ExpressionScalar;
   using T = ExpressionScalar;
+  using Slope = typename SlopeOf<Operation, T>::type;
   static constexpr std::size_t operand_bound = X::operand_bound;
+  template <class Factor>
+  static constexpr OperandCounts operand_counts = counts_of_expression<X, Chained<Factor, Slope>>();
+  static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>();
+
   explicit Unary(const X& x) : x_(x), value_(Operation::value(x.value())) {}
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active(); }
-  template <class Sink>
-  void push(T factor, Sink& sink) const {
-    push_partial<Operation>(x_, factor, Operation::partial(x_.value(), value_), sink);
+  [[nodiscard]] std::uint32_t generation_difference(Link link) const {
+    return detail::generation_difference(x_, link);
+  }
+  template <class Factor, class Sink>
+  void push(Factor factor, Sink& sink) const {
+    if constexpr (std::is_same_v<Slope, T>) {
+      push_partial<Operation>(x_, factor, Operation::partial(x_.value(), value_), sink);
+    } else {
+      push_partial<Operation>(x_, factor, Slope{}, sink);
+    }
   }
 
  private:
@@ -80,22 +99,43 @@ class Binary {
  public:
   using ExpressionScalar = typename X::ExpressionScalar;
   using T = ExpressionScalar;
+  using SlopeX = typename SlopesOf<Operation, T>::X;
+  using SlopeY = typename SlopesOf<Operation, T>::Y;
   static_assert(std::is_same_v<T, typename Y::ExpressionScalar>, "variables of float and double do not mix");
   static constexpr std::size_t operand_bound = X::operand_bound + Y::operand_bound;
+  template <class Factor>
+  static constexpr OperandCounts operand_counts =
+      counts_of_expression<X, Chained<Factor, SlopeX>>() + counts_of_expression<Y, Chained<Factor, SlopeY>>();
+  static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>();
+
   Binary(const X& x, const Y& y) : x_(x), y_(y), value_(Operation::value(x.value(), y.value())) {}
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active() || y_.is_active(); }
-  template <class Sink>
-  void push(T factor, Sink& sink) const {
-    if constexpr (X::operand_bound != 0) {
-      push_partial<Operation>(x_, factor, Operation::partial_x(x_.value(), y_.value(), value_), sink);
-    }
-    if constexpr (Y::operand_bound != 0) {
-      push_partial<Operation>(y_, factor, Operation::partial_y(x_.value(), y_.value(), value_), sink);
-    }
+  [[nodiscard]] std::uint32_t generation_difference(Link link) const {
+    return detail::generation_difference(x_, link) | detail::generation_difference(y_, link);
+  }
+  template <class Factor, class Sink>
+  void push(Factor factor, Sink& sink) const {
+    if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, slope_x(), sink);
+    if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, slope_y(), sink);
   }
 
  private:
+  [[nodiscard]] SlopeX slope_x() const {
+    if constexpr (std::is_same_v<SlopeX, T>) {
+      return Operation::partial_x(x_.value(), y_.value(), value_);
+    } else {
+      return {};
+    }
+  }
+  [[nodiscard]] SlopeY slope_y() const {
+    if constexpr (std::is_same_v<SlopeY, T>) {
+      return Operation::partial_y(x_.value(), y_.value(), value_);
+    } else {
+      return {};
+    }
+  }
+
   X x_;
   Y y_;
   T value_;

@@ -17,7 +17,9 @@ namespace detail {
 template <class T>
 struct ScalarSlot {
   Link link;
-  [[nodiscard]] T* adjoint(T* adjoints) const { return !link.is_active() ? nullptr : adjoints + link.index; }
+  [[nodiscard]] T* adjoint(T* adjoints) const {
+    return !link.is_active() ? nullptr : adjoints + link.index();
+  }
 };
 
 /// An array input of a record.

@@ -26,7 +26,7 @@ class ActiveScope {
 
  private:
   std::shared_ptr<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
-  detail::TapeState<T>* previous_;
+  detail::WriteHead* previous_;
 };
 
 /// Reverse-mode tape: remembers the operations on active variables, and runs their adjoints backwards.
@@ -75,8 +75,8 @@ class Tape {
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
     state().require_own_if_active(link);
-    state().reverse([&](T* adjoints) {
-      if (link.is_active()) adjoints[link.index] = seed;
+    state().reverse(link.index(), [&](T* adjoints) {
+      if (link.is_active()) adjoints[link.index()] = seed;
     });
   }
 

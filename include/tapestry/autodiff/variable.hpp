@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <span>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/recording.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/error.hpp>
 
@@ -21,6 +22,10 @@ class Variable {
   using ExpressionScalar = T;
   using value_type = T;
   static constexpr std::size_t operand_bound = 1;
+  template <class Factor>
+  static constexpr detail::OperandCounts operand_counts{
+      std::same_as<Factor, detail::One>, std::same_as<Factor, detail::MinusOne>, std::same_as<Factor, T>};
+  static constexpr bool always_pushes_all = true;
 
   constexpr Variable() = default;
   template <Number N>
@@ -32,7 +37,7 @@ class Variable {
   requires(!std::same_as<E, Variable> && std::same_as<typename E::ExpressionScalar, T>)
       Variable(const E& formula)
       : value_(formula.value()) {
-    if (formula.is_active()) link_ = detail::TapeState<T>::require_active().append(formula);
+    detail::record_statement(formula, link_);
   }
 
   /// For those who record operations themselves; see record.hpp for the convenient way.
@@ -59,8 +64,11 @@ class Variable {
   requires(ScalarExpression<Y> || Number<Y>) Variable& operator/=(const Y& y) { return *this = *this / y; }
 
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
-  template <class Sink>
-  void push(T factor, Sink& sink) const {
+  [[nodiscard]] constexpr std::uint32_t generation_difference(detail::Link link) const {
+    return link_.generation_difference(link);
+  }
+  template <class Factor, class Sink>
+  void push(Factor factor, Sink& sink) const {
     sink.add(link_, factor);
   }
 
@@ -93,6 +101,8 @@ template <class T>
 
 namespace detail {
 struct Plus {
+  using SlopeX = One;
+  using SlopeY = One;
   template <class T>
   static T value(T x, T y) {
     return x + y;
@@ -107,6 +117,8 @@ struct Plus {
   }
 };
 struct Minus {
+  using SlopeX = One;
+  using SlopeY = MinusOne;
   template <class T>
   static T value(T x, T y) {
     return x - y;
@@ -149,6 +161,7 @@ struct Divide {
   }
 };
 struct Negate {
+  using Slope = MinusOne;
   template <class T>
   static T value(T x) {
     return -x;

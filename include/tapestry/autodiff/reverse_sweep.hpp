@@ -1,0 +1,182 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <tapestry/autodiff/statement.hpp>
+#include <tapestry/autodiff/tape_memory.hpp>
+#include <tapestry/core/huge_pages.hpp>
+
+namespace tapestry::detail {
+
+/// Adjoints of all statements, `Width` of each; keeps its memory from sweep to sweep.
+template <class T, std::size_t Width = 1>
+class AdjointMemory {
+ public:
+  /// Adjoints of statements 0 to `last`, all zero.
+  /// \throws std::bad_alloc
+  void zero(std::size_t last) {
+    const std::size_t count = (last + 1) * Width;
+    if (count > capacity_) grow(count);
+    std::memset(static_cast<void*>(memory_.get()), 0, count * sizeof(T));
+    size_ = last + 1;
+  }
+  /// Forgets those of statements from `size` on.
+  void truncate(std::size_t size) noexcept { size_ = std::min(size_, size); }
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] T* data() noexcept { return reinterpret_cast<T*>(memory_.get()); }
+  [[nodiscard]] const T* data() const noexcept { return reinterpret_cast<const T*>(memory_.get()); }
+
+ private:
+  void grow(std::size_t count) {
+    constexpr std::size_t page = std::size_t(1) << 21U;
+    const std::size_t needed = std::max(count, capacity_ + capacity_ / 2) * sizeof(T);
+    const std::size_t alignment = needed < page ? 64 : page;
+    const std::size_t whole = (needed + alignment - 1) / alignment * alignment;
+    memory_.reset();
+    capacity_ = size_ = 0;
+    memory_.reset(static_cast<std::byte*>(std::aligned_alloc(alignment, whole)));
+    if (memory_ == nullptr) throw std::bad_alloc();
+    prefer_huge_pages(memory_.get(), whole);
+    capacity_ = whole / sizeof(T);
+  }
+
+  std::unique_ptr<std::byte[], FreeMemory> memory_;
+  std::size_t capacity_ = 0;
+  std::size_t size_ = 0;
+};
+
+/// Runs statements backwards: each adds its adjoints · partial to the adjoints of its operands.
+/// A zero adjoint passes nothing on, not even through an infinite partial.
+///
+/// \tparam Width  adjoints of each statement, from so many seeds; those of statement i begin at i · Width
+template <class T, std::size_t Width>
+class ReverseSweep {
+ public:
+  explicit ReverseSweep(T* adjoints) : adjoints_(adjoints) {}
+
+  /// The statements of `run` up to `root`. Calls pull_back(index) for each record, skip_record() for each
+  /// behind the root.
+  template <class PullBack, class SkipRecord>
+  void run(const StatementRun& run, std::size_t root, PullBack pull_back, SkipRecord skip_record) const {
+    T* const adjoints = adjoints_;
+    const Word* words = run.words_end;
+    const StatementKind* kind = run.kinds + (run.end_index - run.first_index);
+    std::size_t index = run.end_index;
+    for (; index > run.first_index && index > root + 1; --index) {
+      if (*--kind == StatementKind::record) skip_record();
+      words -= words_before<T>(words, *kind);
+    }
+    const T* from = adjoints + index * Width;
+    while (kind != run.kinds) {
+      from -= Width;
+      words = pull(*--kind, words, from, adjoints);
+      if (*kind == StatementKind::record) [[unlikely]]
+        pull_back(static_cast<std::size_t>(from - adjoints) / Width);
+    }
+  }
+
+ private:
+  static constexpr unsigned code(std::size_t plus, std::size_t minus, std::size_t general) {
+    return static_cast<unsigned>(kind_of({plus, minus, general}));
+  }
+
+  /// Passes on the adjoints at `from` of the statement whose words end at `end`. The frequent kinds each have
+  /// their own code, in which all counts are constants.
+  /// \returns where the words of the statement before end
+  [[gnu::always_inline]] static const Word* pull(StatementKind kind, const Word* end, const T* from,
+                                                 T* adjoints) {
+    switch (static_cast<unsigned>(kind)) {
+      case code(0, 0, 0):
+      case static_cast<unsigned>(StatementKind::record):
+        return end - 1;
+      case code(1, 0, 0):
+        return pull_counted<1, 0, 0>(end, from, adjoints);
+      case code(2, 0, 0):
+        return pull_counted<2, 0, 0>(end, from, adjoints);
+      case code(0, 1, 0):
+        return pull_counted<0, 1, 0>(end, from, adjoints);
+      case code(1, 1, 0):
+        return pull_counted<1, 1, 0>(end, from, adjoints);
+      case code(0, 0, 1):
+        return pull_counted<0, 0, 1>(end, from, adjoints);
+      case code(1, 0, 1):
+        return pull_counted<1, 0, 1>(end, from, adjoints);
+      case code(0, 1, 1):
+        return pull_counted<0, 1, 1>(end, from, adjoints);
+      case code(0, 0, 2):
+        return pull_counted<0, 0, 2>(end, from, adjoints);
+      case code(1, 0, 2):
+        return pull_counted<1, 0, 2>(end, from, adjoints);
+      case code(2, 0, 1):
+        return pull_counted<2, 0, 1>(end, from, adjoints);
+      case code(0, 0, 3):
+        return pull_counted<0, 0, 3>(end, from, adjoints);
+      case code(0, 0, 4):
+        return pull_counted<0, 0, 4>(end, from, adjoints);
+      case code(1, 0, 4):
+        return pull_counted<1, 0, 4>(end, from, adjoints);
+      default:
+        return pull_any(kind, end, from, adjoints);
+    }
+  }
+
+  template <std::size_t Plus, std::size_t Minus, std::size_t General>
+  [[gnu::always_inline]] static const Word* pull_counted(const Word* end, const T* from, T* adjoints) {
+    constexpr OperandCounts counts{Plus, Minus, General};
+    const Word* const words = end - words_of<T>(counts);
+    pull_operands(counts, words, from, adjoints);
+    return words;
+  }
+
+  [[gnu::noinline]] static const Word* pull_any(StatementKind kind, const Word* end, const T* from,
+                                                T* adjoints) {
+    const Word* const words = end - words_before<T>(end, kind);
+    const OperandCounts counts =
+        kind == StatementKind::many_pairs ? OperandCounts{0, 0, end[-1]} : counts_of(kind);
+    pull_operands(counts, words, from, adjoints);
+    return words;
+  }
+
+  [[gnu::always_inline]] static void pull_operands(const OperandCounts& counts, const Word* words,
+                                                   const T* from, T* adjoints) {
+    T adjoint[Width];
+    for (std::size_t k = 0; k < Width; ++k) adjoint[k] = from[k];
+    if (all_zero(adjoint)) [[unlikely]]
+      return;
+    for (std::size_t i = 0; i < counts.general; ++i, words += pair_words<T>)
+      add(adjoints + words[pair_words<T> - 1] * Width, partial_of_pair<T>(words), adjoint);
+    for (std::size_t i = 0; i < counts.plus; ++i, ++words) {
+      T* const to = adjoints + *words * Width;
+      for (std::size_t k = 0; k < Width; ++k) to[k] += adjoint[k];
+    }
+    for (std::size_t i = 0; i < counts.minus; ++i, ++words) {
+      T* const to = adjoints + *words * Width;
+      for (std::size_t k = 0; k < Width; ++k) to[k] -= adjoint[k];
+    }
+  }
+
+  [[gnu::always_inline]] static void add(T* to, const T& partial, const T (&adjoint)[Width]) {
+    if constexpr (Width == 1) {
+      *to += partial * *adjoint;
+    } else {
+      for (std::size_t k = 0; k < Width; ++k) {
+        const T product = partial * adjoint[k];
+        to[k] += adjoint[k] == T(0) ? T(0) : product;
+      }
+    }
+  }
+
+  [[gnu::always_inline]] static bool all_zero(const T (&adjoint)[Width]) {
+    bool all_zero = true;
+    for (std::size_t k = 0; k < Width; ++k) all_zero = all_zero && adjoint[k] == T(0);
+    return all_zero;
+  }
+
+  T* adjoints_;
+};
+
+}  // namespace tapestry::detail
