@@ -103,6 +103,9 @@ class Tape {
   [[nodiscard]] std::size_t statement_count() const { return state().statement_count(); }
   /// Pairs (variable, partial derivative) of all scalar statements.
   [[nodiscard]] std::size_t operand_count() const { return state().operand_count(); }
+  /// Bytes that these take up: 1 a statement, 4 an operand of partial derivative 1 or −1, 4 + sizeof(T) any
+  /// other. Adjoints, sizeof(T) a statement, and what records hold come on top.
+  [[nodiscard]] std::size_t statement_bytes() const { return state().statement_bytes(); }
   /// Array inputs, and operations with a pullback.
   [[nodiscard]] std::size_t record_count() const { return state().record_count(); }
 
