@@ -46,11 +46,11 @@ class ScalarTape final : public Computation {
   void run() override {
     const auto scope = tape_.activate();
     tape_.clear();
-    for (std::size_t i = 0; i < x_.size(); ++i) inputs_[i] = tape_.input(x_[i]);
+    tape_.input(x_, inputs_);
     const Variable<double> result = objective_(inputs_.data());
     value_ = result.value();
     tape_.reverse(result);
-    for (std::size_t i = 0; i < x_.size(); ++i) gradient_[i] = inputs_[i].adjoint();
+    tape_.adjoints(inputs_, gradient_);
   }
 
  private:

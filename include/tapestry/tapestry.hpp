@@ -18,6 +18,7 @@
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/operand_counts.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/recording.hpp>
@@ -28,6 +29,7 @@
 #include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/autodiff/tape_state.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/autodiff/vector_sweep.hpp>
 #include <tapestry/camouflage/checkpoint.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/own_colours.hpp>

@@ -51,9 +51,7 @@ class AdjointMemory {
 
 /// Runs statements backwards: each adds its adjoints · partial to the adjoints of its operands.
 /// A zero adjoint passes nothing on, not even through an infinite partial.
-///
-/// \tparam Width  adjoints of each statement, from so many seeds; those of statement i begin at i · Width
-template <class T, std::size_t Width>
+template <class T>
 class ReverseSweep {
  public:
   explicit ReverseSweep(T* adjoints) : adjoints_(adjoints) {}
@@ -70,12 +68,12 @@ class ReverseSweep {
       if (*--kind == StatementKind::record) skip_record();
       words -= words_before<T>(words, *kind);
     }
-    const T* from = adjoints + index * Width;
+    const T* from = adjoints + index;
     while (kind != run.kinds) {
-      from -= Width;
+      --from;
       words = pull(*--kind, words, from, adjoints);
       if (*kind == StatementKind::record) [[unlikely]]
-        pull_back(static_cast<std::size_t>(from - adjoints) / Width);
+        pull_back(static_cast<std::size_t>(from - adjoints));
     }
   }
 
@@ -143,37 +141,13 @@ class ReverseSweep {
 
   [[gnu::always_inline]] static void pull_operands(const OperandCounts& counts, const Word* words,
                                                    const T* from, T* adjoints) {
-    T adjoint[Width];
-    for (std::size_t k = 0; k < Width; ++k) adjoint[k] = from[k];
-    if (all_zero(adjoint)) [[unlikely]]
+    const T adjoint = *from;
+    if (adjoint == T(0)) [[unlikely]]
       return;
     for (std::size_t i = 0; i < counts.general; ++i, words += pair_words<T>)
-      add(adjoints + words[pair_words<T> - 1] * Width, partial_of_pair<T>(words), adjoint);
-    for (std::size_t i = 0; i < counts.plus; ++i, ++words) {
-      T* const to = adjoints + *words * Width;
-      for (std::size_t k = 0; k < Width; ++k) to[k] += adjoint[k];
-    }
-    for (std::size_t i = 0; i < counts.minus; ++i, ++words) {
-      T* const to = adjoints + *words * Width;
-      for (std::size_t k = 0; k < Width; ++k) to[k] -= adjoint[k];
-    }
-  }
-
-  [[gnu::always_inline]] static void add(T* to, const T& partial, const T (&adjoint)[Width]) {
-    if constexpr (Width == 1) {
-      *to += partial * *adjoint;
-    } else {
-      for (std::size_t k = 0; k < Width; ++k) {
-        const T product = partial * adjoint[k];
-        to[k] += adjoint[k] == T(0) ? T(0) : product;
-      }
-    }
-  }
-
-  [[gnu::always_inline]] static bool all_zero(const T (&adjoint)[Width]) {
-    bool all_zero = true;
-    for (std::size_t k = 0; k < Width; ++k) all_zero = all_zero && adjoint[k] == T(0);
-    return all_zero;
+      adjoints[index_of_pair<T>(words)] += partial_of_pair<T>(words) * adjoint;
+    for (std::size_t i = 0; i < counts.plus; ++i) adjoints[*words++] += adjoint;
+    for (std::size_t i = 0; i < counts.minus; ++i) adjoints[*words++] -= adjoint;
   }
 
   T* adjoints_;

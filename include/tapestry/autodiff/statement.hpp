@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -80,17 +81,44 @@ template <class T>
   return counts.general * pair_words<T> + counts.plus + counts.minus;
 }
 
+/// A general operand of floating-point type, as it lies among words. A type of its own lets the compiler see
+/// that writing one changes nothing else.
+template <std::floating_point T>
+struct [[gnu::packed, gnu::aligned(alignof(Word))]] Pair {
+  T partial;
+  Word index;
+};
+
 template <class T>
-void write_pair(Word* words, std::uint32_t index, T partial) {
-  std::memcpy(words, &partial, sizeof(T));
-  words[pair_words<T> - 1] = index;
+void write_pair(Word* words, std::uint32_t index, const T& partial) {
+  if constexpr (std::floating_point<T>) {
+    auto* const pair = reinterpret_cast<Pair<T>*>(words);
+    pair->partial = partial;
+    pair->index = index;
+  } else {
+    std::memcpy(words, &partial, sizeof(T));
+    words[pair_words<T> - 1] = index;
+  }
 }
 
 template <class T>
 [[nodiscard]] T partial_of_pair(const Word* words) {
-  T partial;
-  std::memcpy(&partial, words, sizeof(T));
-  return partial;
+  if constexpr (std::floating_point<T>) {
+    return reinterpret_cast<const Pair<T>*>(words)->partial;
+  } else {
+    T partial;
+    std::memcpy(&partial, words, sizeof(T));
+    return partial;
+  }
+}
+
+template <class T>
+[[nodiscard]] std::uint32_t index_of_pair(const Word* words) {
+  if constexpr (std::floating_point<T>) {
+    return reinterpret_cast<const Pair<T>*>(words)->index;
+  } else {
+    return words[pair_words<T> - 1];
+  }
 }
 
 /// The number of words that the statement whose words end at `end` has. Those without operands have one,

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <new>
 #include <tapestry/autodiff/statement.hpp>
@@ -80,6 +81,19 @@ class TapeMemory : public WriteHead {
   void make_room(std::size_t word_count) {
     if (chunks_.empty() || word_count > room()) [[unlikely]]
       enter_next_chunk(word_count);
+  }
+
+  /// Appends statements without operands, as many as there is room for but at most `count`.
+  /// \returns the first one's link; `count` becomes the number of them
+  [[nodiscard]] Link append_inputs(std::size_t& count) {
+    make_room(1);
+    count = std::min(count, room());
+    const Link first = next;
+    std::memset(reinterpret_cast<void*>(kinds_base + first.index()), static_cast<int>(StatementKind::input),
+                count);
+    words += count;
+    next = Link(first.index() + static_cast<std::uint32_t>(count), first.generation());
+    return first;
   }
 
   [[nodiscard]] Place place() const {

@@ -125,7 +125,7 @@ class TapeState : public TapeMemory {
     for (const auto& record : records_) record->forget_adjoint();
     seed(adjoints_.data());
     std::size_t record = records_.size();
-    const ReverseSweep<T, 1> sweep(adjoints_.data());
+    const ReverseSweep<T> sweep(adjoints_.data());
     visit_backwards([&](const StatementRun& run) {
       sweep.run(
           run, root,
