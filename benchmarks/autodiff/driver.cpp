@@ -35,16 +35,18 @@ struct Options {
   Schedule schedule{};
 };
 
-/// A program beside the driver, and what it is told with --variant. Array operations and replays add theirs.
+/// A program beside the driver, and what it is told with --variant. Another way to write the objectives, such
+/// as with array operations, is another line here and another Computation in its program; one that cannot do
+/// an objective says so, and its cell stays empty.
 struct Variant {
   std::string name;
   std::string program;
 };
-const std::vector<Variant> variants = {{"plain", "autodiff_tapestry"},
-                                       {"scalar", "autodiff_tapestry"},
-                                       {"hand", "autodiff_tapestry"},
-                                       {"peer:adolc", "autodiff_adolc"},
-                                       {"peer:adolc-fresh", "autodiff_adolc"}};
+const std::vector<Variant> variants = {
+    {"plain", "autodiff_tapestry"},        {"scalar", "autodiff_tapestry"},
+    {"replay", "autodiff_tapestry"},       {"replay-unguarded", "autodiff_tapestry"},
+    {"hand", "autodiff_tapestry"},         {"peer:adolc", "autodiff_adolc"},
+    {"peer:adolc-fresh", "autodiff_adolc"}};
 
 /// Value and gradient in long double, by hand.
 struct Reference {
@@ -82,10 +84,11 @@ template <class Objective>
   std::vector<double> answer(bytes.size() / sizeof(double));
   std::memcpy(answer.data(), bytes.data(), answer.size() * sizeof(double));
   if (answer.size() == 1)
-    return static_cast<double>(std::abs((answer[0] - reference.value) / reference.value));
+    return static_cast<double>(
+        std::abs((static_cast<long double>(answer[0]) - reference.value) / reference.value));
   long double difference = 0, length = 0;
   for (std::size_t i = 0; i < reference.gradient.size(); ++i) {
-    const long double error = answer.at(i + 1) - reference.gradient[i];
+    const long double error = static_cast<long double>(answer.at(i + 1)) - reference.gradient[i];
     difference += error * error;
     length += reference.gradient[i] * reference.gradient[i];
   }
@@ -154,16 +157,16 @@ void print(const Comparison& comparison) {
   std::printf("\n%s: %.0f statements, %.2f operands and %.1f bytes of tape a statement\n",
               comparison.name.c_str(), statements, static_cast<double>(comparison.tape.operands) / statements,
               static_cast<double>(comparison.tape.bytes) / statements);
-  std::printf("  %-16s %11s %8s %9s %8s %10s %10s %13s\n", "", "ms", "spread", "error", "MiB", "/ plain",
+  std::printf("  %-18s %11s %8s %9s %8s %10s %10s %13s\n", "", "ms", "spread", "error", "MiB", "/ plain",
               "/ hand", "1 / of ADOL-C");
   for (std::size_t i = 0; i < comparison.results.size(); ++i) {
     const Result& result = comparison.results[i];
     if (!result.seconds) {
-      std::printf("  %-16s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
+      std::printf("  %-18s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
       continue;
     }
     const double seconds = *result.seconds;
-    std::printf("  %-16s %11.5f %6.1f %% %9.1e %8.0f %10.2f %10.2f %13.2f\n", result.variant.c_str(),
+    std::printf("  %-18s %11.5f %6.1f %% %9.1e %8.0f %10.2f %10.2f %13.2f\n", result.variant.c_str(),
                 1e3 * seconds, 100 * timing_of(comparison.contestants[i].seconds, 0).spread, *result.error,
                 *result.memory_mib, seconds / seconds_of(comparison, "plain"),
                 seconds / seconds_of(comparison, "hand"), seconds_of(comparison, "peer:adolc") / seconds);

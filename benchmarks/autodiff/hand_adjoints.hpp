@@ -1,6 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "objectives.hpp"
@@ -21,7 +23,7 @@ T hand_adjoint(const Gmm& gmm, const T* x, T* gradient) {
     for (std::size_t i = 0; i < d; ++i) diagonal[j * d + i] = std::exp(factors[j * factor + i]);
   T total = 0;
   for (std::size_t p = 0; p < Gmm::points; ++p) {
-    T top = -1e30;
+    T top = -std::numeric_limits<T>::infinity();
     for (std::size_t j = 0; j < k; ++j) {
       T *const cj = c.data() + j * d, *const yj = y.data() + j * d;
       const T* const column = factors + j * factor;

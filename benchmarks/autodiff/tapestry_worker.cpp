@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/replay.hpp>
 #include <vector>
 
 #include "hand_adjoints.hpp"
@@ -60,6 +61,21 @@ class ScalarTape final : public Computation {
   std::vector<Variable<double>> inputs_;
 };
 
+/// Evaluates a recording made beforehand.
+template <class Objective>
+class ReplayedRecording final : public Computation {
+ public:
+  ReplayedRecording(const Objective& objective, Guards guards)
+      : x_(objective.start()), replay_([&](const auto* x) { return objective(x); }, x_, guards) {
+    gradient_.resize(x_.size());
+  }
+  void run() override { value_ = replay_.gradient(x_, gradient_); }
+
+ private:
+  std::vector<double> x_;
+  Replay<double> replay_;
+};
+
 }  // namespace
 }  // namespace tapestry::benchmarks
 
@@ -71,6 +87,11 @@ int main(int argc, char** argv) {
                       if (variant == "plain") return std::make_unique<PlainValue<Objective>>(objective);
                       if (variant == "hand") return std::make_unique<HandAdjoint<Objective>>(objective);
                       if (variant == "scalar") return std::make_unique<ScalarTape<Objective>>(objective);
+                      using Replayed = ReplayedRecording<Objective>;
+                      if (variant == "replay")
+                        return std::make_unique<Replayed>(objective, tapestry::Guards::record);
+                      if (variant == "replay-unguarded")
+                        return std::make_unique<Replayed>(objective, tapestry::Guards::ignore);
                       return nullptr;
                     });
 }

@@ -18,10 +18,14 @@
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/autodiff/huge_page_allocator.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/operand_counts.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/recording.hpp>
+#include <tapestry/autodiff/replay.hpp>
+#include <tapestry/autodiff/replay_program.hpp>
+#include <tapestry/autodiff/replayable.hpp>
 #include <tapestry/autodiff/reverse_sweep.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 #include <tapestry/autodiff/statement.hpp>

@@ -8,7 +8,8 @@ namespace tapestry {
 
 /// A Variable, or a formula of Variables and numbers that has not been assigned to one yet.
 /// It has value(), is_active(), and push(factor, sink), which hands factor · (partial derivative by v) to
-/// the sink for each variable v in it, at most operand_bound times.
+/// the sink for each variable v in it, at most operand_bound times. One that can be replayed also has
+/// write(leaves) and read(leaves), which take it apart into variables and constants, and make it from others.
 template <class E>
 concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
@@ -25,11 +26,32 @@ template <class T>
   return factor == T(0) ? T(0) : factor * partial;
 }
 
+/// Whether comparisons of E are to be told to observe_comparison(), which is for replay.hpp to define.
+template <class E>
+[[nodiscard]] constexpr bool observes_comparisons() {
+  if constexpr (requires { E::observes_comparisons; }) {
+    return E::observes_comparisons;
+  } else {
+    return false;
+  }
+}
+
+/// Whether it costs less to compute E and its partial derivatives again than to keep them in memory.
+template <class E>
+[[nodiscard]] constexpr bool is_cheap() {
+  if constexpr (requires { E::is_cheap; }) {
+    return E::is_cheap;
+  } else {
+    return false;
+  }
+}
+
 template <class T>
 class Constant {
  public:
   using ExpressionScalar = T;
   static constexpr std::size_t operand_bound = 0;
+  static constexpr bool is_cheap = true;
   explicit constexpr Constant(T value) : value_(value) {}
   [[nodiscard]] constexpr T value() const { return value_; }
   template <class Factor>
@@ -39,6 +61,14 @@ class Constant {
   [[nodiscard]] constexpr std::uint32_t generation_difference(Link) const { return 0; }
   template <class Factor, class Sink>
   constexpr void push(Factor, Sink&) const {}
+  template <class Leaves>
+  void write(Leaves& leaves) const {
+    leaves.add_constant(value_);
+  }
+  template <class Leaves>
+  [[nodiscard]] static Constant read(Leaves& leaves) {
+    return Constant(leaves.next_constant());
+  }
 
  private:
   T value_;
@@ -72,6 +102,8 @@ class Unary {
   template <class Factor>
   static constexpr OperandCounts operand_counts = counts_of_expression<X, Chained<Factor, Slope>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>();
+  static constexpr bool observes_comparisons = detail::observes_comparisons<X>();
+  static constexpr bool is_cheap = detail::is_cheap<Operation>() && detail::is_cheap<X>();
 
   explicit Unary(const X& x) : x_(x), value_(Operation::value(x.value())) {}
   [[nodiscard]] T value() const { return value_; }
@@ -86,6 +118,14 @@ class Unary {
     } else {
       push_partial<Operation>(x_, factor, Slope{}, sink);
     }
+  }
+  template <class Leaves>
+  void write(Leaves& leaves) const {
+    x_.write(leaves);
+  }
+  template <class Leaves>
+  [[nodiscard]] static Unary read(Leaves& leaves) {
+    return Unary(X::read(leaves));
   }
 
  private:
@@ -107,6 +147,10 @@ class Binary {
   static constexpr OperandCounts operand_counts =
       counts_of_expression<X, Chained<Factor, SlopeX>>() + counts_of_expression<Y, Chained<Factor, SlopeY>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>();
+  static constexpr bool observes_comparisons =
+      detail::observes_comparisons<X>() || detail::observes_comparisons<Y>();
+  static constexpr bool is_cheap =
+      detail::is_cheap<Operation>() && detail::is_cheap<X>() && detail::is_cheap<Y>();
 
   Binary(const X& x, const Y& y) : x_(x), y_(y), value_(Operation::value(x.value(), y.value())) {}
   [[nodiscard]] T value() const { return value_; }
@@ -118,6 +162,16 @@ class Binary {
   void push(Factor factor, Sink& sink) const {
     if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, slope_x(), sink);
     if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, slope_y(), sink);
+  }
+  template <class Leaves>
+  void write(Leaves& leaves) const {
+    x_.write(leaves);
+    y_.write(leaves);
+  }
+  template <class Leaves>
+  [[nodiscard]] static Binary read(Leaves& leaves) {
+    const X x = X::read(leaves);  // the order matters
+    return Binary(x, Y::read(leaves));
   }
 
  private:

@@ -5,10 +5,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <new>
+#include <tapestry/autodiff/huge_page_allocator.hpp>
 #include <tapestry/autodiff/statement.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
-#include <tapestry/core/huge_pages.hpp>
 
 namespace tapestry::detail {
 
@@ -32,16 +31,11 @@ class AdjointMemory {
 
  private:
   void grow(std::size_t count) {
-    constexpr std::size_t page = std::size_t(1) << 21U;
-    const std::size_t needed = std::max(count, capacity_ + capacity_ / 2) * sizeof(T);
-    const std::size_t alignment = needed < page ? 64 : page;
-    const std::size_t whole = (needed + alignment - 1) / alignment * alignment;
+    std::size_t size = std::max(count, capacity_ + capacity_ / 2) * sizeof(T);
     memory_.reset();
     capacity_ = size_ = 0;
-    memory_.reset(static_cast<std::byte*>(std::aligned_alloc(alignment, whole)));
-    if (memory_ == nullptr) throw std::bad_alloc();
-    prefer_huge_pages(memory_.get(), whole);
-    capacity_ = whole / sizeof(T);
+    memory_.reset(allocate_pages(size));
+    capacity_ = size / sizeof(T);
   }
 
   std::unique_ptr<std::byte[], FreeMemory> memory_;

@@ -7,9 +7,9 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <tapestry/autodiff/huge_page_allocator.hpp>
 #include <tapestry/autodiff/statement.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/huge_pages.hpp>
 #include <utility>
 #include <vector>
 
@@ -135,13 +135,9 @@ class TapeMemory : public WriteHead {
   }
 
   static Chunk allocate(std::size_t size) {
-    const std::size_t alignment = size >= huge_page ? huge_page : std::size_t(64);
-    const std::size_t whole = (size + alignment - 1) / alignment * alignment;
     Chunk chunk;
-    chunk.memory.reset(static_cast<std::byte*>(std::aligned_alloc(alignment, whole)));
-    if (chunk.memory == nullptr) throw std::bad_alloc();
-    chunk.word_count = whole / bytes_per_word;
-    prefer_huge_pages(chunk.memory.get(), whole);
+    chunk.memory.reset(allocate_pages(size));
+    chunk.word_count = size / bytes_per_word;
     return chunk;
   }
 

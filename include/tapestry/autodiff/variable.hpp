@@ -101,6 +101,7 @@ template <class T>
 
 namespace detail {
 struct Plus {
+  static constexpr bool is_cheap = true;
   using SlopeX = One;
   using SlopeY = One;
   template <class T>
@@ -117,6 +118,7 @@ struct Plus {
   }
 };
 struct Minus {
+  static constexpr bool is_cheap = true;
   using SlopeX = One;
   using SlopeY = MinusOne;
   template <class T>
@@ -133,6 +135,7 @@ struct Minus {
   }
 };
 struct Times {
+  static constexpr bool is_cheap = true;
   template <class T>
   static T value(T x, T y) {
     return x * y;
@@ -161,6 +164,7 @@ struct Divide {
   }
 };
 struct Negate {
+  static constexpr bool is_cheap = true;
   using Slope = MinusOne;
   template <class T>
   static T value(T x) {
@@ -202,14 +206,16 @@ template <ScalarExpression X>
 /// Comparisons look at the values only.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
-[[nodiscard]] bool operator==(const X& x, const Y& y) {
-  return detail::value_of<detail::ScalarOf<X, Y>>(x) == detail::value_of<detail::ScalarOf<X, Y>>(y);
+[[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
+  const std::partial_ordering order =
+      detail::value_of<detail::ScalarOf<X, Y>>(x) <=> detail::value_of<detail::ScalarOf<X, Y>>(y);
+  if constexpr (detail::observes_comparisons<X>() || detail::observes_comparisons<Y>())
+    observe_comparison(x, y, order);
+  return order;
 }
 
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
-[[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
-  return detail::value_of<detail::ScalarOf<X, Y>>(x) <=> detail::value_of<detail::ScalarOf<X, Y>>(y);
-}
+[[nodiscard]] bool operator==(const X& x, const Y& y) { return (x <=> y) == 0; }
 
 }  // namespace tapestry

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <tapestry/core/huge_pages.hpp>
+
+namespace tapestry::detail {
+
+/// Aligned memory of at least `size` bytes, on large pages where it fills them; to be freed by std::free.
+/// \returns its true size in `size`
+/// \throws std::bad_alloc
+[[nodiscard]] inline std::byte* allocate_pages(std::size_t& size) {
+  constexpr std::size_t huge_page = std::size_t(1) << 21U;
+  const std::size_t alignment = size < huge_page ? 64 : huge_page;
+  size = (size + alignment - 1) / alignment * alignment;
+  void* const memory = std::aligned_alloc(alignment, size);
+  if (memory == nullptr) throw std::bad_alloc();
+  prefer_huge_pages(memory, size);
+  return static_cast<std::byte*>(memory);
+}
+
+/// Of arrays that are walked through at random: on small pages, finding the page costs more than the load.
+template <class T>
+struct HugePageAllocator {
+  using value_type = T;
+  HugePageAllocator() = default;
+  template <class U>
+  HugePageAllocator(const HugePageAllocator<U>&) noexcept {}
+  [[nodiscard]] T* allocate(std::size_t count) {
+    std::size_t size = count * sizeof(T);
+    return reinterpret_cast<T*>(allocate_pages(size));
+  }
+  void deallocate(T* memory, std::size_t) noexcept { std::free(memory); }
+  template <class U>
+  friend bool operator==(const HugePageAllocator&, const HugePageAllocator<U>&) noexcept {
+    return true;
+  }
+};
+
+}  // namespace tapestry::detail
