@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <new>
 #include <tapestry/core/huge_pages.hpp>
+#include <utility>
 
 namespace tapestry::detail {
 
@@ -18,6 +19,23 @@ namespace tapestry::detail {
   prefer_huge_pages(memory, size);
   return static_cast<std::byte*>(memory);
 }
+
+/// Owner of such memory.
+class PageMemory {
+ public:
+  PageMemory() = default;
+  explicit PageMemory(std::byte* memory) noexcept : memory_(memory) {}
+  PageMemory(PageMemory&& other) noexcept : memory_(std::exchange(other.memory_, nullptr)) {}
+  PageMemory& operator=(PageMemory&& other) noexcept {
+    std::swap(memory_, other.memory_);
+    return *this;
+  }
+  ~PageMemory() { std::free(memory_); }
+  [[nodiscard]] std::byte* get() const noexcept { return memory_; }
+
+ private:
+  std::byte* memory_ = nullptr;
+};
 
 /// Of arrays that are walked through at random: on small pages, finding the page costs more than the load.
 template <class T>

@@ -4,9 +4,9 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/shared.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/autodiff/vector_sweep.hpp>
@@ -41,7 +41,7 @@ class AdjointVectors {
       state->require_own_if_active(root.link());
       last = std::max(last, std::size_t(root.link().index()));
     }
-    state_ = nullptr;  // until the sweep is done
+    state_ = {};  // until the sweep is done
     memory_.zero(last);
     for (std::size_t k = 0; k < roots.size(); ++k)
       if (roots[k].is_active()) memory_.data()[roots[k].link().index() * Width + k] = T(1);
@@ -60,7 +60,7 @@ class AdjointVectors {
     std::array<T, Width> adjoints{};
     const detail::Link link = variable.link();
     if (!link.is_active()) return adjoints;
-    if (state_ == nullptr || state_->next.generation() != generation_)
+    if (!state_ || state_->next.generation() != generation_)
       throw DomainError("AdjointVectors: no tape was swept, or it was cleared or rewound since");
     state_->require_own(link);
     if (link.index() < memory_.size())
@@ -70,7 +70,7 @@ class AdjointVectors {
 
  private:
   detail::AdjointMemory<T, Width> memory_;
-  std::shared_ptr<const detail::TapeState<T>> state_;
+  detail::Shared<detail::TapeState<T>> state_;
   std::uint32_t generation_ = 0;
 };
 

@@ -1,10 +1,7 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
-#include <memory>
 #include <tapestry/autodiff/huge_page_allocator.hpp>
 #include <tapestry/autodiff/statement.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
@@ -24,21 +21,24 @@ class AdjointMemory {
     size_ = last + 1;
   }
   /// Forgets those of statements from `size` on.
-  void truncate(std::size_t size) noexcept { size_ = std::min(size_, size); }
+  void truncate(std::size_t size) noexcept {
+    if (size < size_) size_ = size;
+  }
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] T* data() noexcept { return reinterpret_cast<T*>(memory_.get()); }
   [[nodiscard]] const T* data() const noexcept { return reinterpret_cast<const T*>(memory_.get()); }
 
  private:
   void grow(std::size_t count) {
-    std::size_t size = std::max(count, capacity_ + capacity_ / 2) * sizeof(T);
-    memory_.reset();
+    const std::size_t grown = capacity_ + capacity_ / 2;
+    std::size_t size = (count > grown ? count : grown) * sizeof(T);
+    memory_ = PageMemory();
     capacity_ = size_ = 0;
-    memory_.reset(allocate_pages(size));
+    memory_ = PageMemory(allocate_pages(size));
     capacity_ = size / sizeof(T);
   }
 
-  std::unique_ptr<std::byte[], FreeMemory> memory_;
+  PageMemory memory_;
   std::size_t capacity_ = 0;
   std::size_t size_ = 0;
 };

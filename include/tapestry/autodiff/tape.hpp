@@ -1,8 +1,8 @@
 #pragma once
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/shared.hpp>
 #include <tapestry/autodiff/tape_state.hpp>
 #include <type_traits>
 #include <utility>
@@ -20,14 +20,14 @@ using Position = detail::TapePosition;
 template <class T>
 class ActiveScope {
  public:
-  explicit ActiveScope(std::shared_ptr<detail::TapeState<T>> state)
+  explicit ActiveScope(detail::Shared<detail::TapeState<T>> state)
       : state_(std::move(state)), previous_(std::exchange(detail::TapeState<T>::active, state_.get())) {}
   ActiveScope(const ActiveScope&) = delete;
   ActiveScope& operator=(const ActiveScope&) = delete;
   ~ActiveScope() { detail::TapeState<T>::active = previous_; }
 
  private:
-  std::shared_ptr<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
+  detail::Shared<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
   detail::WriteHead* previous_;
 };
 
@@ -132,8 +132,8 @@ class Tape {
   [[nodiscard]] std::size_t record_count() const { return state().record_count(); }
 
   /// For those who extend the tape; see jacobian.hpp.
-  [[nodiscard]] const std::shared_ptr<detail::TapeState<T>>& shared_state() const {
-    if (state_ == nullptr) state_ = std::make_shared<detail::TapeState<T>>();
+  [[nodiscard]] const detail::Shared<detail::TapeState<T>>& shared_state() const {
+    if (!state_) state_ = detail::Shared<detail::TapeState<T>>::make();
     return state_;
   }
 
@@ -146,7 +146,7 @@ class Tape {
   }
   [[nodiscard]] detail::TapeState<T>& state() const { return *shared_state(); }
 
-  mutable std::shared_ptr<detail::TapeState<T>> state_;  // made when first needed
+  mutable detail::Shared<detail::TapeState<T>> state_;  // made when first needed
 };
 
 }  // namespace tapestry

@@ -1,12 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
-#include <memory>
-#include <new>
 #include <tapestry/autodiff/huge_page_allocator.hpp>
 #include <tapestry/autodiff/statement.hpp>
 #include <tapestry/core/error.hpp>
@@ -36,14 +31,10 @@ struct WriteHead {
   }
 };
 
-struct FreeMemory {
-  void operator()(std::byte* memory) const noexcept { std::free(memory); }
-};
-
 /// A piece of a tape's memory: words, and behind them as many kinds. A statement has at least one word, so
 /// that there is a kind wherever there are words.
 struct Chunk {
-  std::unique_ptr<std::byte[], FreeMemory> memory;
+  PageMemory memory;
   std::size_t word_count = 0;
   std::uint32_t first_index = 0;  ///< of its first statement
   Word* words_end = nullptr;      ///< where the head was when it left
@@ -87,7 +78,7 @@ class TapeMemory : public WriteHead {
   /// \returns the first one's link; `count` becomes the number of them
   [[nodiscard]] Link append_inputs(std::size_t& count) {
     make_room(1);
-    count = std::min(count, room());
+    if (count > room()) count = room();
     const Link first = next;
     std::memset(reinterpret_cast<void*>(kinds_base + first.index()), static_cast<int>(StatementKind::input),
                 count);
@@ -136,7 +127,7 @@ class TapeMemory : public WriteHead {
 
   static Chunk allocate(std::size_t size) {
     Chunk chunk;
-    chunk.memory.reset(allocate_pages(size));
+    chunk.memory = PageMemory(allocate_pages(size));
     chunk.word_count = size / bytes_per_word;
     return chunk;
   }
@@ -144,11 +135,12 @@ class TapeMemory : public WriteHead {
   void enter_next_chunk(std::size_t word_count) {
     const std::size_t position = chunks_.empty() ? 0 : current_ + 1;
     const std::uint32_t first_index = chunks_.empty() ? 1 : next.index();
-    const std::size_t needed = std::max(word_count, usual_words + 1);
+    const std::size_t needed = word_count > usual_words ? word_count : usual_words + 1;
     if (position == chunks_.size() || chunks_[position].word_count < needed) {
-      const std::size_t usual =
-          position == 0 ? first_size : 2 * chunks_[current_].word_count * bytes_per_word;
-      Chunk chunk = allocate(std::max(std::min(usual, largest_size), needed * bytes_per_word));
+      std::size_t size = position == 0 ? first_size : 2 * chunks_[current_].word_count * bytes_per_word;
+      if (size > largest_size) size = largest_size;
+      if (size < needed * bytes_per_word) size = needed * bytes_per_word;
+      Chunk chunk = allocate(size);
       chunks_.insert(chunks_.begin() + static_cast<std::ptrdiff_t>(position), std::move(chunk));
     }
     if (chunks_[position].word_count > most_statements - first_index)

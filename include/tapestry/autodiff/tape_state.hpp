@@ -1,14 +1,11 @@
 #pragma once
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/reverse_sweep.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry {
@@ -40,9 +37,9 @@ inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
 
 /// Numbers, unique in the program, by which a tape knows its own variables.
 inline std::uint32_t next_generation() {
-  static std::atomic<std::uint32_t> last{0};
+  static std::uint32_t last = 0;
   std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
-  while (next == 0 || next == no_generation) next = last.fetch_add(1, std::memory_order_relaxed) + 1;
+  while (next == 0 || next == no_generation) next = __atomic_add_fetch(&last, 1, __ATOMIC_RELAXED);
   return next;
 }
 
@@ -111,9 +108,12 @@ class TapeState : public TapeMemory {
     return commit(StatementKind::many_pairs, word_count + 1);
   }
 
-  [[nodiscard]] Link append_record(std::unique_ptr<TapeRecord<T>> record) {
+  /// \param record  a std::unique_ptr to a TapeRecord<T>
+  template <class Owner>
+  [[nodiscard]] Link append_record(Owner record) {
     make_room(1);
-    records_.push_back(std::move(record));
+    records_.push_back(nullptr);
+    records_.back() = record.release();
     return commit(StatementKind::record, 1);
   }
 
@@ -122,7 +122,7 @@ class TapeState : public TapeMemory {
   void reverse(std::size_t root, Seed seed) {
     const Sweeping sweeping(*this);
     adjoints_.zero(root);
-    for (const auto& record : records_) record->forget_adjoint();
+    for (TapeRecord<T>* const record : records_) record->forget_adjoint();
     seed(adjoints_.data());
     std::size_t record = records_.size();
     const ReverseSweep<T> sweep(adjoints_.data());
@@ -273,10 +273,10 @@ class TapeState : public TapeMemory {
   }
 
   void drop_records(std::size_t size) {
-    while (records_.size() > size) records_.pop_back();
+    for (; records_.size() > size; records_.pop_back()) delete records_.back();
   }
 
-  std::vector<std::unique_ptr<TapeRecord<T>>> records_;
+  std::vector<TapeRecord<T>*> records_;  // owned
   AdjointMemory<T> adjoints_;
   std::vector<Segment> segments_;
   bool is_sweeping_ = false;
