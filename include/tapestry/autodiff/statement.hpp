@@ -107,7 +107,7 @@ template <class T>
     return reinterpret_cast<const Pair<T>*>(words)->partial;
   } else {
     T partial;
-    std::memcpy(&partial, words, sizeof(T));
+    std::memcpy(static_cast<void*>(&partial), words, sizeof(T));
     return partial;
   }
 }
