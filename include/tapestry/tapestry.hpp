@@ -28,6 +28,7 @@
 #include <tapestry/autodiff/replayable.hpp>
 #include <tapestry/autodiff/reverse_sweep.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/segment.hpp>
 #include <tapestry/autodiff/shared.hpp>
 #include <tapestry/autodiff/statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
