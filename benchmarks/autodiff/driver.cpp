@@ -21,7 +21,6 @@
 #include "objectives.hpp"
 #if __has_include(<shared_objectives.hpp>)
 #include <shared_objectives.hpp>
-#define TAPESTRY_HAS_SHARED_OBJECTIVES
 #endif
 
 namespace tapestry::benchmarks {
@@ -185,7 +184,7 @@ void print(const Comparison& comparison) {
   return panel;
 }
 
-#ifdef TAPESTRY_HAS_SHARED_OBJECTIVES
+#if __has_include(<shared_objectives.hpp>)
 /// \throws Error unless ours and the shared definition give the same value
 template <class Ours, class Theirs>
 void require_equal(const Ours& ours, const Theirs& theirs) {
