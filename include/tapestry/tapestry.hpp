@@ -15,11 +15,17 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/dual.hpp>
+#include <tapestry/autodiff/dual_number.hpp>
+#include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/flat_stack.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/autodiff/polygamma.hpp>
 #include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/scalar.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape_state.hpp>

@@ -84,7 +84,7 @@ class ScalarRecord final : public TapeRecord<T> {
       : pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
   void pull_back(T* adjoints, std::size_t statement) override {
     const T adjoint = adjoints[statement];
-    if (adjoint == T(0)) return;
+    if (is_zero(adjoint)) return;
     std::apply([&](const auto&... slots) { pullback_(adjoint, slots.adjoint(adjoints)...); }, slots_);
   }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <tapestry/autodiff/flat_stack.hpp>
+#include <tapestry/autodiff/scalar.hpp>
 #include <tapestry/core/error.hpp>
 #include <utility>
 #include <vector>
@@ -266,7 +267,7 @@ class TapeState {
       }
       operand -= count;
       const T adjoint = adjoints[statement];
-      if (adjoint == T(0)) continue;
+      if (is_zero(adjoint)) continue;
       for (std::size_t k = operand; k < operand + count; ++k)
         adjoints[indices_.data()[k]] += partials_.data()[k] * adjoint;
     }

@@ -1,0 +1,116 @@
+#pragma once
+#include <compare>
+#include <tapestry/autodiff/expression.hpp>
+
+namespace tapestry {
+namespace detail {
+struct Plus {
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x + y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T&, const T&) {
+    return T(1);
+  }
+  template <class T>
+  static T partial_y(const T&, const T&, const T&) {
+    return T(1);
+  }
+};
+struct Minus {
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x - y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T&, const T&) {
+    return T(1);
+  }
+  template <class T>
+  static T partial_y(const T&, const T&, const T&) {
+    return T(-1);
+  }
+};
+struct Times {
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x * y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T& y, const T&) {
+    return y;
+  }
+  template <class T>
+  static T partial_y(const T& x, const T&, const T&) {
+    return x;
+  }
+};
+struct Divide {
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x / y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T& y, const T&) {
+    return T(1) / y;
+  }
+  template <class T>
+  static T partial_y(const T&, const T& y, const T& quotient) {
+    return -quotient / y;
+  }
+};
+struct Negate {
+  template <class T>
+  static T value(const T& x) {
+    return -x;
+  }
+  template <class T>
+  static T partial(const T&, const T&) {
+    return T(-1);
+  }
+};
+}  // namespace detail
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator+(const X& x, const Y& y) { return detail::make_binary<detail::Plus>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator-(const X& x, const Y& y) { return detail::make_binary<detail::Minus>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator*(const X& x, const Y& y) { return detail::make_binary<detail::Times>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator/(const X& x, const Y& y) { return detail::make_binary<detail::Divide>(x, y); }
+
+template <Differentiable X>
+[[nodiscard]] auto operator-(const X& x) {
+  return detail::make_unary<detail::Negate>(x);
+}
+
+template <Differentiable X>
+[[nodiscard]] const X& operator+(const X& x) {
+  return x;
+}
+
+/// Comparisons look at the values only.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] bool operator==(const X& x, const Y& y) {
+  return detail::value_of<detail::Base<detail::ScalarOf<X, Y>>>(x) ==
+         detail::value_of<detail::Base<detail::ScalarOf<X, Y>>>(y);
+}
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
+  return detail::value_of<detail::Base<detail::ScalarOf<X, Y>>>(x) <=>
+         detail::value_of<detail::Base<detail::ScalarOf<X, Y>>>(y);
+}
+
+}  // namespace tapestry
