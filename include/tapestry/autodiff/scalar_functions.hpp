@@ -77,6 +77,27 @@ template <Scalar T>
   const T e = exp(-2 * abs(x));
   return 4 * e / ((1 + e) * (1 + e));
 }
+
+/// d cbrt / dx, given both x and cbrt x.
+template <Scalar T>
+[[nodiscard]] T cbrt_derivative(const T&, const T& cbrt_x) {
+  return 1 / (3 * cbrt_x * cbrt_x);
+}
+/// The same without the error of cbrt_x, several ulp in some libraries: what x − cbrt_x³ says of it.
+[[nodiscard]] inline double cbrt_derivative(double x, double cbrt_x) {
+  if (x == 0 || !std::isfinite(x)) return 1 / (3 * cbrt_x * cbrt_x);
+  if (std::abs(x) < 0x1p-900) return 0x1p200 * cbrt_derivative(x * 0x1p300, cbrt_x * 0x1p100);
+  const double squared = cbrt_x * cbrt_x, cubed = squared * cbrt_x;
+  const double squared_rest = std::fma(cbrt_x, cbrt_x, -squared),
+               cubed_rest = std::fma(squared, cbrt_x, -cubed);
+  const double residual = ((x - cubed) - cubed_rest) - squared_rest * cbrt_x;
+  const double slope = 1 / (3 * squared);
+  return slope - slope * (2 * residual * slope / cbrt_x);
+}
+[[nodiscard]] inline float cbrt_derivative(float x, float) {
+  const double root = std::cbrt(static_cast<double>(x));
+  return static_cast<float>(1 / (3 * root * root));
+}
 }  // namespace detail
 
 /// 1 / (1 + exp(−x)), without overflow for any x.

@@ -5,6 +5,7 @@
 namespace tapestry {
 namespace detail {
 struct Plus {
+  static constexpr bool is_cheap = true;  // to compute again, rather than keep
   template <class T>
   static T value(const T& x, const T& y) {
     return x + y;
@@ -17,8 +18,18 @@ struct Plus {
   static T partial_y(const T&, const T&, const T&) {
     return T(1);
   }
+  /// What comes back, times the partial of one side.
+  template <class T>
+  static T pass_x(const T& g, const T&, const T&) {
+    return g;
+  }
+  template <class T>
+  static T pass_y(const T& g, const T&, const T&) {
+    return g;
+  }
 };
 struct Minus {
+  static constexpr bool is_cheap = true;  // to compute again, rather than keep
   template <class T>
   static T value(const T& x, const T& y) {
     return x - y;
@@ -31,8 +42,17 @@ struct Minus {
   static T partial_y(const T&, const T&, const T&) {
     return T(-1);
   }
+  template <class T>
+  static T pass_x(const T& g, const T&, const T&) {
+    return g;
+  }
+  template <class T>
+  static T pass_y(const T& g, const T&, const T&) {
+    return -g;
+  }
 };
 struct Times {
+  static constexpr bool is_cheap = true;
   template <class T>
   static T value(const T& x, const T& y) {
     return x * y;
@@ -47,6 +67,7 @@ struct Times {
   }
 };
 struct Divide {
+  static constexpr bool is_cheap = true;
   template <class T>
   static T value(const T& x, const T& y) {
     return x / y;
@@ -61,6 +82,7 @@ struct Divide {
   }
 };
 struct Negate {
+  static constexpr bool is_cheap = true;
   template <class T>
   static T value(const T& x) {
     return -x;

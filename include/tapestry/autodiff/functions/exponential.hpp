@@ -6,10 +6,12 @@
 namespace tapestry {
 namespace detail {
 struct Exp {
+  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return exp(x); }
   static auto partial(auto, auto exp_x) { return exp_x; }
 };
 struct Exp2 {
+  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return exp2(x); }
   static auto partial(auto, auto exp2_x) { return std::numbers::ln2_v<Base<decltype(exp2_x)>> * exp2_x; }
 };

@@ -6,16 +6,20 @@
 namespace tapestry {
 namespace detail {
 struct Square {
+  static constexpr bool is_cheap = true;
   static auto value(auto x) { return x * x; }
   static auto partial(auto x, auto) { return 2 * x; }
 };
 struct Sqrt {
+  static constexpr bool needs_only_value = true;
+  static constexpr bool is_cheap = true;
   static auto value(auto x) { return sqrt(x); }
   static auto partial(auto, auto sqrt_x) { return 1 / (2 * sqrt_x); }
 };
 struct Cbrt {
+  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return cbrt(x); }
-  static auto partial(auto, auto cbrt_x) { return 1 / (3 * cbrt_x * cbrt_x); }
+  static auto partial(auto x, auto cbrt_x) { return cbrt_derivative(x, cbrt_x); }
 };
 struct Pow {
   static constexpr bool skips_zero = true;

@@ -5,28 +5,40 @@
 
 namespace tapestry {
 namespace detail {
+/// a || b, without a branch that would keep a loop from being one of vectors.
+[[nodiscard]] constexpr bool either(bool a, bool b) {
+  return (static_cast<int>(a) | static_cast<int>(b)) != 0;
+}
+
 struct Abs {
+  static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
   static auto value(auto x) { return abs(x); }
   static auto partial(auto x, auto) { return decltype(x)(sign(x)); }
 };
 struct Max {
+  static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return takes_x(x, y) ? x : y; }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 1 : 0); }
   static auto partial_y(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 0 : 1); }
+  static auto pass_x(auto g, auto x, auto y) { return takes_x(x, y) ? g : decltype(g)(0); }
+  static auto pass_y(auto g, auto x, auto y) { return takes_x(x, y) ? decltype(g)(0) : g; }
 
  private:
-  static bool takes_x(auto x, auto y) { return x >= y || isnan(x); }
+  static bool takes_x(auto x, auto y) { return either(x >= y, x != x); }
 };
 struct Min {
+  static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return takes_x(x, y) ? x : y; }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 1 : 0); }
   static auto partial_y(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 0 : 1); }
+  static auto pass_x(auto g, auto x, auto y) { return takes_x(x, y) ? g : decltype(g)(0); }
+  static auto pass_y(auto g, auto x, auto y) { return takes_x(x, y) ? decltype(g)(0) : g; }
 
  private:
-  static bool takes_x(auto x, auto y) { return x <= y || isnan(x); }
+  static bool takes_x(auto x, auto y) { return either(x <= y, x != x); }
 };
 struct Fmod {
   static constexpr bool skips_zero = true;
@@ -41,6 +53,7 @@ struct Remainder {
   static auto partial_y(auto x, auto y, auto rest) { return Fmod::partial_y(x, y, rest); }
 };
 struct Copysign {
+  static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return copysign(x, y); }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(signbit(x) == signbit(y) ? 1 : -1); }

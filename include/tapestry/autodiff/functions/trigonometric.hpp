@@ -13,6 +13,7 @@ struct Cos {
   static auto partial(auto x, auto) { return -sin(x); }
 };
 struct Tan {
+  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return tan(x); }
   static auto partial(auto, auto tan_x) { return 1 + tan_x * tan_x; }
 };
