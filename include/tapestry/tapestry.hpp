@@ -14,6 +14,7 @@
 ///   camouflage, evaluate          parameters, objective and training; rates that judge an attack
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/autodiff/array_memory.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>

@@ -170,6 +170,8 @@ class TapeState {
     if (is_sweeping_) throw DomainError(std::string(operation) + ": called from within reverse()");
   }
 
+  std::shared_ptr<void> array_memory;  ///< of the arrays on this tape; see array_memory.hpp
+
  private:
   static constexpr std::uint32_t is_record = 0xFFFFFFFFU;
 
