@@ -73,6 +73,7 @@
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/image/resize.hpp>
+#include <tapestry/image/resize_variable.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/face_list_file.hpp>
