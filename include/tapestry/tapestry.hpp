@@ -14,19 +14,26 @@
 ///   camouflage, evaluate          parameters, objective and training; rates that judge an attack
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/autodiff/array_memory.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/dual.hpp>
+#include <tapestry/autodiff/dual_number.hpp>
+#include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/autodiff/huge_page_allocator.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/operand_counts.hpp>
+#include <tapestry/autodiff/polygamma.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/recording.hpp>
 #include <tapestry/autodiff/replay.hpp>
 #include <tapestry/autodiff/replay_program.hpp>
 #include <tapestry/autodiff/replayable.hpp>
 #include <tapestry/autodiff/reverse_sweep.hpp>
+#include <tapestry/autodiff/scalar.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 #include <tapestry/autodiff/segment.hpp>
 #include <tapestry/autodiff/shared.hpp>
@@ -78,6 +85,7 @@
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/image/resize.hpp>
+#include <tapestry/image/resize_variable.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/face_list_file.hpp>

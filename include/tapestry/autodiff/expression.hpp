@@ -1,7 +1,10 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/autodiff/dual_number.hpp>
 #include <tapestry/autodiff/operand_counts.hpp>
+#include <tapestry/autodiff/scalar.hpp>
 #include <type_traits>
 
 namespace tapestry {
@@ -15,16 +18,19 @@ concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
 };
 
+/// What the functions of functions.hpp take: a Variable, a formula of Variables, or a Dual.
 template <class E>
-concept Number = std::is_arithmetic_v<std::remove_cvref_t<E>>;
+concept Differentiable = ScalarExpression<E> || DualNumber<E>;
 
 namespace detail {
 
-/// factor · partial; nothing passes a zero factor, not even an infinite partial.
-template <class T>
-[[nodiscard]] constexpr T chain(T factor, T partial) {
-  return factor == T(0) ? T(0) : factor * partial;
-}
+/// A constant of scalar type T: a number, or a dual that is T or converts to it.
+template <class X, class T>
+concept ConstantOf = Number<X> ||(DualNumber<X>&& std::convertible_to<X, T>);
+
+/// What an operator takes beside a Variable<T>.
+template <class Y, class T>
+concept OperandBeside = ScalarExpression<Y> || ConstantOf<Y, T>;
 
 /// Whether comparisons of E are to be told to observe_comparison(), which is for replay.hpp to define.
 template <class E>
@@ -74,18 +80,11 @@ class Constant {
   T value_;
 };
 
-/// Operations at a kink name one side and give the other the partial 0; it must then stay out of the
-/// statement, so that an infinite adjoint cannot turn it into NaN. They say so with `skips_zero`.
-template <class Operation>
-concept SkipsZero = requires {
-  Operation::skips_zero;
-};
-
 /// \param factor, partial  numbers, One or MinusOne
 template <class Operation, class Operand, class Factor, class Partial, class Sink>
 void push_partial(const Operand& operand, const Factor& factor, const Partial& partial, Sink& sink) {
   if constexpr (SkipsZero<Operation>) {
-    if (partial == Partial(0)) return;
+    if (is_zero(partial)) return;
   }
   const auto multiply = [](const auto& a, const auto& b) { return chain(a, b); };
   push_factor(operand, chain_slopes(factor, partial, multiply), sink);
@@ -195,49 +194,92 @@ class Binary {
   T value_;
 };
 
-template <class Operation, ScalarExpression X>
+/// Two operands that make a formula: both expressions, or one of them and a constant.
+template <class X, class Y>
+concept ExpressionOperands = (ScalarExpression<X> && ScalarExpression<Y>) ||
+                             (ScalarExpression<X> &&
+                              ConstantOf<Y, typename std::remove_cvref_t<X>::ExpressionScalar>) ||
+                             (ScalarExpression<Y> &&
+                              ConstantOf<X, typename std::remove_cvref_t<Y>::ExpressionScalar>);
+
+/// Two operands of which one is a Dual, and the other the same Dual or a constant beside it.
+template <class X, class Y>
+concept DualOperands = (DualNumber<X> &&
+                        (std::same_as<X, Y> || std::convertible_to<Y, typename X::value_type>)) ||
+                       (DualNumber<Y> && std::convertible_to<X, typename Y::value_type>);
+
+/// The operands of a differentiable function of two.
+template <class X, class Y>
+concept FormulaOperands = ExpressionOperands<X, Y> || DualOperands<X, Y>;
+
+/// The scalar type of a formula of x and y.
+template <class X, class Y>
+struct FormulaScalar;
+template <ScalarExpression X, class Y>
+struct FormulaScalar<X, Y> {
+  using type = typename X::ExpressionScalar;
+};
+template <class X, ScalarExpression Y>
+requires(!ScalarExpression<X>) struct FormulaScalar<X, Y> {
+  using type = typename Y::ExpressionScalar;
+};
+template <class X, class Y>
+requires DualOperands<X, Y>
+struct FormulaScalar<X, Y> {
+  static constexpr bool is_x = [] {
+    if constexpr (DualNumber<X>) {
+      return std::convertible_to<Y, X>;
+    } else {
+      return false;
+    }
+  }();
+  using type = std::conditional_t<is_x, X, Y>;
+};
+template <class X, class Y>
+using ScalarOf = typename FormulaScalar<X, Y>::type;
+
+template <class Operation, Differentiable X>
 [[nodiscard]] auto make_unary(const X& x) {
-  return Unary<Operation, X>(x);
+  if constexpr (DualNumber<X>) {
+    return dual_unary<Operation>(x);
+  } else {
+    return Unary<Operation, X>(x);
+  }
 }
 
-/// At least one of x and y is an expression; a number takes the other's scalar type.
+/// A constant takes the other operand's scalar type.
 template <class Operation, class X, class Y>
+requires FormulaOperands<X, Y>
 [[nodiscard]] auto make_binary(const X& x, const Y& y) {
-  if constexpr (Number<X>) {
-    using T = typename Y::ExpressionScalar;
+  using T = ScalarOf<X, Y>;
+  if constexpr (DualOperands<X, Y>) {
+    return dual_binary<Operation, T>(x, y);
+  } else if constexpr (!ScalarExpression<X>) {
     return Binary<Operation, Constant<T>, Y>(Constant<T>(static_cast<T>(x)), y);
-  } else if constexpr (Number<Y>) {
-    using T = typename X::ExpressionScalar;
+  } else if constexpr (!ScalarExpression<Y>) {
     return Binary<Operation, X, Constant<T>>(x, Constant<T>(static_cast<T>(y)));
   } else {
     return Binary<Operation, X, Y>(x, y);
   }
 }
 
-/// Two operands that make a formula: both expressions, or one of them and a number.
-template <class X, class Y>
-concept FormulaOperands = (ScalarExpression<X> && (ScalarExpression<Y> || Number<Y>)) ||
-                          (Number<X> && ScalarExpression<Y>);
-
-/// The scalar type of a formula of x and y.
-template <class X, class Y>
-struct FormulaScalar {
-  using type = typename X::ExpressionScalar;
-};
-template <Number X, class Y>
-struct FormulaScalar<X, Y> {
-  using type = typename Y::ExpressionScalar;
-};
-template <class X, class Y>
-using ScalarOf = typename FormulaScalar<X, Y>::type;
-
-/// The number that an operand stands for.
-template <class T, class X>
+/// The number of type T that an operand stands for, whatever it carries.
+template <std::floating_point T, class X>
 [[nodiscard]] T value_of(const X& x) {
   if constexpr (Number<X>) {
     return static_cast<T>(x);
   } else {
-    return x.value();
+    return value_of<T>(x.value());
+  }
+}
+
+/// The number beneath a differentiable scalar.
+template <Differentiable X>
+[[nodiscard]] auto base_value(const X& x) {
+  if constexpr (ScalarExpression<X>) {
+    return value_of<Base<typename X::ExpressionScalar>>(x);
+  } else {
+    return value_of<Base<X>>(x);
   }
 }
 

@@ -205,7 +205,7 @@ struct ReplayStatement {
 };
 
 /// How two numbers compare, as a number.
-struct Comparison {
+struct ComparedAs {
   template <class T>
   static T value(T x, T y) {
     return x < y ? T(-1) : x > y ? T(1) : x == y ? T(0) : T(2);
@@ -224,7 +224,7 @@ struct ReplayGuard {
     for (std::size_t i = 0; i < run.count; ++i) {
       const T x = X::read(leaves).value();
       const T y = Y::read(leaves).value();
-      if (Comparison::value(x, y) != leaves.next_constant()) [[unlikely]]
+      if (ComparedAs::value(x, y) != leaves.next_constant()) [[unlikely]]
         throw_otherwise(x, y);
     }
   }
@@ -264,7 +264,7 @@ void observe_comparison(const X& x, const Y& y, std::partial_ordering) {
   detail::RecordedLeaves<T> leaves{*recorder};
   left.write(leaves);
   right.write(leaves);
-  leaves.add_constant(detail::Comparison::value(left.value(), right.value()));
+  leaves.add_constant(detail::ComparedAs::value(left.value(), right.value()));
   using Guard =
       detail::ReplayGuard<std::remove_const_t<decltype(left)>, std::remove_const_t<decltype(right)>>;
   recording.statements.push_back({&Guard::operation, first_operand, first_constant, 0});

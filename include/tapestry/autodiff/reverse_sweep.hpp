@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 #include <tapestry/autodiff/huge_page_allocator.hpp>
+#include <tapestry/autodiff/scalar.hpp>
 #include <tapestry/autodiff/statement.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
 
@@ -136,7 +137,7 @@ class ReverseSweep {
   [[gnu::always_inline]] static void pull_operands(const OperandCounts& counts, const Word* words,
                                                    const T* from, T* adjoints) {
     const T adjoint = *from;
-    if (adjoint == T(0)) [[unlikely]]
+    if (is_zero(adjoint)) [[unlikely]]
       return;
     for (std::size_t i = 0; i < counts.general; ++i, words += pair_words<T>)
       adjoints[index_of_pair<T>(words)] += partial_of_pair<T>(words) * adjoint;

@@ -4,6 +4,7 @@
 #include <string>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/reverse_sweep.hpp>
+#include <tapestry/autodiff/scalar.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
@@ -43,6 +44,11 @@ inline std::uint32_t next_generation() {
   return next;
 }
 
+/// What others keep on a tape, as long as it lives.
+struct TapeAttachment {
+  virtual ~TapeAttachment() = default;
+};
+
 /// A place on the tape; see Tape::mark().
 struct TapePosition {
   TapeMemory::Place place;
@@ -62,7 +68,10 @@ template <class T>
 class TapeState : public TapeMemory {
  public:
   TapeState() { clear(); }
-  ~TapeState() { drop_records(0); }
+  ~TapeState() {
+    drop_records(0);
+    delete array_memory;
+  }
   TapeState(const TapeState&) = delete;
   TapeState& operator=(const TapeState&) = delete;
 
@@ -189,6 +198,8 @@ class TapeState : public TapeMemory {
   void require_idle(const char* operation) const {
     if (is_sweeping_) throw DomainError(std::string(operation) + ": called from within reverse()");
   }
+
+  TapeAttachment* array_memory = nullptr;  ///< owned: of the arrays on this tape; see array_memory.hpp
 
  private:
   static constexpr std::size_t most_operands = std::size_t(1) << 29U;

@@ -1,9 +1,9 @@
 #pragma once
-#include <compare>
 #include <concepts>
 #include <cstddef>
 #include <span>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/functions/arithmetic.hpp>
 #include <tapestry/autodiff/recording.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/error.hpp>
@@ -16,7 +16,7 @@ namespace tapestry {
 /// it anew wherever it is used. Copies share their record; a moved-from variable keeps its value.
 template <class T>
 class Variable {
-  static_assert(std::floating_point<T>);
+  static_assert(Scalar<T>);
 
  public:
   using ExpressionScalar = T;
@@ -28,8 +28,8 @@ class Variable {
   static constexpr bool always_pushes_all = true;
 
   constexpr Variable() = default;
-  template <Number N>
-  constexpr Variable(N value) : value_(static_cast<T>(value)) {}
+  template <detail::ConstantOf<T> N>
+  constexpr Variable(const N& value) : value_(static_cast<T>(value)) {}
 
   /// Records the formula as one statement of the active tape; a passive formula records nothing.
   /// \throws DomainError if the formula is active but no tape is, or it uses a variable not on the tape
@@ -54,14 +54,22 @@ class Variable {
     return is_active() ? detail::TapeState<T>::require_active().adjoint(link_) : T(0);
   }
 
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator+=(const Y& y) { return *this = *this + y; }
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator-=(const Y& y) { return *this = *this - y; }
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator*=(const Y& y) { return *this = *this * y; }
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator/=(const Y& y) { return *this = *this / y; }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator+=(const Y& y) {
+    return *this = *this + y;
+  }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator-=(const Y& y) {
+    return *this = *this - y;
+  }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator*=(const Y& y) {
+    return *this = *this * y;
+  }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator/=(const Y& y) {
+    return *this = *this / y;
+  }
 
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
   [[nodiscard]] constexpr std::uint32_t generation_difference(detail::Link link) const {
@@ -98,124 +106,5 @@ template <class T>
   return {value, detail::TapeState<T>::require_active().append_linear(
                      variables.size(), [&](std::size_t i) { return variables[i].link(); }, partials.data())};
 }
-
-namespace detail {
-struct Plus {
-  static constexpr bool is_cheap = true;
-  using SlopeX = One;
-  using SlopeY = One;
-  template <class T>
-  static T value(T x, T y) {
-    return x + y;
-  }
-  template <class T>
-  static T partial_x(T, T, T) {
-    return T(1);
-  }
-  template <class T>
-  static T partial_y(T, T, T) {
-    return T(1);
-  }
-};
-struct Minus {
-  static constexpr bool is_cheap = true;
-  using SlopeX = One;
-  using SlopeY = MinusOne;
-  template <class T>
-  static T value(T x, T y) {
-    return x - y;
-  }
-  template <class T>
-  static T partial_x(T, T, T) {
-    return T(1);
-  }
-  template <class T>
-  static T partial_y(T, T, T) {
-    return T(-1);
-  }
-};
-struct Times {
-  static constexpr bool is_cheap = true;
-  template <class T>
-  static T value(T x, T y) {
-    return x * y;
-  }
-  template <class T>
-  static T partial_x(T, T y, T) {
-    return y;
-  }
-  template <class T>
-  static T partial_y(T x, T, T) {
-    return x;
-  }
-};
-struct Divide {
-  template <class T>
-  static T value(T x, T y) {
-    return x / y;
-  }
-  template <class T>
-  static T partial_x(T, T y, T) {
-    return T(1) / y;
-  }
-  template <class T>
-  static T partial_y(T, T y, T quotient) {
-    return -quotient / y;
-  }
-};
-struct Negate {
-  static constexpr bool is_cheap = true;
-  using Slope = MinusOne;
-  template <class T>
-  static T value(T x) {
-    return -x;
-  }
-  template <class T>
-  static T partial(T, T) {
-    return T(-1);
-  }
-};
-}  // namespace detail
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator+(const X& x, const Y& y) { return detail::make_binary<detail::Plus>(x, y); }
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator-(const X& x, const Y& y) { return detail::make_binary<detail::Minus>(x, y); }
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator*(const X& x, const Y& y) { return detail::make_binary<detail::Times>(x, y); }
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator/(const X& x, const Y& y) { return detail::make_binary<detail::Divide>(x, y); }
-
-template <ScalarExpression X>
-[[nodiscard]] auto operator-(const X& x) {
-  return detail::make_unary<detail::Negate>(x);
-}
-
-template <ScalarExpression X>
-[[nodiscard]] const X& operator+(const X& x) {
-  return x;
-}
-
-/// Comparisons look at the values only.
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
-  const std::partial_ordering order =
-      detail::value_of<detail::ScalarOf<X, Y>>(x) <=> detail::value_of<detail::ScalarOf<X, Y>>(y);
-  if constexpr (detail::observes_comparisons<X>() || detail::observes_comparisons<Y>())
-    observe_comparison(x, y, order);
-  return order;
-}
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] bool operator==(const X& x, const Y& y) { return (x <=> y) == 0; }
 
 }  // namespace tapestry
