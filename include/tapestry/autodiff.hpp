@@ -1,7 +1,10 @@
 #pragma once
-/// Scalar reverse-mode differentiation, without need of an array library: a tape, variables, and the
-/// functions of <cmath>. Array operations on the same tape are in autodiff/array_functions.hpp, a user's own
-/// operations in autodiff/record.hpp, and a check of any gradient in autodiff/gradient_check.hpp.
+/// Scalar differentiation, without need of an array library: a tape, variables, the functions of <cmath>, dual
+/// numbers, and derivatives of whole functions. Array operations on the same tape are in
+/// autodiff/array_functions.hpp, a user's own operations in autodiff/record.hpp, a check of any gradient in
+/// autodiff/gradient_check.hpp, and what lets Eigen's matrices hold variables in autodiff/eigen.hpp.
+#include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
+#include <type_traits>
+#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
@@ -112,4 +115,29 @@ TEST_CASE("a gradient of other extents is refused", "[autodiff][gradient_check]"
   const Array<double, 1> x = {1, 2};
   CHECK_THROWS_WITH(tapestry::check_gradient(product_of_waves, x, Array<double, 1>{1}),
                     "check_gradient: gradient is [1], expected [2]");
+}
+
+TEST_CASE("the tape and dual numbers are checked against each other", "[autodiff][gradient_check]") {
+  const auto good = []<class S>(std::span<S> x) {
+    std::remove_const_t<S> total = 0;
+    for (std::size_t i = 0; i + 1 < x.size(); ++i) total += tanh(x[i] * x[i + 1]) + abs(x[i]);
+    return total;
+  };
+  const std::vector<double> x = {0.5, 0, -1.25, 2};
+  const auto report = tapestry::check_gradient_by_duals(good, x);
+  CHECK(report.passed());
+  CHECK(report.checked == 4);
+  CHECK(report.worst.relative_error <= 1e-15);
+
+  // A gradient stopped on the tape alone: entry 2 is wrong there, by all of it.
+  const auto stopped = []<class S>(std::span<S> v) {
+    using V = std::remove_const_t<S>;
+    const V factor = std::is_same_v<V, tapestry::Variable<double>> ? passive(v[2]) : v[2];
+    return V(v[0] * factor);
+  };
+  const auto failed = tapestry::check_gradient_by_duals(stopped, x);
+  REQUIRE(failed.failures.size() == 1);
+  CHECK(failed.worst.index == 2);
+  CHECK(failed.worst.analytic == 0);
+  CHECK(failed.worst.numeric == 0.5);
 }

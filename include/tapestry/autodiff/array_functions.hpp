@@ -1,5 +1,10 @@
 #pragma once
-/// Operations on array variables, each one record on the tape with a hand-written pullback.
+/// Operations on array variables: formulas that are computed and pulled back in one pass each, and records
+/// with a hand-written pullback.
+#include <tapestry/autodiff/array_functions/convolution.hpp>
 #include <tapestry/autodiff/array_functions/elementwise.hpp>
+#include <tapestry/autodiff/array_functions/gather.hpp>
 #include <tapestry/autodiff/array_functions/product.hpp>
 #include <tapestry/autodiff/array_functions/reduction.hpp>
+#include <tapestry/autodiff/array_functions/unary.hpp>
+#include <tapestry/autodiff/array_functions/view.hpp>

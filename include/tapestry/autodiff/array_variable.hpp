@@ -1,9 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <tapestry/autodiff/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <type_traits>
 #include <utility>
 
 namespace tapestry {
@@ -14,7 +16,11 @@ namespace detail {
 template <class T, std::size_t Rank>
 class ArrayAdjoint {
  public:
-  explicit ArrayAdjoint(const Extents<Rank>& extents) : extents_(extents) {}
+  explicit ArrayAdjoint(const Extents<Rank>& extents, std::shared_ptr<ArrayMemory<T>> memory = nullptr)
+      : extents_(extents), memory_(std::move(memory)) {}
+  ArrayAdjoint(const ArrayAdjoint&) = delete;
+  ArrayAdjoint& operator=(const ArrayAdjoint&) = delete;
+  ~ArrayAdjoint() { detail::release(adjoint_, memory_.get()); }
 
   /// To add to.
   [[nodiscard]] Array<T, Rank>& touch() {
@@ -31,9 +37,14 @@ class ArrayAdjoint {
   }
   [[nodiscard]] bool is_touched() const noexcept { return holds_ == Holds::sum; }
   void forget() noexcept { holds_ = Holds::forgotten; }
+  /// Frees the memory of what nobody will read until it is next added to.
+  void release() noexcept {
+    holds_ = Holds::forgotten;
+    detail::release(adjoint_, memory_.get());
+  }
   void detach() noexcept {
+    release();
     holds_ = Holds::nothing_any_more;
-    adjoint_ = Array<T, Rank>();
   }
 
  private:
@@ -41,12 +52,14 @@ class ArrayAdjoint {
 
   void make_zero_if_forgotten() {
     if (holds_ != Holds::forgotten) return;
-    adjoint_.resize(extents_);
+    if (adjoint_.shape() != extents_ || adjoint_.storage().size() != count_of(extents_))
+      allocate(adjoint_, extents_, memory_.get());
     for (T& element : adjoint_.storage()) element = T(0);
     holds_ = Holds::zeros;
   }
 
   Extents<Rank> extents_;
+  std::shared_ptr<ArrayMemory<T>> memory_;
   Array<T, Rank> adjoint_;
   Holds holds_ = Holds::forgotten;
 };
@@ -64,8 +77,18 @@ class InputRecord final : public TapeRecord<T> {
 };
 }  // namespace detail
 
+/// A formula of array variables that has not been assigned to one yet. Each has the scalar type, the rank,
+/// extents, and the variables it is made of, in order, as leaves().
+template <class E>
+concept ArrayExpression = requires {
+  typename std::remove_cvref_t<E>::ArrayScalar;
+};
+
 /// An array that a tape can differentiate by. An Array<T, Rank> converts to a passive one, which costs no
 /// tape. The value never changes; copies share it and their record, and cost little.
+/// Formulas of arrays (array_functions.hpp) are evaluated and recorded, as one operation, when they become an
+/// ArrayVariable or are summed: write `ArrayVariable<T, 2> y = x * x;`, since `auto` would keep the formula
+/// (safely, by value) and evaluate it anew wherever it is used.
 template <class T, std::size_t Rank>
 class ArrayVariable {
  public:
@@ -74,6 +97,12 @@ class ArrayVariable {
 
   ArrayVariable() : ArrayVariable(Array<T, Rank>()) {}
   ArrayVariable(Array<T, Rank> value) : value_(std::make_shared<const Array<T, Rank>>(std::move(value))) {}
+  /// A value that others share, without a copy.
+  explicit ArrayVariable(std::shared_ptr<const Array<T, Rank>> value) : value_(std::move(value)) {}
+  /// Records the formula as one operation of the active tape; a passive formula records nothing.
+  template <ArrayExpression E>
+  requires(std::is_same_v<typename E::ArrayScalar, T>&& E::rank == Rank) ArrayVariable(const E& formula)
+      : ArrayVariable(evaluated(formula)) {}
   ArrayVariable(const ArrayVariable&) = default;  // also for moves: a moved-from variable keeps its value
   ArrayVariable& operator=(const ArrayVariable&) = default;
   ~ArrayVariable() = default;
@@ -124,9 +153,17 @@ namespace detail {
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, Array<T, Rank> value) {
   auto shared = std::make_shared<const Array<T, Rank>>(std::move(value));
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(shared->shape());
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(shared->shape(), memory_of(state));
   const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
   return {std::move(shared), std::move(adjoint), link};
+}
+
+/// Tape::input() of what is already an array variable: the same value, without a copy, as a new input.
+template <class T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, const ArrayVariable<T, Rank>& value) {
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value.shape(), memory_of(state));
+  const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
+  return {value.shared_value(), std::move(adjoint), link};
 }
 
 /// Tape::reverse() from an array.
@@ -134,7 +171,7 @@ template <class T, std::size_t Rank>
 void reverse_from_array(TapeState<T>& state, const ArrayVariable<T, Rank>& root, const Array<T, Rank>& seed) {
   require_shape("reverse", "seed", seed, root.shape());
   state.require_own_if_active(root.link());
-  state.reverse([&](T*) {
+  state.reverse(root.link().index(), [&](T*) {
     if (root.is_active()) root.shared_adjoint()->touch() = seed;
   });
 }

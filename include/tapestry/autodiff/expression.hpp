@@ -1,27 +1,55 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
-#include <tapestry/autodiff/tape_state.hpp>
+#include <cstdint>
+#include <tapestry/autodiff/dual_number.hpp>
+#include <tapestry/autodiff/operand_counts.hpp>
+#include <tapestry/autodiff/scalar.hpp>
 #include <type_traits>
 
 namespace tapestry {
 
 /// A Variable, or a formula of Variables and numbers that has not been assigned to one yet.
 /// It has value(), is_active(), and push(factor, sink), which hands factor · (partial derivative by v) to
-/// the sink for each variable v in it.
+/// the sink for each variable v in it, at most operand_bound times. One that can be replayed also has
+/// write(leaves) and read(leaves), which take it apart into variables and constants, and make it from others.
 template <class E>
 concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
 };
 
+/// What the functions of functions.hpp take: a Variable, a formula of Variables, or a Dual.
 template <class E>
-concept Number = std::is_arithmetic_v<std::remove_cvref_t<E>>;
+concept Differentiable = ScalarExpression<E> || DualNumber<E>;
 
 namespace detail {
 
-/// factor · partial; nothing passes a zero factor, not even an infinite partial.
-template <class T>
-[[nodiscard]] constexpr T chain(T factor, T partial) {
-  return factor == T(0) ? T(0) : factor * partial;
+/// A constant of scalar type T: a number, or a dual that is T or converts to it.
+template <class X, class T>
+concept ConstantOf = Number<X> ||(DualNumber<X>&& std::convertible_to<X, T>);
+
+/// What an operator takes beside a Variable<T>.
+template <class Y, class T>
+concept OperandBeside = ScalarExpression<Y> || ConstantOf<Y, T>;
+
+/// Whether comparisons of E are to be told to observe_comparison(), which is for replay.hpp to define.
+template <class E>
+[[nodiscard]] constexpr bool observes_comparisons() {
+  if constexpr (requires { E::observes_comparisons; }) {
+    return E::observes_comparisons;
+  } else {
+    return false;
+  }
+}
+
+/// Whether it costs less to compute E and its partial derivatives again than to keep them in memory.
+template <class E>
+[[nodiscard]] constexpr bool is_cheap() {
+  if constexpr (requires { E::is_cheap; }) {
+    return E::is_cheap;
+  } else {
+    return false;
+  }
 }
 
 template <class T>
@@ -29,29 +57,37 @@ class Constant {
  public:
   using ExpressionScalar = T;
   static constexpr std::size_t operand_bound = 0;
+  static constexpr bool is_cheap = true;
   explicit constexpr Constant(T value) : value_(value) {}
   [[nodiscard]] constexpr T value() const { return value_; }
+  template <class Factor>
+  static constexpr OperandCounts operand_counts{};
+  static constexpr bool always_pushes_all = true;
   [[nodiscard]] constexpr bool is_active() const { return false; }
-  template <class Sink>
-  constexpr void push(T, Sink&) const {}
+  [[nodiscard]] constexpr std::uint32_t generation_difference(Link) const { return 0; }
+  template <class Factor, class Sink>
+  constexpr void push(Factor, Sink&) const {}
+  template <class Leaves>
+  void write(Leaves& leaves) const {
+    leaves.add_constant(value_);
+  }
+  template <class Leaves>
+  [[nodiscard]] static Constant read(Leaves& leaves) {
+    return Constant(leaves.next_constant());
+  }
 
  private:
   T value_;
 };
 
-/// Operations at a kink name one side and give the other the partial 0; it must then stay out of the
-/// statement, so that an infinite adjoint cannot turn it into NaN. They say so with `skips_zero`.
-template <class Operation>
-concept SkipsZero = requires {
-  Operation::skips_zero;
-};
-
-template <class Operation, class T, class Operand, class Sink>
-void push_partial(const Operand& operand, T factor, T partial, Sink& sink) {
+/// \param factor, partial  numbers, One or MinusOne
+template <class Operation, class Operand, class Factor, class Partial, class Sink>
+void push_partial(const Operand& operand, const Factor& factor, const Partial& partial, Sink& sink) {
   if constexpr (SkipsZero<Operation>) {
-    if (partial == T(0)) return;
+    if (is_zero(partial)) return;
   }
-  operand.push(chain(factor, partial), sink);
+  const auto multiply = [](const auto& a, const auto& b) { return chain(a, b); };
+  push_factor(operand, chain_slopes(factor, partial, multiply), sink);
 }
 
 /// f(x), where Operation has value(x) and partial(x, f(x)).
@@ -60,13 +96,35 @@ class Unary {
  public:
   using ExpressionScalar = typename X::ExpressionScalar;
   using T = ExpressionScalar;
+  using Slope = typename SlopeOf<Operation, T>::type;
   static constexpr std::size_t operand_bound = X::operand_bound;
+  template <class Factor>
+  static constexpr OperandCounts operand_counts = counts_of_expression<X, Chained<Factor, Slope>>();
+  static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>();
+  static constexpr bool observes_comparisons = detail::observes_comparisons<X>();
+  static constexpr bool is_cheap = detail::is_cheap<Operation>() && detail::is_cheap<X>();
+
   explicit Unary(const X& x) : x_(x), value_(Operation::value(x.value())) {}
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active(); }
-  template <class Sink>
-  void push(T factor, Sink& sink) const {
-    push_partial<Operation>(x_, factor, Operation::partial(x_.value(), value_), sink);
+  [[nodiscard]] std::uint32_t generation_difference(Link link) const {
+    return detail::generation_difference(x_, link);
+  }
+  template <class Factor, class Sink>
+  void push(Factor factor, Sink& sink) const {
+    if constexpr (std::is_same_v<Slope, T>) {
+      push_partial<Operation>(x_, factor, Operation::partial(x_.value(), value_), sink);
+    } else {
+      push_partial<Operation>(x_, factor, Slope{}, sink);
+    }
+  }
+  template <class Leaves>
+  void write(Leaves& leaves) const {
+    x_.write(leaves);
+  }
+  template <class Leaves>
+  [[nodiscard]] static Unary read(Leaves& leaves) {
+    return Unary(X::read(leaves));
   }
 
  private:
@@ -80,70 +138,148 @@ class Binary {
  public:
   using ExpressionScalar = typename X::ExpressionScalar;
   using T = ExpressionScalar;
+  using SlopeX = typename SlopesOf<Operation, T>::X;
+  using SlopeY = typename SlopesOf<Operation, T>::Y;
   static_assert(std::is_same_v<T, typename Y::ExpressionScalar>, "variables of float and double do not mix");
   static constexpr std::size_t operand_bound = X::operand_bound + Y::operand_bound;
+  template <class Factor>
+  static constexpr OperandCounts operand_counts =
+      counts_of_expression<X, Chained<Factor, SlopeX>>() + counts_of_expression<Y, Chained<Factor, SlopeY>>();
+  static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>();
+  static constexpr bool observes_comparisons =
+      detail::observes_comparisons<X>() || detail::observes_comparisons<Y>();
+  static constexpr bool is_cheap =
+      detail::is_cheap<Operation>() && detail::is_cheap<X>() && detail::is_cheap<Y>();
+
   Binary(const X& x, const Y& y) : x_(x), y_(y), value_(Operation::value(x.value(), y.value())) {}
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active() || y_.is_active(); }
-  template <class Sink>
-  void push(T factor, Sink& sink) const {
-    if constexpr (X::operand_bound != 0) {
-      push_partial<Operation>(x_, factor, Operation::partial_x(x_.value(), y_.value(), value_), sink);
-    }
-    if constexpr (Y::operand_bound != 0) {
-      push_partial<Operation>(y_, factor, Operation::partial_y(x_.value(), y_.value(), value_), sink);
-    }
+  [[nodiscard]] std::uint32_t generation_difference(Link link) const {
+    return detail::generation_difference(x_, link) | detail::generation_difference(y_, link);
+  }
+  template <class Factor, class Sink>
+  void push(Factor factor, Sink& sink) const {
+    if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, slope_x(), sink);
+    if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, slope_y(), sink);
+  }
+  template <class Leaves>
+  void write(Leaves& leaves) const {
+    x_.write(leaves);
+    y_.write(leaves);
+  }
+  template <class Leaves>
+  [[nodiscard]] static Binary read(Leaves& leaves) {
+    const X x = X::read(leaves);  // the order matters
+    return Binary(x, Y::read(leaves));
   }
 
  private:
+  [[nodiscard]] SlopeX slope_x() const {
+    if constexpr (std::is_same_v<SlopeX, T>) {
+      return Operation::partial_x(x_.value(), y_.value(), value_);
+    } else {
+      return {};
+    }
+  }
+  [[nodiscard]] SlopeY slope_y() const {
+    if constexpr (std::is_same_v<SlopeY, T>) {
+      return Operation::partial_y(x_.value(), y_.value(), value_);
+    } else {
+      return {};
+    }
+  }
+
   X x_;
   Y y_;
   T value_;
 };
 
-template <class Operation, ScalarExpression X>
+/// Two operands that make a formula: both expressions, or one of them and a constant.
+template <class X, class Y>
+concept ExpressionOperands = (ScalarExpression<X> && ScalarExpression<Y>) ||
+                             (ScalarExpression<X> &&
+                              ConstantOf<Y, typename std::remove_cvref_t<X>::ExpressionScalar>) ||
+                             (ScalarExpression<Y> &&
+                              ConstantOf<X, typename std::remove_cvref_t<Y>::ExpressionScalar>);
+
+/// Two operands of which one is a Dual, and the other the same Dual or a constant beside it.
+template <class X, class Y>
+concept DualOperands = (DualNumber<X> &&
+                        (std::same_as<X, Y> || std::convertible_to<Y, typename X::value_type>)) ||
+                       (DualNumber<Y> && std::convertible_to<X, typename Y::value_type>);
+
+/// The operands of a differentiable function of two.
+template <class X, class Y>
+concept FormulaOperands = ExpressionOperands<X, Y> || DualOperands<X, Y>;
+
+/// The scalar type of a formula of x and y.
+template <class X, class Y>
+struct FormulaScalar;
+template <ScalarExpression X, class Y>
+struct FormulaScalar<X, Y> {
+  using type = typename X::ExpressionScalar;
+};
+template <class X, ScalarExpression Y>
+requires(!ScalarExpression<X>) struct FormulaScalar<X, Y> {
+  using type = typename Y::ExpressionScalar;
+};
+template <class X, class Y>
+requires DualOperands<X, Y>
+struct FormulaScalar<X, Y> {
+  static constexpr bool is_x = [] {
+    if constexpr (DualNumber<X>) {
+      return std::convertible_to<Y, X>;
+    } else {
+      return false;
+    }
+  }();
+  using type = std::conditional_t<is_x, X, Y>;
+};
+template <class X, class Y>
+using ScalarOf = typename FormulaScalar<X, Y>::type;
+
+template <class Operation, Differentiable X>
 [[nodiscard]] auto make_unary(const X& x) {
-  return Unary<Operation, X>(x);
+  if constexpr (DualNumber<X>) {
+    return dual_unary<Operation>(x);
+  } else {
+    return Unary<Operation, X>(x);
+  }
 }
 
-/// At least one of x and y is an expression; a number takes the other's scalar type.
+/// A constant takes the other operand's scalar type.
 template <class Operation, class X, class Y>
+requires FormulaOperands<X, Y>
 [[nodiscard]] auto make_binary(const X& x, const Y& y) {
-  if constexpr (Number<X>) {
-    using T = typename Y::ExpressionScalar;
+  using T = ScalarOf<X, Y>;
+  if constexpr (DualOperands<X, Y>) {
+    return dual_binary<Operation, T>(x, y);
+  } else if constexpr (!ScalarExpression<X>) {
     return Binary<Operation, Constant<T>, Y>(Constant<T>(static_cast<T>(x)), y);
-  } else if constexpr (Number<Y>) {
-    using T = typename X::ExpressionScalar;
+  } else if constexpr (!ScalarExpression<Y>) {
     return Binary<Operation, X, Constant<T>>(x, Constant<T>(static_cast<T>(y)));
   } else {
     return Binary<Operation, X, Y>(x, y);
   }
 }
 
-/// Two operands that make a formula: both expressions, or one of them and a number.
-template <class X, class Y>
-concept FormulaOperands = (ScalarExpression<X> && (ScalarExpression<Y> || Number<Y>)) ||
-                          (Number<X> && ScalarExpression<Y>);
-
-/// The scalar type of a formula of x and y.
-template <class X, class Y>
-struct FormulaScalar {
-  using type = typename X::ExpressionScalar;
-};
-template <Number X, class Y>
-struct FormulaScalar<X, Y> {
-  using type = typename Y::ExpressionScalar;
-};
-template <class X, class Y>
-using ScalarOf = typename FormulaScalar<X, Y>::type;
-
-/// The number that an operand stands for.
-template <class T, class X>
+/// The number of type T that an operand stands for, whatever it carries.
+template <std::floating_point T, class X>
 [[nodiscard]] T value_of(const X& x) {
   if constexpr (Number<X>) {
     return static_cast<T>(x);
   } else {
-    return x.value();
+    return value_of<T>(x.value());
+  }
+}
+
+/// The number beneath a differentiable scalar.
+template <Differentiable X>
+[[nodiscard]] auto base_value(const X& x) {
+  if constexpr (ScalarExpression<X>) {
+    return value_of<Base<typename X::ExpressionScalar>>(x);
+  } else {
+    return value_of<Base<X>>(x);
   }
 }
 

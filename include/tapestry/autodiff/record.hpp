@@ -17,16 +17,18 @@ namespace detail {
 template <class T>
 struct ScalarSlot {
   Link link;
-  [[nodiscard]] T* adjoint(T* adjoints) const { return !link.is_active() ? nullptr : adjoints + link.index; }
+  [[nodiscard]] T* adjoint(T* adjoints) const {
+    return !link.is_active() ? nullptr : adjoints + link.index();
+  }
 };
 
-/// An array input of a record.
+/// An array input of a record. Its adjoint belongs to an earlier record, which the tape forgets later.
 template <class T, std::size_t Rank>
 struct ArraySlot {
   Link link;
-  std::shared_ptr<ArrayAdjoint<T, Rank>> shared_adjoint;
+  ArrayAdjoint<T, Rank>* array_adjoint = nullptr;
   [[nodiscard]] Array<T, Rank>* adjoint(T*) const {
-    return !link.is_active() ? nullptr : &shared_adjoint->touch();
+    return !link.is_active() ? nullptr : &array_adjoint->touch();
   }
 };
 
@@ -42,7 +44,7 @@ template <class T>
 template <class T, std::size_t Rank>
 [[nodiscard]] ArraySlot<T, Rank> slot_of(const ArrayVariable<T, Rank>& input) {
   if (!input.is_active()) return {};
-  return {input.link(), input.shared_adjoint()};
+  return {input.link(), input.shared_adjoint().get()};
 }
 
 template <class T, std::size_t Rank>
@@ -67,6 +69,7 @@ class ArrayRecord final : public TapeRecord<T> {
     if (!adjoint_->is_touched()) return;
     std::apply([&](const auto&... slots) { pullback_(adjoint_->read(), slots.adjoint(adjoints)...); },
                slots_);
+    if (adjoint_.use_count() == 1) adjoint_->release();  // consumed, and no variable is left to ask for it
   }
   void forget_adjoint() noexcept override { adjoint_->forget(); }
 
@@ -84,7 +87,7 @@ class ScalarRecord final : public TapeRecord<T> {
       : pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
   void pull_back(T* adjoints, std::size_t statement) override {
     const T adjoint = adjoints[statement];
-    if (adjoint == T(0)) return;
+    if (is_zero(adjoint)) return;
     std::apply([&](const auto&... slots) { pullback_(adjoint, slots.adjoint(adjoints)...); }, slots_);
   }
 
@@ -129,7 +132,7 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
   if (!(slots.link.is_active() || ...)) return {std::move(value), nullptr, Link{}};
   TapeState<T>& state = TapeState<T>::require_active();
   require_own_slots(state, slots...);
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape());
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape(), memory_of(state));
   using Record = ArrayRecord<T, Rank, Pullback, Slots...>;
   const Link link =
       state.append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slots)...));
@@ -147,7 +150,7 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
   using Record = ArraysRecord<T, Rank, Pullback, Slots...>;
   typename Record::Adjoints adjoints;
   for (const auto& result : results)
-    adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape()));
+    adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape(), memory_of(state)));
   const Link link =
       state.append_record(std::make_unique<Record>(adjoints, std::move(pullback), std::move(slots)...));
   for (std::size_t i = 0; i < results.size(); ++i)

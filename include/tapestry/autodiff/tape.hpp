@@ -1,6 +1,8 @@
 #pragma once
 #include <cstddef>
-#include <memory>
+#include <span>
+#include <string>
+#include <tapestry/autodiff/shared.hpp>
 #include <tapestry/autodiff/tape_state.hpp>
 #include <type_traits>
 #include <utility>
@@ -18,15 +20,15 @@ using Position = detail::TapePosition;
 template <class T>
 class ActiveScope {
  public:
-  explicit ActiveScope(std::shared_ptr<detail::TapeState<T>> state)
+  explicit ActiveScope(detail::Shared<detail::TapeState<T>> state)
       : state_(std::move(state)), previous_(std::exchange(detail::TapeState<T>::active, state_.get())) {}
   ActiveScope(const ActiveScope&) = delete;
   ActiveScope& operator=(const ActiveScope&) = delete;
   ~ActiveScope() { detail::TapeState<T>::active = previous_; }
 
  private:
-  std::shared_ptr<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
-  detail::TapeState<T>* previous_;
+  detail::Shared<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
+  detail::WriteHead* previous_;
 };
 
 /// Reverse-mode tape: remembers the operations on active variables, and runs their adjoints backwards.
@@ -66,6 +68,18 @@ class Tape {
     return array_input(state(), std::move(values));
   }
 
+  /// Variables to differentiate by, of the given values; writes to the variables. Costs less than one by one.
+  /// \throws DomainError unless there are as many variables as values
+  void input(std::span<const T> values, std::span<Variable<T>> variables) {
+    state().require_idle("input");
+    require_equal_count("input", "values", values.size(), variables.size());
+    for (std::size_t i = 0; i < values.size();) {
+      std::size_t count = values.size() - i;
+      detail::Link link = state().append_inputs(count);
+      for (const std::size_t end = i + count; i < end; ++i, ++link) variables[i] = {values[i], link};
+    }
+  }
+
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so
   /// that a second call repeats the first and does not add to it.
   /// A passive root depends on nothing, which is no error: every adjoint is then zero.
@@ -75,8 +89,8 @@ class Tape {
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
     state().require_own_if_active(link);
-    state().reverse([&](T* adjoints) {
-      if (link.is_active()) adjoints[link.index] = seed;
+    state().reverse(link.index(), [&](T* adjoints) {
+      if (link.is_active()) adjoints[link.index()] = seed;
     });
   }
 
@@ -88,6 +102,14 @@ class Tape {
 
   /// What variable.adjoint() gives, without the need for an active tape.
   [[nodiscard]] T adjoint(const Variable<T>& variable) const { return state().adjoint(variable.link()); }
+
+  /// The same of many variables; writes to the adjoints.
+  /// \throws DomainError unless there are as many adjoints as variables, or if one is not on this tape
+  void adjoints(std::span<const Variable<T>> variables, std::span<T> adjoints) const {
+    require_equal_count("adjoints", "adjoints", adjoints.size(), variables.size());
+    const detail::TapeState<T>& state = this->state();
+    for (std::size_t i = 0; i < variables.size(); ++i) adjoints[i] = state.adjoint(variables[i].link());
+  }
 
   /// The present end of the tape.
   [[nodiscard]] Position mark() const { return state().mark(); }
@@ -103,17 +125,28 @@ class Tape {
   [[nodiscard]] std::size_t statement_count() const { return state().statement_count(); }
   /// Pairs (variable, partial derivative) of all scalar statements.
   [[nodiscard]] std::size_t operand_count() const { return state().operand_count(); }
+  /// Bytes that these take up: 1 a statement, 4 an operand of partial derivative 1 or −1, 4 + sizeof(T) any
+  /// other. Adjoints, sizeof(T) a statement, and what records hold come on top.
+  [[nodiscard]] std::size_t statement_bytes() const { return state().statement_bytes(); }
   /// Array inputs, and operations with a pullback.
   [[nodiscard]] std::size_t record_count() const { return state().record_count(); }
 
- private:
-  [[nodiscard]] const std::shared_ptr<detail::TapeState<T>>& shared_state() const {
-    if (state_ == nullptr) state_ = std::make_shared<detail::TapeState<T>>();
+  /// For those who extend the tape; see jacobian.hpp.
+  [[nodiscard]] const detail::Shared<detail::TapeState<T>>& shared_state() const {
+    if (!state_) state_ = detail::Shared<detail::TapeState<T>>::make();
     return state_;
+  }
+
+ private:
+  static void require_equal_count(const char* operation, const char* what, std::size_t found,
+                                  std::size_t variables) {
+    if (found != variables)
+      throw DomainError(std::string(operation) + ": " + std::to_string(found) + " " + what + " for " +
+                        std::to_string(variables) + " variables");
   }
   [[nodiscard]] detail::TapeState<T>& state() const { return *shared_state(); }
 
-  mutable std::shared_ptr<detail::TapeState<T>> state_;  // made when first needed
+  mutable detail::Shared<detail::TapeState<T>> state_;  // made when first needed
 };
 
 }  // namespace tapestry

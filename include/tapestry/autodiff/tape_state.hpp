@@ -1,12 +1,12 @@
 #pragma once
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <string>
-#include <tapestry/autodiff/flat_stack.hpp>
+#include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/reverse_sweep.hpp>
+#include <tapestry/autodiff/scalar.hpp>
+#include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry {
@@ -30,54 +30,62 @@ class TapeRecord {
 
 namespace detail {
 
-/// Where a variable was recorded. Index 0 means nowhere: the variable is passive.
-struct Link {
-  std::uint32_t index = 0;
-  std::uint32_t generation = 0;
-  [[nodiscard]] constexpr bool is_active() const { return index != 0; }
-};
+inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
+
+/// The head of threads without an active tape: no variable is of its generation, and it has no room.
+template <class T>
+inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
 
 /// Numbers, unique in the program, by which a tape knows its own variables.
 inline std::uint32_t next_generation() {
-  static std::atomic<std::uint32_t> last{0};
-  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+  static std::uint32_t last = 0;
+  std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
+  while (next == 0 || next == no_generation) next = __atomic_add_fetch(&last, 1, __ATOMIC_RELAXED);
+  return next;
 }
+
+/// What others keep on a tape, as long as it lives.
+struct TapeAttachment {
+  virtual ~TapeAttachment() = default;
+};
 
 /// A place on the tape; see Tape::mark().
 struct TapePosition {
-  std::size_t statements = 0;
-  std::size_t operands = 0;
+  TapeMemory::Place place;
   std::size_t records = 0;
   std::uint32_t generation = 0;  ///< of the last statement before the place
 };
 
 /// What a tape holds. It stays at one address while the Tape that owns it is moved.
 ///
-/// Statement i has adjoint i. It is either scalar, with `operand_counts_[i]` pairs (index, partial) on
-/// the operand stacks, or a record, which has no pairs and the count `is_record`. Statement 0 is a
-/// sentinel. Memory: 4 bytes a statement, and 4 + sizeof(T) bytes an operand.
+/// Statement i has adjoint i, from 1 on. It is an input, a list of operands, or a record with a pullback.
+/// Memory: 1 byte a statement; 4 an operand of partial derivative ±1, 4 + sizeof(T) any other; and, once
+/// there was a sweep, sizeof(T) a statement for its adjoint.
 ///
-/// A stale variable is found by its generation: clear() starts a new generation at statement 0, and
+/// A stale variable is found by its generation: clear() starts a new generation at statement 1, and
 /// rewind() one at the position, so that statements are never mistaken for those they replace.
 template <class T>
-class TapeState {
+class TapeState : public TapeMemory {
  public:
   TapeState() { clear(); }
+  ~TapeState() {
+    drop_records(0);
+    delete array_memory;
+  }
   TapeState(const TapeState&) = delete;
   TapeState& operator=(const TapeState&) = delete;
-  ~TapeState() { drop_records(0); }
 
-  /// The state that this thread records on, or null.
-  static inline constinit thread_local TapeState* active = nullptr;
+  /// Where this thread writes statements: the head of a TapeState, or one without room.
+  static inline constinit thread_local WriteHead* active = &no_tape<T>;
 
   static TapeState& require_active() {
-    if (active == nullptr) throw_no_tape();
-    return *active;
+    if (active == &no_tape<T>) throw_no_tape();
+    return static_cast<TapeState&>(*active);
   }
 
   /// \throws DomainError unless the variable with this link was recorded here and is still on the tape
   void require_own(Link link) const {
-    if (link.generation != generation_) [[unlikely]]
+    if (link.generation() != next.generation()) [[unlikely]]
       require_older(link);
   }
 
@@ -85,105 +93,133 @@ class TapeState {
     if (link.is_active()) require_own(link);
   }
 
-  [[nodiscard]] Link append_input() { return commit_statement(0, 0); }
-
-  /// One scalar statement: pairs written by `expression.push(1, sink)`, at most E::operand_bound of them.
-  template <class Expression>
-  [[nodiscard]] Link append(const Expression& expression) {
-    indices_.make_room(Expression::operand_bound);
-    partials_.make_room(Expression::operand_bound);
-    Sink sink{*this, indices_.end(), partials_.end()};
-    expression.push(T(1), sink);
-    const auto count = static_cast<std::size_t>(sink.index - indices_.end());
-    return commit_statement(static_cast<std::uint32_t>(count), count);
+  [[nodiscard]] Link append_input() {
+    make_room(1);
+    return commit(StatementKind::input, 1);
   }
 
   /// One scalar statement with the given operands, any number of them; passive ones are left out.
   template <class LinkOf>
   [[nodiscard]] Link append_linear(std::size_t count, LinkOf link_of, const T* partials) {
-    if (count >= is_record) throw_full();
-    indices_.make_room(count);
-    partials_.make_room(count);
-    Sink sink{*this, indices_.end(), partials_.end()};
+    if (count >= most_operands) throw Error(ErrorKind::limit, "a statement holds at most 2^29 operands");
+    make_room(count * pair_words<T> + 2);
+    CarefulSink sink(*this);
     for (std::size_t i = 0; i < count; ++i) sink.add(link_of(i), partials[i]);
-    const auto active_count = static_cast<std::size_t>(sink.index - indices_.end());
-    return commit_statement(static_cast<std::uint32_t>(active_count), active_count);
+    return commit_pairs(sink.end());
   }
 
-  [[nodiscard]] Link append_record(std::unique_ptr<TapeRecord<T>> record) {
-    make_room_for_statement();
-    records_.push_back(std::move(record));
-    return commit_statement(is_record, 0);
+  /// A statement of general operands that were written up to `end`.
+  [[nodiscard]] Link commit_pairs(Word* end) {
+    const auto word_count = static_cast<std::size_t>(end - words);
+    const std::size_t count = word_count / pair_words<T>;
+    if (count != 0 && count <= largest_counts.general) return commit(kind_of({0, 0, count}), word_count);
+    *end = static_cast<Word>(count);
+    return commit(StatementKind::many_pairs, word_count + 1);
   }
 
-  /// Zeroes every adjoint, lets `seed(adjoints)` set the first, and runs the records backwards.
+  /// \param record  a std::unique_ptr to a TapeRecord<T>
+  template <class Owner>
+  [[nodiscard]] Link append_record(Owner record) {
+    make_room(1);
+    records_.push_back(nullptr);
+    records_.back() = record.release();
+    return commit(StatementKind::record, 1);
+  }
+
+  /// Zeroes the adjoints up to `root`, lets `seed(adjoints)` set the first, and runs statements backwards.
   template <class Seed>
-  void reverse(Seed seed) {
-    const Sweep sweep(*this);
-    adjoints_.assign(operand_counts_.size(), T(0));
-    for (const auto& record : records_) record->forget_adjoint();
+  void reverse(std::size_t root, Seed seed) {
+    const Sweeping sweeping(*this);
+    adjoints_.zero(root);
+    for (TapeRecord<T>* const record : records_) record->forget_adjoint();
     seed(adjoints_.data());
-    run_backwards();
+    std::size_t record = records_.size();
+    const ReverseSweep<T> sweep(adjoints_.data());
+    visit_backwards([&](const StatementRun& run) {
+      sweep.run(
+          run, root,
+          [&](std::size_t statement) { records_[--record]->pull_back(adjoints_.data(), statement); },
+          [&] { --record; });
+    });
   }
 
   /// The adjoint of the last reverse(); zero before it, and for what was recorded since.
   [[nodiscard]] T adjoint(Link link) const {
     if (!link.is_active()) return T(0);
     require_own(link);
-    return link.index < adjoints_.size() ? adjoints_[link.index] : T(0);
+    return link.index() < adjoints_.size() ? adjoints_.data()[link.index()] : T(0);
   }
 
   [[nodiscard]] TapePosition mark() const {
-    const std::size_t statements = operand_counts_.size();
-    return {statements, partials_.size(), records_.size(), segment_of(statements - 1).generation};
+    return {place(), records_.size(), segment_of(next_statement() - 1).generation};
   }
 
   void rewind(const TapePosition& position) {
     require_idle("rewind");
-    if (position.statements == 0 || position.statements > operand_counts_.size() ||
-        segment_of(position.statements - 1).generation != position.generation)
+    const std::size_t begin = position.place.next_index;
+    if (begin == 0 || begin > next_statement() || segment_of(begin - 1).generation != position.generation)
       throw DomainError("rewind: the position is not on this tape, or was cleared or rewound over");
     segments_.reserve(segments_.size() + 1);
     drop_records(position.records);
-    truncate(position.statements, position.operands);
-    while (segments_.back().begin >= position.statements) segments_.pop_back();
-    start_segment(position.statements);
+    return_to(position.place);
+    adjoints_.truncate(begin);
+    while (segments_.back().begin >= begin) segments_.pop_back();
+    start_segment(begin);
   }
 
   void clear() {
     require_idle("clear");
     segments_.reserve(1);
-    operand_counts_.make_room(1);
     drop_records(0);
-    truncate(0, 0);
-    *operand_counts_.end() = 0;  // the sentinel
-    operand_counts_.commit(1);
+    return_to({1, 0, 0});
+    adjoints_.truncate(0);
     segments_.clear();
     start_segment(0);
   }
 
-  [[nodiscard]] std::size_t statement_count() const noexcept { return operand_counts_.size() - 1; }
-  [[nodiscard]] std::size_t operand_count() const noexcept { return partials_.size(); }
+  [[nodiscard]] std::size_t operand_count() const {
+    std::size_t count = 0;
+    visit_statements([&](const Word* end, StatementKind kind) {
+      if (kind == StatementKind::many_pairs)
+        count += end[-1];
+      else if (kind != StatementKind::record)
+        count += counts_of(kind).sum();
+    });
+    return count;
+  }
+  /// Bytes that statements take up, without adjoints and what records hold.
+  [[nodiscard]] std::size_t statement_bytes() const {
+    std::size_t bytes = statement_count();
+    visit_statements(
+        [&](const Word* end, StatementKind kind) { bytes += words_before<T>(end, kind) * sizeof(Word); });
+    return bytes;
+  }
   [[nodiscard]] std::size_t record_count() const noexcept { return records_.size(); }
   void require_idle(const char* operation) const {
     if (is_sweeping_) throw DomainError(std::string(operation) + ": called from within reverse()");
   }
 
+  TapeAttachment* array_memory = nullptr;  ///< owned: of the arrays on this tape; see array_memory.hpp
+
  private:
-  static constexpr std::uint32_t is_record = 0xFFFFFFFFU;
+  static constexpr std::size_t most_operands = std::size_t(1) << 29U;
 
-  /// Receives the pairs of one statement.
-  struct Sink {
-    const TapeState& state;
-    std::uint32_t* index;
-    T* partial;
-
-    void add(Link link, T value) {
+  /// Receives the operands of a statement, each on its own merits.
+  class CarefulSink {
+   public:
+    explicit CarefulSink(const TapeState& state) : state_(state), end_(state.words) {}
+    template <class Factor>
+    void add(Link link, Factor factor) {
       if (!link.is_active()) return;
-      state.require_own(link);
-      *index++ = link.index;
-      *partial++ = value;
+      state_.require_own(link);
+      write_pair(end_, link.index(), as_number<T>(factor));
+      end_ += pair_words<T>;
     }
+    [[nodiscard]] Word* end() const { return end_; }
+
+   private:
+    const TapeState& state_;
+    Word* end_;
   };
 
   /// Statements from `begin` to the next segment's begin share a generation.
@@ -193,23 +229,23 @@ class TapeState {
   };
 
   /// While it lives, the tape sweeps, and nothing can be recorded on it.
-  class Sweep {
+  class Sweeping {
    public:
-    explicit Sweep(TapeState& state) : state_(state), previous_(active) {
+    explicit Sweeping(TapeState& state) : state_(state), previous_(active) {
       state.require_idle("reverse");
       state.is_sweeping_ = true;
-      if (active == &state) active = nullptr;
+      if (active == &state) active = &no_tape<T>;
     }
-    Sweep(const Sweep&) = delete;
-    Sweep& operator=(const Sweep&) = delete;
-    ~Sweep() {
+    Sweeping(const Sweeping&) = delete;
+    Sweeping& operator=(const Sweeping&) = delete;
+    ~Sweeping() {
       state_.is_sweeping_ = false;
       active = previous_;
     }
 
    private:
     TapeState& state_;
-    TapeState* previous_;
+    WriteHead* previous_;
   };
 
   [[noreturn]] static void throw_no_tape() {
@@ -217,12 +253,11 @@ class TapeState {
         "an operation on an active variable needs an active tape: keep the result of "
         "Tape::activate() alive on this thread");
   }
-  [[noreturn]] static void throw_full() {
-    throw Error(ErrorKind::limit, "the tape is full: it holds at most 2^32 - 2 statements");
-  }
+
+  [[nodiscard]] std::size_t next_statement() const { return statement_count() + 1; }
 
   void require_older(Link link) const {
-    if (link.index >= operand_counts_.size() || segment_of(link.index).generation != link.generation)
+    if (link.index() >= next_statement() || segment_of(link.index()).generation != link.generation())
       throw DomainError("the variable belongs to another tape, or its tape was cleared or rewound");
   }
 
@@ -233,63 +268,28 @@ class TapeState {
   }
 
   void start_segment(std::size_t begin) {
-    generation_ = next_generation();
-    segments_.push_back({begin, generation_});
+    next = Link(next.index(), next_generation());
+    segments_.push_back({begin, next.generation()});
   }
 
-  void make_room_for_statement() {
-    if (operand_counts_.size() >= is_record) [[unlikely]]
-      throw_full();
-    operand_counts_.make_room(1);
-  }
-
-  Link commit_statement(std::uint32_t count, std::size_t operands) {
-    make_room_for_statement();
-    const auto index = static_cast<std::uint32_t>(operand_counts_.size());
-    *operand_counts_.end() = count;
-    operand_counts_.commit(1);
-    indices_.commit(operands);
-    partials_.commit(operands);
-    return {index, generation_};
-  }
-
-  /// A zero adjoint passes nothing on, not even through an infinite partial.
-  void run_backwards() {
-    T* const adjoints = adjoints_.data();
-    std::size_t operand = partials_.size();
-    std::size_t record = records_.size();
-    for (std::size_t statement = adjoints_.size(); statement-- > 1;) {
-      const std::uint32_t count = operand_counts_.data()[statement];
-      if (count == is_record) {
-        records_[--record]->pull_back(adjoints, statement);
-        continue;
+  template <class Visit>
+  void visit_statements(Visit visit) const {
+    visit_backwards([&](const StatementRun& run) {
+      const Word* end = run.words_end;
+      for (std::size_t i = run.end_index - run.first_index; i-- > 0;) {
+        visit(end, run.kinds[i]);
+        end -= words_before<T>(end, run.kinds[i]);
       }
-      operand -= count;
-      const T adjoint = adjoints[statement];
-      if (adjoint == T(0)) continue;
-      for (std::size_t k = operand; k < operand + count; ++k)
-        adjoints[indices_.data()[k]] += partials_.data()[k] * adjoint;
-    }
+    });
   }
 
   void drop_records(std::size_t size) {
-    while (records_.size() > size) records_.pop_back();
+    for (; records_.size() > size; records_.pop_back()) delete records_.back();
   }
 
-  void truncate(std::size_t statements, std::size_t operands) {
-    operand_counts_.truncate(statements);
-    indices_.truncate(operands);
-    partials_.truncate(operands);
-    if (adjoints_.size() > statements) adjoints_.resize(statements);
-  }
-
-  FlatStack<std::uint32_t> operand_counts_;
-  FlatStack<std::uint32_t> indices_;
-  FlatStack<T> partials_;
-  std::vector<std::unique_ptr<TapeRecord<T>>> records_;
-  std::vector<T> adjoints_;
+  std::vector<TapeRecord<T>*> records_;  // owned
+  AdjointMemory<T> adjoints_;
   std::vector<Segment> segments_;
-  std::uint32_t generation_ = 0;
   bool is_sweeping_ = false;
 };
 

@@ -1,9 +1,10 @@
 #pragma once
-#include <compare>
 #include <concepts>
 #include <cstddef>
 #include <span>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/functions/arithmetic.hpp>
+#include <tapestry/autodiff/recording.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/error.hpp>
 
@@ -15,16 +16,20 @@ namespace tapestry {
 /// it anew wherever it is used. Copies share their record; a moved-from variable keeps its value.
 template <class T>
 class Variable {
-  static_assert(std::floating_point<T>);
+  static_assert(Scalar<T>);
 
  public:
   using ExpressionScalar = T;
   using value_type = T;
   static constexpr std::size_t operand_bound = 1;
+  template <class Factor>
+  static constexpr detail::OperandCounts operand_counts{
+      std::same_as<Factor, detail::One>, std::same_as<Factor, detail::MinusOne>, std::same_as<Factor, T>};
+  static constexpr bool always_pushes_all = true;
 
   constexpr Variable() = default;
-  template <Number N>
-  constexpr Variable(N value) : value_(static_cast<T>(value)) {}
+  template <detail::ConstantOf<T> N>
+  constexpr Variable(const N& value) : value_(static_cast<T>(value)) {}
 
   /// Records the formula as one statement of the active tape; a passive formula records nothing.
   /// \throws DomainError if the formula is active but no tape is, or it uses a variable not on the tape
@@ -32,7 +37,7 @@ class Variable {
   requires(!std::same_as<E, Variable> && std::same_as<typename E::ExpressionScalar, T>)
       Variable(const E& formula)
       : value_(formula.value()) {
-    if (formula.is_active()) link_ = detail::TapeState<T>::require_active().append(formula);
+    detail::record_statement(formula, link_);
   }
 
   /// For those who record operations themselves; see record.hpp for the convenient way.
@@ -49,18 +54,29 @@ class Variable {
     return is_active() ? detail::TapeState<T>::require_active().adjoint(link_) : T(0);
   }
 
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator+=(const Y& y) { return *this = *this + y; }
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator-=(const Y& y) { return *this = *this - y; }
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator*=(const Y& y) { return *this = *this * y; }
-  template <class Y>
-  requires(ScalarExpression<Y> || Number<Y>) Variable& operator/=(const Y& y) { return *this = *this / y; }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator+=(const Y& y) {
+    return *this = *this + y;
+  }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator-=(const Y& y) {
+    return *this = *this - y;
+  }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator*=(const Y& y) {
+    return *this = *this * y;
+  }
+  template <detail::OperandBeside<T> Y>
+  Variable& operator/=(const Y& y) {
+    return *this = *this / y;
+  }
 
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
-  template <class Sink>
-  void push(T factor, Sink& sink) const {
+  [[nodiscard]] constexpr std::uint32_t generation_difference(detail::Link link) const {
+    return link_.generation_difference(link);
+  }
+  template <class Factor, class Sink>
+  void push(Factor factor, Sink& sink) const {
     sink.add(link_, factor);
   }
 
@@ -89,114 +105,6 @@ template <class T>
   if (!is_active) return value;
   return {value, detail::TapeState<T>::require_active().append_linear(
                      variables.size(), [&](std::size_t i) { return variables[i].link(); }, partials.data())};
-}
-
-namespace detail {
-struct Plus {
-  template <class T>
-  static T value(T x, T y) {
-    return x + y;
-  }
-  template <class T>
-  static T partial_x(T, T, T) {
-    return T(1);
-  }
-  template <class T>
-  static T partial_y(T, T, T) {
-    return T(1);
-  }
-};
-struct Minus {
-  template <class T>
-  static T value(T x, T y) {
-    return x - y;
-  }
-  template <class T>
-  static T partial_x(T, T, T) {
-    return T(1);
-  }
-  template <class T>
-  static T partial_y(T, T, T) {
-    return T(-1);
-  }
-};
-struct Times {
-  template <class T>
-  static T value(T x, T y) {
-    return x * y;
-  }
-  template <class T>
-  static T partial_x(T, T y, T) {
-    return y;
-  }
-  template <class T>
-  static T partial_y(T x, T, T) {
-    return x;
-  }
-};
-struct Divide {
-  template <class T>
-  static T value(T x, T y) {
-    return x / y;
-  }
-  template <class T>
-  static T partial_x(T, T y, T) {
-    return T(1) / y;
-  }
-  template <class T>
-  static T partial_y(T, T y, T quotient) {
-    return -quotient / y;
-  }
-};
-struct Negate {
-  template <class T>
-  static T value(T x) {
-    return -x;
-  }
-  template <class T>
-  static T partial(T, T) {
-    return T(-1);
-  }
-};
-}  // namespace detail
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator+(const X& x, const Y& y) { return detail::make_binary<detail::Plus>(x, y); }
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator-(const X& x, const Y& y) { return detail::make_binary<detail::Minus>(x, y); }
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator*(const X& x, const Y& y) { return detail::make_binary<detail::Times>(x, y); }
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto operator/(const X& x, const Y& y) { return detail::make_binary<detail::Divide>(x, y); }
-
-template <ScalarExpression X>
-[[nodiscard]] auto operator-(const X& x) {
-  return detail::make_unary<detail::Negate>(x);
-}
-
-template <ScalarExpression X>
-[[nodiscard]] const X& operator+(const X& x) {
-  return x;
-}
-
-/// Comparisons look at the values only.
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] bool operator==(const X& x, const Y& y) {
-  return detail::value_of<detail::ScalarOf<X, Y>>(x) == detail::value_of<detail::ScalarOf<X, Y>>(y);
-}
-
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
-  return detail::value_of<detail::ScalarOf<X, Y>>(x) <=> detail::value_of<detail::ScalarOf<X, Y>>(y);
 }
 
 }  // namespace tapestry

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -85,5 +86,12 @@ class ViewClip {
   std::array<double, 2> picture_;
   std::array<double, 2> guard_;
 };
+
+namespace detail {
+/// True if a position in view space is finite, and small enough for products of its coordinates to be.
+inline bool usable(const geometry::Vector3& point) {
+  return std::abs(point[0]) <= 1e100 && std::abs(point[1]) <= 1e100 && std::abs(point[2]) <= 1e100;
+}
+}  // namespace detail
 
 }  // namespace tapestry::raster

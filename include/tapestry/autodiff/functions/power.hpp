@@ -1,72 +1,73 @@
 #pragma once
-#include <cmath>
-#include <numbers>
+#include <limits>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/scalar_functions.hpp>
 
 namespace tapestry {
 namespace detail {
 struct Square {
+  static constexpr bool is_cheap = true;
   static auto value(auto x) { return x * x; }
   static auto partial(auto x, auto) { return 2 * x; }
 };
 struct Sqrt {
-  static auto value(auto x) { return std::sqrt(x); }
+  static constexpr bool needs_only_value = true;
+  static constexpr bool is_cheap = true;
+  static auto value(auto x) { return sqrt(x); }
   static auto partial(auto, auto sqrt_x) { return 1 / (2 * sqrt_x); }
 };
 struct Cbrt {
-  static auto value(auto x) { return std::cbrt(x); }
-  static auto partial(auto, auto cbrt_x) { return 1 / (3 * cbrt_x * cbrt_x); }
+  static constexpr bool needs_only_value = true;
+  static auto value(auto x) { return cbrt(x); }
+  static auto partial(auto x, auto cbrt_x) { return cbrt_derivative(x, cbrt_x); }
 };
 struct Pow {
   static constexpr bool skips_zero = true;
-  static auto value(auto x, auto y) { return std::pow(x, y); }
+  static auto value(auto x, auto y) { return pow(x, y); }
   static auto partial_x(auto x, auto y, auto pow_xy) {
-    if (y == 0) return decltype(x)(0);
-    if (x != 0 && std::isnormal(pow_xy)) return pow_xy * (y / x);
-    return y * std::pow(x, y - 1);  // the power itself is 0 or ∞, or lost digits, where its slope need not
+    if (is_zero(y) || (x == 0 && y == 0)) return decltype(x)(0);
+    if (x != 0 && is_normal(pow_xy)) return pow_xy * (y / x);
+    return y * pow(x, y - 1);  // the power itself is 0 or ∞, or lost digits, where its slope need not
   }
   static auto partial_y(auto x, auto y, auto pow_xy) {
     if (pow_xy == 0 || (x == 0 && y == 0)) return decltype(x)(0);
-    return pow_xy * std::log(x);
+    return pow_xy * log(x);
+  }
+
+ private:
+  static bool is_normal(auto x) {
+    return abs(x) >= std::numeric_limits<Base<decltype(x)>>::min() && isfinite(x);
   }
 };
 struct Hypot {
   static constexpr bool skips_zero = true;
-  static auto value(auto x, auto y) { return std::hypot(x, y); }
+  static auto value(auto x, auto y) { return hypot(x, y); }
   static auto partial_x(auto x, auto, auto length) { return direction(x, length); }
   static auto partial_y(auto, auto y, auto length) { return direction(y, length); }
 
- private:
   static auto direction(auto leg, auto length) {
-    if (length == 0) return decltype(leg)(0);
-    if (std::isinf(leg)) return std::copysign(decltype(leg)(1), leg);
+    using T = decltype(leg);
+    if (length == 0) return T(0);
+    if (isinf(leg)) return T(leg > 0 ? 1 : -1);
     return leg / length;
   }
-};
-struct Erf {
-  static auto value(auto x) { return std::erf(x); }
-  static auto partial(auto x, auto) { return 2 * std::numbers::inv_sqrtpi_v<decltype(x)> * std::exp(-x * x); }
-};
-struct Erfc {
-  static auto value(auto x) { return std::erfc(x); }
-  static auto partial(auto x, auto) { return -Erf::partial(x, x); }
 };
 }  // namespace detail
 
 /// x · x, evaluating x once.
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto square(const X& x) {
   return detail::make_unary<detail::Square>(x);
 }
 
 /// At 0 the derivative is +∞; it does no harm to what has a zero adjoint there.
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto sqrt(const X& x) {
   return detail::make_unary<detail::Sqrt>(x);
 }
 
 /// At 0 the derivative is +∞.
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto cbrt(const X& x) {
   return detail::make_unary<detail::Cbrt>(x);
 }
@@ -83,15 +84,5 @@ requires detail::FormulaOperands<X, Y>
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto hypot(const X& x, const Y& y) { return detail::make_binary<detail::Hypot>(x, y); }
-
-template <ScalarExpression X>
-[[nodiscard]] auto erf(const X& x) {
-  return detail::make_unary<detail::Erf>(x);
-}
-
-template <ScalarExpression X>
-[[nodiscard]] auto erfc(const X& x) {
-  return detail::make_unary<detail::Erfc>(x);
-}
 
 }  // namespace tapestry

@@ -1,46 +1,72 @@
 #pragma once
 #include <cmath>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/scalar_functions.hpp>
 
 namespace tapestry {
 namespace detail {
+/// a || b, without a branch that would keep a loop from being one of vectors.
+[[nodiscard]] constexpr bool either(bool a, bool b) {
+  return (static_cast<int>(a) | static_cast<int>(b)) != 0;
+}
+
 struct Abs {
+  static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
-  static auto value(auto x) { return std::abs(x); }
-  static auto partial(auto x, auto) { return x > 0 ? decltype(x)(1) : x < 0 ? decltype(x)(-1) : x; }
+  static auto value(auto x) { return abs(x); }
+  static auto partial(auto x, auto) { return decltype(x)(sign(x)); }
 };
 struct Max {
+  static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return takes_x(x, y) ? x : y; }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 1 : 0); }
   static auto partial_y(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 0 : 1); }
+  static auto pass_x(auto g, auto x, auto y) { return takes_x(x, y) ? g : decltype(g)(0); }
+  static auto pass_y(auto g, auto x, auto y) { return takes_x(x, y) ? decltype(g)(0) : g; }
 
  private:
-  static bool takes_x(auto x, auto y) { return x >= y || std::isnan(x); }
+  static bool takes_x(auto x, auto y) { return either(x >= y, x != x); }
 };
 struct Min {
+  static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return takes_x(x, y) ? x : y; }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 1 : 0); }
   static auto partial_y(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 0 : 1); }
+  static auto pass_x(auto g, auto x, auto y) { return takes_x(x, y) ? g : decltype(g)(0); }
+  static auto pass_y(auto g, auto x, auto y) { return takes_x(x, y) ? decltype(g)(0) : g; }
 
  private:
-  static bool takes_x(auto x, auto y) { return x <= y || std::isnan(x); }
+  static bool takes_x(auto x, auto y) { return either(x <= y, x != x); }
 };
 struct Fmod {
   static constexpr bool skips_zero = true;
-  static auto value(auto x, auto y) { return std::fmod(x, y); }
+  static auto value(auto x, auto y) { return fmod(x, y); }
   static auto partial_x(auto x, auto, auto) { return decltype(x)(1); }
-  static auto partial_y(auto x, auto y, auto) { return -std::trunc(x / y); }
+  static auto partial_y(auto x, auto y, auto rest) { return decltype(x)(-round((x - rest) / y)); }
+};
+struct Remainder {
+  static constexpr bool skips_zero = true;
+  static auto value(auto x, auto y) { return remainder(x, y); }
+  static auto partial_x(auto x, auto y, auto rest) { return Fmod::partial_x(x, y, rest); }
+  static auto partial_y(auto x, auto y, auto rest) { return Fmod::partial_y(x, y, rest); }
+};
+struct Copysign {
+  static constexpr bool is_cheap = true;
+  static constexpr bool skips_zero = true;
+  static auto value(auto x, auto y) { return copysign(x, y); }
+  static auto partial_x(auto x, auto y, auto) { return decltype(x)(signbit(x) == signbit(y) ? 1 : -1); }
+  static auto partial_y(auto x, auto, auto) { return decltype(x)(0); }
 };
 }  // namespace detail
 
 /// |x|; its derivative at 0 is taken as 0.
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto abs(const X& x) {
   return detail::make_unary<detail::Abs>(x);
 }
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto fabs(const X& x) {
   return detail::make_unary<detail::Abs>(x);
 }
@@ -57,45 +83,73 @@ requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto min(const X& x, const Y& y) { return detail::make_binary<detail::Min>(x, y); }
 
 /// x held within [low, high]. The derivative by x is 1 on the closed interval and 0 outside.
-template <ScalarExpression X, Number N>
+template <Differentiable X, Number N>
 [[nodiscard]] auto clamp(const X& x, N low, N high) {
   return min(max(x, low), high);
 }
+
+/// max(x − y, 0); at x = y the derivatives are those of x − y.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto fdim(const X& x, const Y& y) { return max(x - y, 0); }
 
 /// As std::fmod; the derivatives are those between its jumps: 1, and −trunc(x / y).
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto fmod(const X& x, const Y& y) { return detail::make_binary<detail::Fmod>(x, y); }
 
+/// As std::remainder; the derivatives are those between its jumps: 1, and −(the integer nearest to x / y).
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto remainder(const X& x, const Y& y) { return detail::make_binary<detail::Remainder>(x, y); }
+
+/// |x| with the sign of y, −0 being negative. The derivative by x is 1 where the signs agree and −1 where
+/// they do not; that by y, between its jumps, is 0.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto copysign(const X& x, const Y& y) { return detail::make_binary<detail::Copysign>(x, y); }
+
 /// Functions constant between jumps have no derivative to record and return a plain number.
-template <ScalarExpression X>
+template <Differentiable X>
+[[nodiscard]] auto sign(const X& x) {
+  return sign(detail::base_value(x));
+}
+template <Differentiable X>
 [[nodiscard]] auto floor(const X& x) {
-  return std::floor(x.value());
+  return std::floor(detail::base_value(x));
 }
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto ceil(const X& x) {
-  return std::ceil(x.value());
+  return std::ceil(detail::base_value(x));
 }
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto round(const X& x) {
-  return std::round(x.value());
+  return std::round(detail::base_value(x));
 }
-template <ScalarExpression X>
+template <Differentiable X>
+[[nodiscard]] auto rint(const X& x) {
+  return std::rint(detail::base_value(x));
+}
+template <Differentiable X>
 [[nodiscard]] auto trunc(const X& x) {
-  return std::trunc(x.value());
+  return std::trunc(detail::base_value(x));
 }
 
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] bool isfinite(const X& x) {
-  return std::isfinite(x.value());
+  return std::isfinite(detail::base_value(x));
 }
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] bool isinf(const X& x) {
-  return std::isinf(x.value());
+  return std::isinf(detail::base_value(x));
 }
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] bool isnan(const X& x) {
-  return std::isnan(x.value());
+  return std::isnan(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] bool signbit(const X& x) {
+  return std::signbit(detail::base_value(x));
 }
 
 }  // namespace tapestry

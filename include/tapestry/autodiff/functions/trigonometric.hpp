@@ -1,72 +1,77 @@
 #pragma once
-#include <cmath>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/scalar_functions.hpp>
 
 namespace tapestry {
 namespace detail {
 struct Sin {
-  static auto value(auto x) { return std::sin(x); }
-  static auto partial(auto x, auto) { return std::cos(x); }
+  static auto value(auto x) { return sin(x); }
+  static auto partial(auto x, auto) { return cos(x); }
 };
 struct Cos {
-  static auto value(auto x) { return std::cos(x); }
-  static auto partial(auto x, auto) { return -std::sin(x); }
+  static auto value(auto x) { return cos(x); }
+  static auto partial(auto x, auto) { return -sin(x); }
 };
 struct Tan {
-  static auto value(auto x) { return std::tan(x); }
+  static constexpr bool needs_only_value = true;
+  static auto value(auto x) { return tan(x); }
   static auto partial(auto, auto tan_x) { return 1 + tan_x * tan_x; }
 };
 struct Asin {
-  static auto value(auto x) { return std::asin(x); }
-  static auto partial(auto x, auto) { return 1 / std::sqrt((1 - x) * (1 + x)); }
+  static auto value(auto x) { return asin(x); }
+  static auto partial(auto x, auto) { return 1 / sqrt((1 - x) * (1 + x)); }
 };
 struct Acos {
-  static auto value(auto x) { return std::acos(x); }
-  static auto partial(auto x, auto) { return -1 / std::sqrt((1 - x) * (1 + x)); }
+  static auto value(auto x) { return acos(x); }
+  static auto partial(auto x, auto) { return -1 / sqrt((1 - x) * (1 + x)); }
 };
 struct Atan {
-  static auto value(auto x) { return std::atan(x); }
-  static auto partial(auto x, auto) { return 1 / (1 + x * x); }
+  static auto value(auto x) { return atan(x); }
+  static auto partial(auto x, auto) {
+    if (abs(x) > Base<decltype(x)>(0x1p60F))
+      return 1 / x / x;  // where 1 is lost beside x², and x² would overflow
+    return 1 / (1 + x * x);
+  }
 };
 struct Atan2 {
   static constexpr bool skips_zero = true;
-  static auto value(auto y, auto x) { return std::atan2(y, x); }
-  static auto partial_x(auto y, auto x, auto) { return scaled(x, std::hypot(y, x)); }
-  static auto partial_y(auto y, auto x, auto) { return scaled(-y, std::hypot(y, x)); }
+  static auto value(auto y, auto x) { return atan2(y, x); }
+  static auto partial_x(auto y, auto x, auto) { return scaled(x, hypot(y, x)); }
+  static auto partial_y(auto y, auto x, auto) { return scaled(-y, hypot(y, x)); }
 
  private:
   static auto scaled(auto leg, auto radius) { return radius == 0 ? decltype(leg)(0) : leg / radius / radius; }
 };
 }  // namespace detail
 
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto sin(const X& x) {
   return detail::make_unary<detail::Sin>(x);
 }
 
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto cos(const X& x) {
   return detail::make_unary<detail::Cos>(x);
 }
 
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto tan(const X& x) {
   return detail::make_unary<detail::Tan>(x);
 }
 
 /// At ±1 the derivative is +∞.
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto asin(const X& x) {
   return detail::make_unary<detail::Asin>(x);
 }
 
 /// At ±1 the derivative is −∞.
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto acos(const X& x) {
   return detail::make_unary<detail::Acos>(x);
 }
 
-template <ScalarExpression X>
+template <Differentiable X>
 [[nodiscard]] auto atan(const X& x) {
   return detail::make_unary<detail::Atan>(x);
 }

@@ -9,6 +9,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
+#include <tapestry/raster/view_clip.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
 

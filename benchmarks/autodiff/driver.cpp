@@ -1,0 +1,265 @@
+// autodiff: speed, error and memory of gradients, our tape beside ADOL-C, plain code and adjoints by hand
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <regex>
+#include <string>
+#include <tapestry/autodiff.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <vector>
+
+#include "../../examples/support/program.hpp"
+#include "../support/figure.hpp"
+#include "../support/result.hpp"
+#include "../support/rounds.hpp"
+#include "hand_adjoints.hpp"
+#include "objectives.hpp"
+#if __has_include(<shared_objectives.hpp>)
+#include <shared_objectives.hpp>
+#endif
+
+namespace tapestry::benchmarks {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string case_pattern{};
+  std::string output{};
+  Schedule schedule{};
+};
+
+/// A program beside the driver, and what it is told with --variant. Another way to write the objectives, such
+/// as with array operations, is another line here and another Computation in its program; one that cannot do
+/// an objective says so, and its cell stays empty.
+struct Variant {
+  std::string name;
+  std::string program;
+};
+const std::vector<Variant> variants = {
+    {"plain", "autodiff_tapestry"},        {"scalar", "autodiff_tapestry"},
+    {"replay", "autodiff_tapestry"},       {"replay-unguarded", "autodiff_tapestry"},
+    {"hand", "autodiff_tapestry"},         {"peer:adolc", "autodiff_adolc"},
+    {"peer:adolc-fresh", "autodiff_adolc"}};
+
+/// Value and gradient in long double, by hand.
+struct Reference {
+  long double value = 0;
+  std::vector<long double> gradient{};
+};
+
+template <class Objective>
+[[nodiscard]] Reference reference_of(const Objective& objective) {
+  const auto start = objective.start();
+  const std::vector<long double> x(start.begin(), start.end());
+  Reference reference{0, std::vector<long double>(x.size())};
+  reference.value = hand_adjoint(objective, x.data(), reference.gradient.data());
+  return reference;
+}
+
+/// What one recording leaves on the tape.
+struct TapeSize {
+  std::size_t statements = 0, operands = 0, bytes = 0;
+};
+
+template <class Objective>
+[[nodiscard]] TapeSize tape_size_of(const Objective& objective) {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  std::vector<Variable<double>> inputs;
+  for (const double x : objective.start()) inputs.push_back(tape.input(x));
+  static_cast<void>(objective(inputs.data()));
+  return {tape.statement_count(), tape.operand_count(), tape.statement_bytes()};
+}
+
+/// Relative error of a saved answer: of the gradient, in the L2 norm, or of a value alone.
+[[nodiscard]] double error_of(const Reference& reference, const std::string& path) {
+  const auto bytes = read_file(path);
+  std::vector<double> answer(bytes.size() / sizeof(double));
+  std::memcpy(answer.data(), bytes.data(), answer.size() * sizeof(double));
+  if (answer.size() == 1)
+    return static_cast<double>(
+        std::abs((static_cast<long double>(answer[0]) - reference.value) / reference.value));
+  long double difference = 0, length = 0;
+  for (std::size_t i = 0; i < reference.gradient.size(); ++i) {
+    const long double error = static_cast<long double>(answer.at(i + 1)) - reference.gradient[i];
+    difference += error * error;
+    length += reference.gradient[i] * reference.gradient[i];
+  }
+  return static_cast<double>(std::sqrt(difference / length));
+}
+
+/// One objective under every variant.
+struct Comparison {
+  std::string name;
+  TapeSize tape{};
+  std::vector<Result> results{};
+  std::vector<Contestant> contestants{};
+};
+
+template <class Objective>
+[[nodiscard]] Comparison compare(const Objective& objective, const fs::path& programs, const fs::path& work,
+                                 const Schedule& schedule) {
+  Comparison comparison{objective.name, tape_size_of(objective)};
+  comparison.contestants.resize(variants.size());
+  std::cerr << objective.name << std::endl;
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    const Variant& variant = variants[i];
+    comparison.results.push_back({objective.name, variant.name, 1});
+    Contestant& contestant = comparison.contestants[i];
+    if (!fs::exists(programs / variant.program)) {
+      contestant.failure = "not built";
+      continue;
+    }
+    const std::vector<std::string> command{programs / variant.program, "--case", objective.name, "--variant",
+                                           variant.name};
+    try {
+      contestant.worker =
+          std::make_unique<Worker>(command, std::vector<std::string>{}, work / (variant.program + ".log"));
+    } catch (const Error& error) {
+      contestant.failure = error.what();
+    }
+    contestant.attempt([](Worker& worker) { (void)worker.reply(); });
+  }
+  run_rounds(comparison.contestants, schedule);
+  const Reference reference = reference_of(objective);
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    Contestant& contestant = comparison.contestants[i];
+    const std::string path = work / "answer";
+    contestant.attempt([&](Worker& worker) {
+      (void)worker.ask("save " + path);
+      Result& result = comparison.results[i];
+      result.error = error_of(reference, path);
+      if (!(*result.error < 1e-6)) throw Error(ErrorKind::numeric, "computes something else");
+      result.seconds = timing_of(contestant.seconds, 0).median;
+      result.memory_mib = contestant.peak_memory_mib;
+    });
+    contestant.worker.reset();
+  }
+  return comparison;
+}
+
+/// Median seconds of a variant, or NaN.
+[[nodiscard]] double seconds_of(const Comparison& comparison, const std::string& variant) {
+  for (const Result& result : comparison.results)
+    if (result.variant == variant && result.seconds) return *result.seconds;
+  return std::nan("");
+}
+
+void print(const Comparison& comparison) {
+  const auto statements = static_cast<double>(comparison.tape.statements);
+  std::printf("\n%s: %.0f statements, %.2f operands and %.1f bytes of tape a statement\n",
+              comparison.name.c_str(), statements, static_cast<double>(comparison.tape.operands) / statements,
+              static_cast<double>(comparison.tape.bytes) / statements);
+  std::printf("  %-18s %11s %8s %9s %8s %10s %10s %13s\n", "", "ms", "spread", "error", "MiB", "/ plain",
+              "/ hand", "1 / of ADOL-C");
+  for (std::size_t i = 0; i < comparison.results.size(); ++i) {
+    const Result& result = comparison.results[i];
+    if (!result.seconds) {
+      std::printf("  %-18s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
+      continue;
+    }
+    const double seconds = *result.seconds;
+    std::printf("  %-18s %11.5f %6.1f %% %9.1e %8.0f %10.2f %10.2f %13.2f\n", result.variant.c_str(),
+                1e3 * seconds, 100 * timing_of(comparison.contestants[i].seconds, 0).spread, *result.error,
+                *result.memory_mib, seconds / seconds_of(comparison, "plain"),
+                seconds / seconds_of(comparison, "hand"), seconds_of(comparison, "peer:adolc") / seconds);
+  }
+  std::fflush(stdout);
+}
+
+[[nodiscard]] Panel panel_of(const Comparison& comparison) {
+  Panel panel{comparison.name, "gradients a second"};
+  for (const Result& result : comparison.results) {
+    if (!result.seconds || result.variant == "plain") continue;
+    const bool peer = is_peer(result.variant);
+    panel.points.push_back({peer ? result.variant.substr(5) : result.variant, std::max(*result.error, 1e-19),
+                            1 / *result.seconds, peer});
+  }
+  return panel;
+}
+
+#if __has_include(<shared_objectives.hpp>)
+/// \throws Error unless ours and the shared definition give the same value
+template <class Ours, class Theirs>
+void require_equal(const Ours& ours, const Theirs& theirs) {
+  const auto x = ours.start();
+  const double value = ours(x.data()), expected = theirs(x.data());
+  if (x != theirs.x0() || !(std::abs(value - expected) <= 1e-12 * std::abs(expected)))
+    throw Error(ErrorKind::mismatch, std::string(ours.name) + " is not what the shared definition computes");
+}
+void check_definitions() {
+  require_equal(Gmm(), objectives::Gmm());
+  require_equal(Softmax(), objectives::SoftmaxXent());
+  require_equal(Iou(), objectives::IouLoss());
+  require_equal(Smoothness(), objectives::Smoothness());
+  require_equal(Project(), objectives::Project());
+  require_equal(Speelpenning(), objectives::Speelpenning());
+  require_equal(Recurrence(), objectives::LongLoop());
+}
+#else
+void check_definitions() {}
+#endif
+
+int run(const Options& options) {
+  const fs::path programs = fs::read_symlink("/proc/self/exe").parent_path();
+  const fs::path output = options.output.empty() ? programs : fs::path(options.output);
+  const fs::path work = output / "autodiff-files";
+  fs::create_directories(work);
+  check_definitions();
+  std::vector<Result> results;
+  std::vector<Panel> panels;
+  for_each_objective([&](const auto& objective) {
+    if (!std::regex_search(objective.name, std::regex(options.case_pattern))) return;
+    const Comparison comparison = compare(objective, programs, work, options.schedule);
+    print(comparison);
+    results.insert(results.end(), comparison.results.begin(), comparison.results.end());
+    panels.push_back(panel_of(comparison));
+  });
+  if (results.empty()) throw Error(ErrorKind::usage, "no case to measure");
+  write_csv(output / "autodiff.csv", results);
+  write_figure(output / "autodiff.svg", "Gradients a second against error", panels, 3);
+  std::cout << "\n"
+            << fs::proximate(output / "autodiff.csv").string() << "\n"
+            << fs::proximate(output / "autodiff.svg").string() << "\n";
+  return 0;
+}
+
+[[nodiscard]] std::string complaint_about_pattern(const std::string& text) {
+  try {
+    const std::regex pattern(text);
+    return {};
+  } catch (const std::regex_error& error) {
+    return "'" + text + "' is not a regular expression: " + error.what();
+  }
+}
+
+}  // namespace
+}  // namespace tapestry::benchmarks
+
+int main(int argc, char** argv) {
+  using namespace tapestry;
+  CLI::App app(
+      "Times value and gradient of objectives, by our tape and by other ways in turn, and compares gradients "
+      "with long double. Writes autodiff.csv and autodiff.svg.");
+  benchmarks::Options options;
+  options.schedule = {9, 0.1};
+  app.add_option("--case", options.case_pattern, "Only cases whose name this regular expression finds")
+      ->check(benchmarks::complaint_about_pattern);
+  app.add_option("--rounds", options.schedule.rounds, "Turns of each variant")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  app.add_option("--output", options.output, "Folder of the results; the program's own if not given");
+  return examples::run_program(app, argc, argv, [&] {
+    std::signal(SIGPIPE, SIG_IGN);
+    return benchmarks::run(options);
+  });
+}

@@ -1,0 +1,63 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../examples/support/program.hpp"
+#include "../support/serve.hpp"
+#include "objectives.hpp"
+
+namespace tapestry::benchmarks {
+
+/// One way to compute one objective. run() leaves value and gradient; a way that computes the value alone
+/// leaves the gradient empty.
+class Computation {
+ public:
+  Computation() = default;
+  Computation(const Computation&) = delete;
+  Computation& operator=(const Computation&) = delete;
+  virtual ~Computation() = default;
+  virtual void run() = 0;
+  [[nodiscard]] std::string name() const { return "autodiff"; }
+  /// Writes value and gradient, in double.
+  void save(const std::string& path) const {
+    std::ofstream file(path, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(&value_), sizeof value_);
+    file.write(reinterpret_cast<const char*>(gradient_.data()),
+               static_cast<std::streamsize>(sizeof(double) * gradient_.size()));
+    if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
+  }
+
+ protected:
+  double value_ = 0;
+  std::vector<double> gradient_{};
+};
+
+/// The main function of a program that computes objectives.
+/// \param make  make(objective, variant) returns the Computation, or null if there is no such variant
+template <class Make>
+int run_worker(int argc, char** argv, Make make) {
+  CLI::App app("Differentiates an objective again and again, for the benchmark that starts it.");
+  std::string case_name;
+  std::string variant;
+  app.add_option("--case", case_name, "Objective")->required();
+  app.add_option("--variant", variant, "How it is differentiated");
+  return examples::run_program(app, argc, argv, [&] {
+    Replies replies;
+    std::unique_ptr<Computation> computation;
+    for_each_objective([&](const auto& objective) {
+      if (objective.name == case_name) computation = make(objective, variant);
+    });
+    if (!computation)
+      throw Error(ErrorKind::usage, "there is no variant '" + variant + "' of '" + case_name + "'");
+    serve(*computation, replies);
+    return 0;
+  });
+}
+
+}  // namespace tapestry::benchmarks

@@ -1,0 +1,150 @@
+#pragma once
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <tapestry/autodiff/dual_number.hpp>
+#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tapestry {
+
+// Derivatives of a function of one number, f(x), or of many, f(std::span<const S>), written for any scalar
+// type S. The duals that it is called with are tagged by the function's own type, so that a derivative taken
+// inside another cannot mix up its directions with the outer one's: where it would, it does not compile.
+
+/// f(x) and f′(x).
+template <class T>
+struct ValueAndDerivative {
+  T value;
+  T derivative;
+};
+
+/// f′ at x, in forward mode. To differentiate inside a function that is itself differentiated, take x in the
+/// scalar type of that function.
+template <class Function, Scalar T>
+[[nodiscard]] ValueAndDerivative<T> derivative(const Function& f, const T& x) {
+  using D = Dual<T, 1, Function>;
+  const D y = f(D::input(x));
+  return {y.value(), y.tangent()};
+}
+
+template <class T>
+struct ValueAndGradient {
+  T value;
+  std::vector<T> gradient;
+};
+
+/// Value and gradient, of a tape of its own.
+template <std::floating_point T = double, class Function>
+[[nodiscard]] ValueAndGradient<T> gradient(const Function& f, std::span<const std::type_identity_t<T>> x) {
+  Tape<T> tape;
+  const auto scope = tape.activate();
+  std::vector<Variable<T>> inputs;
+  inputs.reserve(x.size());
+  for (const T value : x) inputs.push_back(tape.input(value));
+  const Variable<T> root = f(std::span<const Variable<T>>(inputs));
+  tape.reverse(root);
+  ValueAndGradient<T> result{root.value(), {}};
+  result.gradient.reserve(x.size());
+  for (const Variable<T>& input : inputs) result.gradient.push_back(tape.adjoint(input));
+  return result;
+}
+
+/// f(x), ∇f(x), and ∇²f(x)·v.
+template <class T>
+struct HessianProduct {
+  T value;
+  std::vector<T> gradient;
+  std::vector<T> product;
+};
+
+namespace detail {
+inline void require_as_many(const char* operation, const char* what, std::size_t found,
+                            std::size_t expected) {
+  if (found != expected)
+    throw DomainError(std::string(operation) + ": " + std::to_string(found) + " entries of " + what +
+                      ", expected " + std::to_string(expected));
+}
+
+/// Records f on a tape of duals, calls `seed(i)` for the tangents of input i, sweeps back, and calls
+/// `take(i, adjoint of input i)`. Returns the root.
+template <class D, class Function, class T, class Seed, class Take>
+D sweep_duals(const Function& f, std::span<const T> x, Seed seed, Take take) {
+  Tape<D> tape;
+  const auto scope = tape.activate();
+  std::vector<Variable<D>> inputs;
+  inputs.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) inputs.push_back(tape.input(D(x[i], seed(i))));
+  const Variable<D> root = f(std::span<const Variable<D>>(inputs));
+  tape.reverse(root);
+  for (std::size_t i = 0; i < x.size(); ++i) take(i, tape.adjoint(inputs[i]));
+  return root.value();
+}
+}  // namespace detail
+
+/// The Hessian at x times the direction v, and the gradient on the way: forward over reverse, one tape of
+/// duals, at about twice the cost of a gradient. \throws DomainError if there are not as many entries of v as
+/// of x
+template <std::floating_point T = double, class Function>
+[[nodiscard]] HessianProduct<T> hessian_product(const Function& f, std::span<const std::type_identity_t<T>> x,
+                                                std::span<const std::type_identity_t<T>> v) {
+  detail::require_as_many("hessian_product", "the direction", v.size(), x.size());
+  using D = Dual<T, 1, Function>;
+  HessianProduct<T> result{T(0), std::vector<T>(x.size()), std::vector<T>(x.size())};
+  const D root = detail::sweep_duals<D>(
+      f, x, [&](std::size_t i) { return std::array<T, 1>{v[i]}; },
+      [&](std::size_t i, const D& adjoint) {
+        result.gradient[i] = adjoint.value();
+        result.product[i] = adjoint.tangent();
+      });
+  result.value = root.value();
+  return result;
+}
+
+/// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
+template <std::floating_point T = double, class Function>
+[[nodiscard]] std::vector<T> hessian(const Function& f, std::span<const std::type_identity_t<T>> x) {
+  constexpr std::size_t width = 8;
+  using D = Dual<T, width, Function>;
+  const std::size_t n = x.size();
+  std::vector<T> result(n * n);
+  for (std::size_t first = 0; first < n; first += width) {
+    const auto seed = [&](std::size_t i) {
+      std::array<T, width> tangents{};
+      if (i >= first && i < first + width) tangents[i - first] = T(1);
+      return tangents;
+    };
+    detail::sweep_duals<D>(f, x, seed, [&](std::size_t i, const D& adjoint) {
+      for (std::size_t k = 0; k < width && first + k < n; ++k) result[i * n + first + k] = adjoint.tangent(k);
+    });
+  }
+  return result;
+}
+
+/// The Jacobian at x of f: span<const S> → range of S, row by row: [outputs · inputs]. Forward mode, eight
+/// columns a call: for functions of no more inputs than outputs.
+template <std::floating_point T = double, class Function>
+[[nodiscard]] std::vector<T> forward_jacobian(const Function& f, std::span<const std::type_identity_t<T>> x) {
+  constexpr std::size_t width = 8;
+  using D = Dual<T, width, Function>;
+  std::vector<T> result;
+  for (std::size_t first = 0; first < x.size(); first += width) {
+    std::vector<D> inputs(x.begin(), x.end());
+    for (std::size_t k = 0; k < width && first + k < x.size(); ++k)
+      inputs[first + k] = D::input(x[first + k], k);
+    const auto outputs = f(std::span<const D>(inputs));
+    result.resize(outputs.size() * x.size());
+    for (std::size_t row = 0; row < outputs.size(); ++row)
+      for (std::size_t k = 0; k < width && first + k < x.size(); ++k)
+        result[row * x.size() + first + k] = outputs[row].tangent(k);
+  }
+  return result;
+}
+
+}  // namespace tapestry

@@ -1,0 +1,60 @@
+#pragma once
+#include <Eigen/Core>
+#include <tapestry/autodiff/dual.hpp>
+#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/variable.hpp>
+
+/// Variables and duals as scalars of Eigen: Eigen::Matrix<tapestry::Variable<double>, 3, 3> and its products
+/// and decompositions, each operation of which is differentiated. Pivoting looks at the values.
+
+namespace tapestry::detail {
+template <class S, class B>
+struct EigenTraits : Eigen::GenericNumTraits<S> {
+  using Real = S;
+  using NonInteger = S;
+  using Nested = S;
+  using Literal = B;
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 1,
+    ReadCost = 2,
+    AddCost = 4,
+    MulCost = 4
+  };
+  static S epsilon() { return S(Eigen::NumTraits<B>::epsilon()); }
+  static S dummy_precision() { return S(Eigen::NumTraits<B>::dummy_precision()); }
+  static S highest() { return S(Eigen::NumTraits<B>::highest()); }
+  static S lowest() { return S(Eigen::NumTraits<B>::lowest()); }
+  static S infinity() { return S(Eigen::NumTraits<B>::infinity()); }
+  static S quiet_NaN() { return S(Eigen::NumTraits<B>::quiet_NaN()); }
+  static constexpr int digits10() { return Eigen::NumTraits<B>::digits10(); }
+};
+}  // namespace tapestry::detail
+
+namespace Eigen {
+template <class T>
+struct NumTraits<tapestry::Variable<T>>
+    : tapestry::detail::EigenTraits<tapestry::Variable<T>, tapestry::detail::Base<T>> {};
+template <class T, std::size_t N, class Tag>
+struct NumTraits<tapestry::Dual<T, N, Tag>>
+    : tapestry::detail::EigenTraits<tapestry::Dual<T, N, Tag>, tapestry::detail::Base<T>> {};
+
+template <class T, tapestry::Number B, class Operation>
+struct ScalarBinaryOpTraits<tapestry::Variable<T>, B, Operation> {
+  using ReturnType = tapestry::Variable<T>;
+};
+template <class T, tapestry::Number B, class Operation>
+struct ScalarBinaryOpTraits<B, tapestry::Variable<T>, Operation> {
+  using ReturnType = tapestry::Variable<T>;
+};
+template <class T, std::size_t N, class Tag, tapestry::Number B, class Operation>
+struct ScalarBinaryOpTraits<tapestry::Dual<T, N, Tag>, B, Operation> {
+  using ReturnType = tapestry::Dual<T, N, Tag>;
+};
+template <class T, std::size_t N, class Tag, tapestry::Number B, class Operation>
+struct ScalarBinaryOpTraits<B, tapestry::Dual<T, N, Tag>, Operation> {
+  using ReturnType = tapestry::Dual<T, N, Tag>;
+};
+}  // namespace Eigen

@@ -1,0 +1,143 @@
+#pragma once
+#include <compare>
+#include <tapestry/autodiff/expression.hpp>
+
+namespace tapestry {
+namespace detail {
+struct Plus {
+  static constexpr bool is_cheap = true;
+  using SlopeX = One;
+  using SlopeY = One;
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x + y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T&, const T&) {
+    return T(1);
+  }
+  template <class T>
+  static T partial_y(const T&, const T&, const T&) {
+    return T(1);
+  }
+  /// What comes back, times the partial of one side.
+  template <class T>
+  static T pass_x(const T& g, const T&, const T&) {
+    return g;
+  }
+  template <class T>
+  static T pass_y(const T& g, const T&, const T&) {
+    return g;
+  }
+};
+struct Minus {
+  static constexpr bool is_cheap = true;
+  using SlopeX = One;
+  using SlopeY = MinusOne;
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x - y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T&, const T&) {
+    return T(1);
+  }
+  template <class T>
+  static T partial_y(const T&, const T&, const T&) {
+    return T(-1);
+  }
+  template <class T>
+  static T pass_x(const T& g, const T&, const T&) {
+    return g;
+  }
+  template <class T>
+  static T pass_y(const T& g, const T&, const T&) {
+    return -g;
+  }
+};
+struct Times {
+  static constexpr bool is_cheap = true;
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x * y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T& y, const T&) {
+    return y;
+  }
+  template <class T>
+  static T partial_y(const T& x, const T&, const T&) {
+    return x;
+  }
+};
+struct Divide {
+  static constexpr bool is_cheap = true;
+  template <class T>
+  static T value(const T& x, const T& y) {
+    return x / y;
+  }
+  template <class T>
+  static T partial_x(const T&, const T& y, const T&) {
+    return T(1) / y;
+  }
+  template <class T>
+  static T partial_y(const T&, const T& y, const T& quotient) {
+    return -quotient / y;
+  }
+};
+struct Negate {
+  static constexpr bool is_cheap = true;
+  using Slope = MinusOne;
+  template <class T>
+  static T value(const T& x) {
+    return -x;
+  }
+  template <class T>
+  static T partial(const T&, const T&) {
+    return T(-1);
+  }
+};
+}  // namespace detail
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator+(const X& x, const Y& y) { return detail::make_binary<detail::Plus>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator-(const X& x, const Y& y) { return detail::make_binary<detail::Minus>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator*(const X& x, const Y& y) { return detail::make_binary<detail::Times>(x, y); }
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto operator/(const X& x, const Y& y) { return detail::make_binary<detail::Divide>(x, y); }
+
+template <Differentiable X>
+[[nodiscard]] auto operator-(const X& x) {
+  return detail::make_unary<detail::Negate>(x);
+}
+
+template <Differentiable X>
+[[nodiscard]] const X& operator+(const X& x) {
+  return x;
+}
+
+/// Comparisons look at the values only.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
+  using T = detail::Base<detail::ScalarOf<X, Y>>;
+  const std::partial_ordering order = detail::value_of<T>(x) <=> detail::value_of<T>(y);
+  if constexpr (detail::observes_comparisons<X>() || detail::observes_comparisons<Y>())
+    observe_comparison(x, y, order);
+  return order;
+}
+
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] bool operator==(const X& x, const Y& y) { return (x <=> y) == 0; }
+
+}  // namespace tapestry

@@ -1,0 +1,143 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/functions/power.hpp>
+#include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/variable.hpp>
+
+namespace tapestry {
+namespace detail {
+
+struct FusedMultiplyAdd {
+  template <std::floating_point T>
+  static T value(T x, T y, T z) {
+    return std::fma(x, y, z);
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y, const T& z) {
+    return fma(x, y, z);
+  }
+  template <class T>
+  static std::array<T, 3> partials(const T& x, const T& y, const T&, const T&) {
+    return {y, x, T(1)};
+  }
+};
+struct Hypot3 {
+  template <std::floating_point T>
+  static T value(T x, T y, T z) {
+    return std::hypot(x, y, z);
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y, const T& z) {
+    return hypot(x, y, z);
+  }
+  template <class T>
+  static std::array<T, 3> partials(const T& x, const T& y, const T& z, const T& length) {
+    return {Hypot::direction(x, length), Hypot::direction(y, length), Hypot::direction(z, length)};
+  }
+};
+
+/// f(x, y, z), where Operation has value(x, y, z) and partials(x, y, z, f).
+template <class Operation, class X, class Y, class Z>
+class Ternary {
+ public:
+  using ExpressionScalar = typename X::ExpressionScalar;
+  using T = ExpressionScalar;
+  static constexpr std::size_t operand_bound = X::operand_bound + Y::operand_bound + Z::operand_bound;
+  Ternary(const X& x, const Y& y, const Z& z)
+      : x_(x), y_(y), z_(z), value_(Operation::value(x.value(), y.value(), z.value())) {}
+  [[nodiscard]] T value() const { return value_; }
+  [[nodiscard]] bool is_active() const { return x_.is_active() || y_.is_active() || z_.is_active(); }
+  template <class Sink>
+  void push(T factor, Sink& sink) const {
+    const std::array<T, 3> partials = Operation::partials(x_.value(), y_.value(), z_.value(), value_);
+    push_partial<Operation>(x_, factor, partials[0], sink);
+    push_partial<Operation>(y_, factor, partials[1], sink);
+    push_partial<Operation>(z_, factor, partials[2], sink);
+  }
+
+ private:
+  X x_;
+  Y y_;
+  Z z_;
+  T value_;
+};
+
+template <class T, class X>
+[[nodiscard]] auto as_operand(const X& x) {
+  if constexpr (ScalarExpression<X>) {
+    return x;
+  } else {
+    return Constant<T>(static_cast<T>(x));
+  }
+}
+
+template <class Operation, class T, class X, class Y, class Z>
+[[nodiscard]] auto expression_ternary(const X& x, const Y& y, const Z& z) {
+  const auto a = as_operand<T>(x);
+  const auto b = as_operand<T>(y);
+  const auto c = as_operand<T>(z);
+  return Ternary<Operation, std::remove_const_t<decltype(a)>, std::remove_const_t<decltype(b)>,
+                 std::remove_const_t<decltype(c)>>(a, b, c);
+}
+
+template <class Operation, class D>
+[[nodiscard]] D dual_ternary(const D& x, const D& y, const D& z) {
+  using T = typename D::value_type;
+  const T value = Operation::value(x.value(), y.value(), z.value());
+  const std::array<T, 3> partials = Operation::partials(x.value(), y.value(), z.value(), value);
+  auto tangents = D(0).tangents();
+  add_tangents<Operation>(tangents, x.tangents(), partials[0]);
+  add_tangents<Operation>(tangents, y.tangents(), partials[1]);
+  add_tangents<Operation>(tangents, z.tangents(), partials[2]);
+  return {value, tangents};
+}
+
+template <class X, class Y, class Z>
+struct TernaryScalar;
+template <class X, class Y, class Z>
+requires FormulaOperands<X, Y>
+struct TernaryScalar<X, Y, Z> : FormulaScalar<X, Y> {
+};
+template <class X, class Y, class Z>
+requires(!FormulaOperands<X, Y> && FormulaOperands<Y, Z>) struct TernaryScalar<X, Y, Z>
+    : FormulaScalar<Y, Z> {
+};
+template <class X, class Y, class Z>
+requires(!FormulaOperands<X, Y> && !FormulaOperands<Y, Z> &&
+         FormulaOperands<X, Z>) struct TernaryScalar<X, Y, Z> : FormulaScalar<X, Z> {
+};
+
+/// Three operands of which at least one varies.
+template <class X, class Y, class Z>
+concept TernaryOperands = requires {
+  typename TernaryScalar<X, Y, Z>::type;
+};
+
+template <class Operation, class X, class Y, class Z>
+[[nodiscard]] auto make_ternary(const X& x, const Y& y, const Z& z) {
+  using T = typename TernaryScalar<X, Y, Z>::type;
+  if constexpr (ScalarExpression<X> || ScalarExpression<Y> || ScalarExpression<Z>) {
+    return expression_ternary<Operation, T>(x, y, z);
+  } else {
+    return dual_ternary<Operation, T>(T(x), T(y), T(z));
+  }
+}
+}  // namespace detail
+
+/// x · y + z, rounded once.
+template <class X, class Y, class Z>
+requires detail::TernaryOperands<X, Y, Z>
+[[nodiscard]] auto fma(const X& x, const Y& y, const Z& z) {
+  return detail::make_ternary<detail::FusedMultiplyAdd>(x, y, z);
+}
+
+/// √(x² + y² + z²) without overflow. At the origin all derivatives are 0, a subgradient.
+template <class X, class Y, class Z>
+requires detail::TernaryOperands<X, Y, Z>
+[[nodiscard]] auto hypot(const X& x, const Y& y, const Z& z) {
+  return detail::make_ternary<detail::Hypot3>(x, y, z);
+}
+
+}  // namespace tapestry

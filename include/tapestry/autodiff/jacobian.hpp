@@ -1,0 +1,105 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <tapestry/autodiff/shared.hpp>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/autodiff/vector_sweep.hpp>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+namespace tapestry {
+
+/// Adjoints by up to Width roots at once: one sweep over the tape for all of them. Keeps its memory,
+/// Width · sizeof(T) bytes a statement, from sweep to sweep.
+///
+///   AdjointVectors<double, 8> adjoints;
+///   adjoints.reverse(tape, roots);
+///   adjoints.of(x)[k]                   // d roots[k] / d x
+/// \tparam Width  a power of two
+template <std::floating_point T, std::size_t Width>
+class AdjointVectors {
+ public:
+  /// Sweeps the tape; the adjoints that Tape::reverse() left there stay.
+  /// \throws DomainError if there are more than Width roots, or one is not on the tape, or the tape holds
+  ///   operations with a pullback, such as those of arrays, which take one root at a time
+  void reverse(const Tape<T>& tape, std::span<const Variable<T>> roots) {
+    const auto& state = tape.shared_state();
+    if (roots.size() > Width)
+      throw DomainError("AdjointVectors: " + std::to_string(roots.size()) + " roots, expected at most " +
+                        std::to_string(Width));
+    if (state->record_count() > 0)
+      throw DomainError(
+          "AdjointVectors: the tape holds operations with a pullback; reverse one root at a time");
+    std::size_t last = 0;
+    for (const Variable<T>& root : roots) {
+      state->require_own_if_active(root.link());
+      last = std::max(last, std::size_t(root.link().index()));
+    }
+    state_ = {};  // until the sweep is done
+    memory_.zero(last);
+    for (std::size_t k = 0; k < roots.size(); ++k)
+      if (roots[k].is_active()) memory_.data()[roots[k].link().index() * Width + k] = T(1);
+    state->visit_backwards([&](const detail::StatementRun& run) {
+      detail::VectorSweep<T, Width>::run(run, last, memory_.data());
+    });
+    state_ = state;
+    generation_ = state->next.generation();
+  }
+
+  /// d roots[k] / d variable for each k of the last reverse(): zeros where there was no root.
+  /// \throws DomainError if the variable is active but not on the tape that was swept, or the tape was
+  /// cleared
+  ///   or rewound since
+  [[nodiscard]] std::array<T, Width> of(const Variable<T>& variable) const {
+    std::array<T, Width> adjoints{};
+    const detail::Link link = variable.link();
+    if (!link.is_active()) return adjoints;
+    if (!state_ || state_->next.generation() != generation_)
+      throw DomainError("AdjointVectors: no tape was swept, or it was cleared or rewound since");
+    state_->require_own(link);
+    if (link.index() < memory_.size())
+      std::copy_n(memory_.data() + link.index() * Width, Width, adjoints.begin());
+    return adjoints;
+  }
+
+ private:
+  detail::AdjointMemory<T, Width> memory_;
+  detail::Shared<detail::TapeState<T>> state_;
+  std::uint32_t generation_ = 0;
+};
+
+/// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. Where the tape holds
+/// operations with a pullback it is swept once a root, and its own adjoints are then those of the last.
+/// \throws DomainError if a root or a variable is not on the tape
+template <std::floating_point T>
+[[nodiscard]] std::vector<T> jacobian(Tape<T>& tape, std::span<const Variable<T>> roots,
+                                      std::span<const Variable<T>> variables) {
+  constexpr std::size_t width = 8;
+  std::vector<T> result(roots.size() * variables.size());
+  const std::span<T> rows(result);
+  if (tape.record_count() > 0) {
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      tape.reverse(roots[i]);
+      tape.adjoints(variables, rows.subspan(i * variables.size(), variables.size()));
+    }
+    return result;
+  }
+  AdjointVectors<T, width> adjoints;
+  for (std::size_t begin = 0; begin < roots.size(); begin += width) {
+    const std::size_t count = std::min(width, roots.size() - begin);
+    adjoints.reverse(tape, roots.subspan(begin, count));
+    for (std::size_t j = 0; j < variables.size(); ++j) {
+      const auto column = adjoints.of(variables[j]);
+      for (std::size_t k = 0; k < count; ++k) result[(begin + k) * variables.size() + j] = column[k];
+    }
+  }
+  return result;
+}
+
+}  // namespace tapestry

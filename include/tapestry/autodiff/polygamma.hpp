@@ -1,0 +1,148 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+
+namespace tapestry {
+namespace detail {
+
+// Polygamma functions in long double, so that where terms cancel, near the roots between the poles at
+// 0, −1, −2 …, a result in double keeps its digits down to about 2⁻¹¹ from the root.
+
+/// ψ on [1, 2]: (x − r) · p(x − 3/2), r the root and p the polynomial through ψ(x) / (x − r) at 28 Chebyshev
+/// nodes; relative error 4e−22.
+[[nodiscard]] inline long double digamma_between_1_and_2(long double x) {
+  constexpr long double root = 1.46163214496836234117L, root_rest = 9.016312093258695918614e-20L;
+  constexpr std::array<long double, 28> p = {
+      0.9510558760318328797107L,      -0.4236274212814604962284L,      0.2405424842407869145226L,
+      -0.1484049230539173211742L,     0.09498872445291451600469L,      -0.06192213327171340186751L,
+      0.04076083393834345061737L,     -0.02697579684008662070249L,     0.01790724843676637431457L,
+      -0.01190821533311543035045L,    0.007927018638863708787609L,     -0.005280014201501968384717L,
+      0.003518157365915143117156L,    -0.00234470160953427555871L,     0.001562847843209686772289L,
+      -0.001041781468355919025362L,   0.0006944059749926768664975L,    -0.0004629186430343131648852L,
+      0.0003090760680201397536684L,   -0.0002060477291657639400575L,   0.0001350828369256752598138L,
+      -0.00009005474784103046675338L, 0.0000676203022391005289746L,    -0.00004508012498020291593511L,
+      0.00001356644183215455596971L,  -0.000009044282882707880288568L, 0.00002713280585511699843535L,
+      -0.00001808853464330004427102L};
+  long double sum = 0;
+  for (std::size_t k = p.size(); k-- > 0;) sum = sum * (x - 1.5L) + p[k];
+  return ((x - root) - root_rest) * sum;
+}
+
+/// Bernoulli numbers B₂, B₄ … B₂₄ of the asymptotic series.
+inline constexpr std::array<long double, 12> even_bernoulli = {
+    1.0L / 6, -1.0L / 30,     1.0L / 42,      -1.0L / 30,       5.0L / 66,       -691.0L / 2730,
+    7.0L / 6, -3617.0L / 510, 43867.0L / 798, -174611.0L / 330, 854513.0L / 138, -236364091.0L / 2730};
+
+/// cot πx, by the distance to the nearest integer, which is exact.
+[[nodiscard]] inline long double cot_pi(long double x) {
+  return 1 / std::tan(std::numbers::pi_v<long double> * (x - std::round(x)));
+}
+
+[[nodiscard]] inline long double positive_digamma(long double x) {
+  if (x < 1) return digamma_between_1_and_2(1 + x) - 1 / x;
+  if (x >= 12) {
+    long double sum = std::log(x) - 1 / (2 * x);
+    long double power = 1;
+    for (std::size_t k = 1; k <= even_bernoulli.size(); ++k)
+      sum -= even_bernoulli[k - 1] / (2 * static_cast<long double>(k)) * (power /= x * x);
+    return sum;
+  }
+  long double sum = 0;
+  for (; x > 2; x -= 1) sum += 1 / (x - 1);
+  return sum + digamma_between_1_and_2(x);
+}
+
+/// dⁿ/dxⁿ ψ for n ≥ 1 and x > 0: all terms have one sign.
+[[nodiscard]] inline long double positive_polygamma(int n, long double x) {
+  const auto order = static_cast<long double>(n);
+  long double factorial = 1;  // (n − 1)!
+  for (int k = 2; k < n; ++k) factorial *= static_cast<long double>(k);
+  long double sum = 0;
+  for (; x < 16 + order; x += 1) sum += factorial * order / std::pow(x, order + 1);
+  const long double lead = factorial / std::pow(x, order);
+  sum += lead + lead * order / (2 * x);
+  long double factor = lead * order;  // (2k + n − 1)! / ((2k)! x^(2k + n))
+  for (std::size_t k = 1; k <= even_bernoulli.size(); ++k) {
+    const auto even = static_cast<long double>(2 * k);
+    factor *= k == 1 ? (order + 1) / (2 * x * x)
+                     : (even + order - 1) * (even + order - 2) / (even * (even - 1) * x * x);
+    sum += even_bernoulli[k - 1] * factor;
+  }
+  return n % 2 == 0 ? -sum : sum;
+}
+
+/// dⁿ/dxⁿ cot πx = πⁿ · P(cot πx), where each derivative turns P into −(1 + c²) P′.
+template <int N>
+[[nodiscard]] long double cot_pi_derivative(long double x) {
+  std::array<long double, static_cast<std::size_t>(N) + 2> p{};
+  p[1] = 1;
+  for (int n = 0; n < N; ++n) {
+    std::array<long double, static_cast<std::size_t>(N) + 2> next{};
+    for (std::size_t k = 1; k <= static_cast<std::size_t>(n) + 1; ++k) {
+      const long double slope = static_cast<long double>(k) * p[k];
+      next[k - 1] -= slope;
+      next[k + 1] -= slope;
+    }
+    p = next;
+  }
+  const long double c = cot_pi(x);
+  long double sum = 0;
+  for (std::size_t k = p.size(); k-- > 0;) sum = sum * c + p[k];
+  return sum * std::pow(std::numbers::pi_v<long double>, static_cast<long double>(N));
+}
+
+/// ψ and its derivatives where there is no pole.
+template <int N>
+[[nodiscard]] long double regular_polygamma(long double x) {
+  constexpr long double pi = std::numbers::pi_v<long double>;
+  if constexpr (N == 0) {
+    return x > 0 ? positive_digamma(x) : positive_digamma(1 - x) - pi * cot_pi(x);
+  } else {
+    if (x > 0) return positive_polygamma(N, x);
+    const long double mirrored = positive_polygamma(N, 1 - x);
+    return (N % 2 == 0 ? mirrored : -mirrored) - pi * cot_pi_derivative<N>(x);
+  }
+}
+}  // namespace detail
+
+/// The N-th derivative of digamma(x), the derivative of log |Γ|; N = 0 is digamma itself. In double, where
+/// long double is wider: digamma within 1 ulp, or 1e−18 beside its roots at negative x; the others within 4
+/// ulp, or as much beside their roots. At 0 it is infinite with the sign of the side, at negative integers
+/// NaN for even N, whose sides differ, and +∞ for odd N; of −∞ it is NaN.
+template <int N, std::floating_point T>
+[[nodiscard]] T polygamma(T x) {
+  static_assert(N >= 0);
+  constexpr T infinity = std::numeric_limits<T>::infinity();
+  if (std::isnan(x) || x == -infinity) return std::numeric_limits<T>::quiet_NaN();
+  if (x == infinity) return N == 0 ? infinity : T(0);
+  if (x <= 0 && x == std::floor(x)) {
+    if (N % 2 == 1) return infinity;
+    return x < 0 ? std::numeric_limits<T>::quiet_NaN() : std::signbit(x) ? infinity : -infinity;
+  }
+  return static_cast<T>(detail::regular_polygamma<N>(static_cast<long double>(x)));
+}
+
+/// Γ′ / Γ, the derivative of log |Γ(x)|; see polygamma().
+template <std::floating_point T>
+[[nodiscard]] T digamma(T x) {
+  return polygamma<0>(x);
+}
+
+namespace detail {
+/// Γ′ = Γ · ψ.
+template <std::floating_point T>
+[[nodiscard]] T gamma_derivative(T x) {
+  if (x <= 0 || !std::isfinite(x)) {
+    if (x == 0) return -std::numeric_limits<T>::infinity();
+    if (!std::isfinite(x) || x == std::floor(x)) return std::tgamma(x);
+  }
+  const auto wide = static_cast<long double>(x);
+  const long double gamma = std::tgamma(wide);
+  return static_cast<T>(gamma == 0 ? 0 : gamma * regular_polygamma<0>(wide));
+}
+}  // namespace detail
+}  // namespace tapestry

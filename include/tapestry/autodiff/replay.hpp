@@ -1,0 +1,102 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/replay_program.hpp>
+#include <tapestry/autodiff/replayable.hpp>
+#include <tapestry/core/error.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry {
+
+/// A function recorded once and evaluated, with its gradient, for other inputs: for less than recording it
+/// anew.
+///
+///   const auto f = [](const auto* x) { return exp(x[0]) * x[1]; };
+///   Replay<double> replay(f, start);          // calls f once, with Replayable<double>
+///   double value = replay.gradient(x, gradient);
+///
+/// What f decides by comparing its variables is decided once: inputs for which a comparison comes out
+/// otherwise are refused, unless guards are ignored. What it decides by their value() is not noticed; min,
+/// max and abs follow their arguments, and need no guard. One Replay serves one thread at a time.
+template <std::floating_point T>
+class Replay {
+ public:
+  /// \param function  takes a const Replayable<T>* to as many inputs as `inputs` has; returns what converts
+  /// to one \throws what function throws
+  template <class Function>
+  Replay(const Function& function, std::span<const T> inputs, Guards guards = Guards::record)
+      : input_count_(inputs.size()) {
+    detail::ReplayRecorder<T> recorder;
+    recorder.guards = guards;
+    std::vector<Replayable<T>> variables;
+    variables.reserve(inputs.size());
+    for (const T input : inputs) {
+      variables.emplace_back(input, detail::Link(static_cast<std::uint32_t>(recorder.recording.slots.size()),
+                                                 recorder.generation));
+      recorder.recording.slots.push_back(input);
+    }
+    const Scope scope(recorder);
+    const Replayable<T> root = function(std::as_const(variables).data());
+    constant_ = root.value();
+    statement_count_ = recorder.recording.statements.size();
+    program_ = detail::ReplayProgram<T>(recorder.recording);
+    if (root.is_active()) root_ = program_.slot(root.link().index());
+  }
+
+  /// The function's value at other inputs.
+  /// \throws DomainError if there are not as many, or if a comparison comes out otherwise than when recorded
+  T value(std::span<const T> inputs) {
+    require_count("inputs", inputs.size());
+    std::copy(inputs.begin(), inputs.end(), program_.values() + 1);
+    program_.forward();
+    return root_ == 0 ? constant_ : program_.values()[root_];
+  }
+
+  /// The same, and its gradient.
+  T gradient(std::span<const T> inputs, std::span<T> gradient) {
+    require_count("entries of the gradient", gradient.size());
+    const T value = this->value(inputs);
+    program_.backward(root_, T(1));
+    std::copy_n(program_.adjoints() + 1, input_count_, gradient.begin());
+    return value;
+  }
+
+  /// Formulas and comparisons recorded.
+  [[nodiscard]] std::size_t statement_count() const { return statement_count_; }
+  /// The pieces in which they are computed.
+  [[nodiscard]] std::size_t run_count() const { return program_.run_count(); }
+
+ private:
+  /// While it lives, operations of this thread go to the recorder.
+  class Scope {
+   public:
+    explicit Scope(detail::ReplayRecorder<T>& recorder)
+        : previous_(std::exchange(detail::ReplayRecorder<T>::active, &recorder)) {}
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+    ~Scope() { detail::ReplayRecorder<T>::active = previous_; }
+
+   private:
+    detail::ReplayRecorder<T>* previous_;
+  };
+
+  void require_count(const char* what, std::size_t found) const {
+    if (found != input_count_)
+      throw DomainError("Replay: " + std::to_string(found) + " " + what + ", recorded with " +
+                        std::to_string(input_count_) + " inputs");
+  }
+
+  std::size_t input_count_;
+  std::size_t statement_count_ = 0;
+  detail::ReplayProgram<T> program_;
+  std::uint32_t root_ = 0;
+  T constant_ = 0;
+};
+
+}  // namespace tapestry

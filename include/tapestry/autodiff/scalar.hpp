@@ -1,0 +1,77 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <type_traits>
+
+namespace tapestry {
+
+template <class T, std::size_t N, class Tag>
+class Dual;
+
+/// A plain number.
+template <class E>
+concept Number = std::is_arithmetic_v<std::remove_cvref_t<E>>;
+
+namespace detail {
+template <class X>
+struct IsDual : std::false_type {};
+template <class T, std::size_t N, class Tag>
+struct IsDual<Dual<T, N, Tag>> : std::true_type {};
+}  // namespace detail
+
+/// A number that carries its own derivatives; see dual.hpp.
+template <class X>
+concept DualNumber = detail::IsDual<std::remove_cvref_t<X>>::value;
+
+/// What a tape can compute with: a floating-point number, or a dual number for derivatives of gradients.
+template <class T>
+concept Scalar = std::floating_point<T> || DualNumber<T>;
+
+namespace detail {
+
+/// The floating-point type at the bottom of a scalar type.
+template <class T>
+struct BaseOf {
+  using type = T;
+};
+template <class T, std::size_t N, class Tag>
+struct BaseOf<Dual<T, N, Tag>> {
+  using type = typename BaseOf<T>::type;
+};
+template <class T>
+using Base = typename BaseOf<std::remove_cvref_t<T>>::type;
+
+/// Whether all of a scalar is zero: its value, and the derivatives that it carries.
+template <std::floating_point T>
+[[nodiscard]] constexpr bool is_zero(T x) {
+  return x == T(0);
+}
+template <DualNumber T>
+[[nodiscard]] constexpr bool is_zero(const T& x) {
+  return x.is_zero();
+}
+
+/// factor · partial; nothing passes a zero factor, not even an infinite partial. The product comes first, so
+/// that loops of this need no branch.
+template <std::floating_point T>
+[[nodiscard]] constexpr T chain(T factor, T partial) {
+  const T product = factor * partial;
+  return factor == T(0) ? T(0) : product;
+}
+template <DualNumber T>
+[[nodiscard]] constexpr T chain(const T& factor, const T& partial) {
+  auto tangents = factor.tangents();
+  for (std::size_t k = 0; k < T::direction_count; ++k)
+    tangents[k] = chain(factor.tangent(k), partial.value()) + chain(factor.value(), partial.tangent(k));
+  return {chain(factor.value(), partial.value()), tangents};
+}
+
+/// Operations at a kink name one side and give the other the partial 0; it must then stay out of the
+/// statement, so that an infinite adjoint cannot turn it into NaN. They say so with `skips_zero`.
+template <class Operation>
+concept SkipsZero = requires {
+  Operation::skips_zero;
+};
+
+}  // namespace detail
+}  // namespace tapestry

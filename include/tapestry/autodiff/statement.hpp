@@ -1,0 +1,133 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace tapestry::detail {
+
+/// Where a variable was recorded: the index of its statement, and the generation of statements on the tape.
+/// Index 0 means nowhere: the variable is passive. One number, so that it is copied and compared as one.
+class Link {
+ public:
+  constexpr Link() = default;
+  constexpr Link(std::uint32_t index, std::uint32_t generation)
+      : bits_(std::uint64_t(generation) << 32U | index) {}
+  [[nodiscard]] constexpr std::uint32_t index() const { return static_cast<std::uint32_t>(bits_); }
+  [[nodiscard]] constexpr std::uint32_t generation() const {
+    return static_cast<std::uint32_t>(bits_ >> 32U);
+  }
+  [[nodiscard]] constexpr bool is_active() const { return index() != 0; }
+  /// Zero if both are of one generation. Those of several links may be joined by |.
+  [[nodiscard]] constexpr std::uint32_t generation_difference(Link other) const {
+    return static_cast<std::uint32_t>((bits_ ^ other.bits_) >> 32U);
+  }
+  /// The link of the following statement.
+  constexpr Link& operator++() {
+    ++bits_;
+    return *this;
+  }
+
+ private:
+  std::uint64_t bits_ = 0;
+};
+
+/// How many operands a statement has: of partial derivative 1, of −1, and of any other.
+struct OperandCounts {
+  std::size_t plus = 0;
+  std::size_t minus = 0;
+  std::size_t general = 0;
+  [[nodiscard]] constexpr std::size_t sum() const { return plus + minus + general; }
+};
+
+[[nodiscard]] constexpr OperandCounts operator+(const OperandCounts& a, const OperandCounts& b) {
+  return {a.plus + b.plus, a.minus + b.minus, a.general + b.general};
+}
+
+/// What stands on a tape for a statement: its operand counts in one byte, or what else it is.
+enum class StatementKind : std::uint8_t {
+  input = 0,          ///< no operands
+  many_pairs = 0xFE,  ///< general operands, their number in the word behind them
+  record = 0xFF,      ///< an operation with a pullback
+};
+
+inline constexpr OperandCounts largest_counts{3, 3, 14};
+
+/// The counts as a kind can hold them, but perhaps for the general ones: units beyond are general operands.
+[[nodiscard]] constexpr OperandCounts within_kind(const OperandCounts& counts) {
+  const std::size_t plus = counts.plus < largest_counts.plus ? counts.plus : largest_counts.plus;
+  const std::size_t minus = counts.minus < largest_counts.minus ? counts.minus : largest_counts.minus;
+  return {plus, minus, counts.sum() - plus - minus};
+}
+
+[[nodiscard]] constexpr StatementKind kind_of(const OperandCounts& counts) {
+  return static_cast<StatementKind>(counts.plus | counts.minus << 2U | counts.general << 4U);
+}
+
+[[nodiscard]] constexpr OperandCounts counts_of(StatementKind kind) {
+  const auto byte = static_cast<std::size_t>(kind);
+  return {byte & 3U, byte >> 2U & 3U, byte >> 4U};
+}
+
+/// Words of 4 bytes in which statements keep their operands, in this order: pairs (partial, index) of the
+/// general ones, indices of those of partial 1, indices of those of −1.
+using Word = std::uint32_t;
+
+template <class T>
+inline constexpr std::size_t pair_words = 1 + sizeof(T) / sizeof(Word);
+
+template <class T>
+[[nodiscard]] constexpr std::size_t words_of(const OperandCounts& counts) {
+  return counts.general * pair_words<T> + counts.plus + counts.minus;
+}
+
+/// A general operand of floating-point type, as it lies among words. A type of its own lets the compiler see
+/// that writing one changes nothing else.
+template <std::floating_point T>
+struct [[gnu::packed, gnu::aligned(alignof(Word))]] Pair {
+  T partial;
+  Word index;
+};
+
+template <class T>
+void write_pair(Word* words, std::uint32_t index, const T& partial) {
+  if constexpr (std::floating_point<T>) {
+    auto* const pair = reinterpret_cast<Pair<T>*>(words);
+    pair->partial = partial;
+    pair->index = index;
+  } else {
+    std::memcpy(words, &partial, sizeof(T));
+    words[pair_words<T> - 1] = index;
+  }
+}
+
+template <class T>
+[[nodiscard]] T partial_of_pair(const Word* words) {
+  if constexpr (std::floating_point<T>) {
+    return reinterpret_cast<const Pair<T>*>(words)->partial;
+  } else {
+    T partial;
+    std::memcpy(static_cast<void*>(&partial), words, sizeof(T));
+    return partial;
+  }
+}
+
+template <class T>
+[[nodiscard]] std::uint32_t index_of_pair(const Word* words) {
+  if constexpr (std::floating_point<T>) {
+    return reinterpret_cast<const Pair<T>*>(words)->index;
+  } else {
+    return words[pair_words<T> - 1];
+  }
+}
+
+/// The number of words that the statement whose words end at `end` has. Those without operands have one,
+/// of no meaning.
+template <class T>
+[[nodiscard]] std::size_t words_before(const Word* end, StatementKind kind) {
+  if (kind == StatementKind::input || kind == StatementKind::record) return 1;
+  if (kind == StatementKind::many_pairs) return 1 + end[-1] * pair_words<T>;
+  return words_of<T>(counts_of(kind));
+}
+
+}  // namespace tapestry::detail

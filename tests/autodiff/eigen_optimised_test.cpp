@@ -1,0 +1,106 @@
+#include <tapestry/autodiff/eigen.hpp>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+using tapestry::Dual;
+using tapestry::Tape;
+using tapestry::Variable;
+
+namespace {
+template <class S>
+using Matrix3 = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;  // of 3 × 3, without unrolled loops
+template <class S>
+using Vector3 = Eigen::Matrix<S, Eigen::Dynamic, 1>;
+
+/// A well-conditioned matrix and a right side out of twelve numbers.
+template <class S>
+Matrix3<S> matrix_of(const std::vector<S>& x) {
+  Matrix3<S> a(3, 3);
+  for (Eigen::Index i = 0; i < 9; ++i) a(i / 3, i % 3) = x[static_cast<std::size_t>(i)];
+  for (Eigen::Index i = 0; i < 3; ++i) a(i, i) += 4.0;
+  return a;
+}
+template <class S>
+Vector3<S> side_of(const std::vector<S>& x) {
+  Vector3<S> b(3);
+  b << x[9], x[10], x[11];
+  return b;
+}
+
+std::vector<double> some_entries() {
+  std::vector<double> x;
+  for (int i = 0; i < 12; ++i) x.push_back(0.3 * static_cast<double>((i * 7) % 11) - 1.1);
+  return x;
+}
+
+/// The gradient of f on the tape against Richardson-extrapolated central differences in double.
+template <class Function>
+void check_on_tape(const Function& f) {
+  const auto x0 = some_entries();
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  std::vector<Variable<double>> x;
+  for (const double entry : x0) x.push_back(tape.input(entry));
+  const Variable<double> root = f(x);
+  tape.reverse(root);
+  CHECK(std::abs(root.value() - f(x0)) <= 1e-13 * std::abs(f(x0)));
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto quotient = [&](double h) {
+      auto ahead = x0, behind = x0;
+      ahead[i] += h;
+      behind[i] -= h;
+      return (f(ahead) - f(behind)) / (2 * h);
+    };
+    CHECK(std::abs(x[i].adjoint() - (4 * quotient(0x1p-11) - quotient(0x1p-10)) / 3) <= 1e-9);
+  }
+}
+}  // namespace
+
+TEST_CASE("products of matrices of variables are differentiated", "[autodiff][eigen]") {
+  check_on_tape([]<class S>(const std::vector<S>& x) {
+    const Matrix3<S> a = matrix_of(x);
+    const Vector3<S> b = side_of(x);
+    const Matrix3<S> c = a * a.transpose() - 2.0 * a + Matrix3<S>::Identity(3, 3);
+    return S((c * b).squaredNorm() + c.trace() + a.determinant() + b.norm() + b.normalized().dot(a.col(1)) +
+             a.cwiseAbs().maxCoeff() + (a.array() / 4.0).exp().sum());
+  });
+}
+
+TEST_CASE("an LU decomposition of variables is differentiated", "[autodiff][eigen]") {
+  check_on_tape([]<class S>(const std::vector<S>& x) {
+    const Matrix3<S> a = matrix_of(x);
+    return S(a.partialPivLu().solve(side_of(x)).squaredNorm() + a.inverse().sum());
+  });
+}
+
+TEST_CASE("a QR decomposition of variables is differentiated", "[autodiff][eigen]") {
+  check_on_tape([]<class S>(const std::vector<S>& x) {
+    return S(matrix_of(x).householderQr().solve(side_of(x)).squaredNorm());
+  });
+}
+
+TEST_CASE("Cholesky decompositions of variables are differentiated", "[autodiff][eigen]") {
+  check_on_tape([]<class S>(const std::vector<S>& x) {
+    const Matrix3<S> a = matrix_of(x);
+    const Matrix3<S> positive = a * a.transpose();
+    return S(positive.llt().solve(side_of(x)).squaredNorm() + positive.ldlt().solve(side_of(x)).sum());
+  });
+}
+
+TEST_CASE("matrices of duals carry derivatives through a decomposition", "[autodiff][eigen]") {
+  using D = Dual<double>;
+  // d/dt (tI)⁻¹ b = −b / t².
+  Matrix3<D> a = Matrix3<D>::Identity(3, 3) * D::input(2.0);
+  Vector3<D> b(3);
+  b << D(1.0), D(2.0), D(4.0);
+  const Vector3<D> x = a.partialPivLu().solve(b);
+  CHECK(x(2).value() == 2);
+  CHECK(x(2).tangent() == -1);
+}

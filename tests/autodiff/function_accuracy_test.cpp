@@ -1,0 +1,346 @@
+#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/variable.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <initializer_list>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+using tapestry::Tape;
+using tapestry::Variable;
+
+namespace {
+using Wide = long double;  // 64 bits of mantissa on x86
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Distance in units in the last place of the reference, denormals having the spacing of the smallest.
+double ulps(double found, Wide reference) {
+  const auto rounded = static_cast<double>(reference);
+  if (found == rounded) return 0;
+  if (!std::isfinite(rounded) || !std::isfinite(found)) return infinity;
+  int exponent = 0;
+  std::frexp(rounded, &exponent);
+  const int last = std::max(exponent - 53, -1074);
+  return static_cast<double>(std::abs(static_cast<Wide>(found) - reference) / std::ldexp(Wide(1), last));
+}
+
+/// Powers of ten over the range of doubles, and points between −limit and limit.
+std::vector<double> points(double low, double high) {
+  std::vector<double> all;
+  for (int k = 0; k <= 2000; ++k) all.push_back(low + (high - low) * (k + 0.375) / 2001);
+  for (double size = 1e-307; size < 1e308; size *= 31.7)
+    for (const double x : {-size, size})
+      if (x > low && x < high) all.push_back(x);
+  return all;
+}
+
+template <class Function>
+double slope_on_tape(const Function& f, double x) {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> input = tape.input(x);
+  tape.reverse(Variable<double>(f(input)));
+  return input.adjoint();
+}
+
+/// The worst distance of the tape's derivative from the reference, which must be within 4 ulp.
+template <class Function, class Reference>
+void check_ulps(const char* name, const Function& f, const Reference& reference,
+                const std::vector<double>& at) {
+  double worst = 0, worst_at = 0;
+  for (const double x : at) {
+    const double error = ulps(slope_on_tape(f, x), reference(static_cast<Wide>(x)));
+    if (!(error <= worst)) worst = error, worst_at = x;
+  }
+  INFO(name << " at " << worst_at);
+  CHECK(worst <= 4);
+}
+
+struct Entry {
+  double x;
+  Wide expected;
+};
+constexpr Wide ln2 = std::numbers::ln2_v<Wide>;
+constexpr Wide ln10 = std::numbers::ln10_v<Wide>;
+constexpr Wide inv_sqrtpi = std::numbers::inv_sqrtpi_v<Wide>;
+}  // namespace
+
+TEST_CASE("derivatives of exponentials and logarithms are within 4 ulp over their range",
+          "[autodiff][accuracy]") {
+  check_ulps(
+      "exp", [](auto x) { return exp(x); }, [](Wide x) { return std::exp(x); }, points(-745, 709));
+  check_ulps(
+      "exp2", [](auto x) { return exp2(x); }, [](Wide x) { return ln2 * std::exp2(x); }, points(-1074, 1023));
+  check_ulps(
+      "expm1", [](auto x) { return expm1(x); }, [](Wide x) { return std::exp(x); }, points(-745, 709));
+  check_ulps(
+      "log", [](auto x) { return log(x); }, [](Wide x) { return 1 / x; }, points(0, 1e307));
+  check_ulps(
+      "log2", [](auto x) { return log2(x); }, [](Wide x) { return 1 / (x * ln2); }, points(0, 1e307));
+  check_ulps(
+      "log10", [](auto x) { return log10(x); }, [](Wide x) { return 1 / (x * ln10); }, points(0, 1e307));
+  check_ulps(
+      "log1p", [](auto x) { return log1p(x); }, [](Wide x) { return 1 / (1 + x); }, points(-1, 1e5));
+  check_ulps(
+      "sigmoid", [](auto x) { return sigmoid(x); },
+      [](Wide x) { return 1 / ((1 + std::exp(x)) * (1 + std::exp(-x))); }, points(-745, 745));
+  check_ulps(
+      "softplus", [](auto x) { return softplus(x); }, [](Wide x) { return 1 / (1 + std::exp(-x)); },
+      points(-745, 745));
+  for (const double y : {-600.123, -3.7, 0.1, 2.5, 650.777}) {
+    check_ulps(
+        "logsumexp", [=](auto x) { return logsumexp(x, y); },
+        [=](Wide x) { return 1 / (1 + std::exp(static_cast<Wide>(y) - x)); }, points(y - 740, y + 740));
+  }
+}
+
+TEST_CASE("derivatives of trigonometric and hyperbolic functions are within 4 ulp over their range",
+          "[autodiff][accuracy]") {
+  check_ulps(
+      "sin", [](auto x) { return sin(x); }, [](Wide x) { return std::cos(x); }, points(-100, 100));
+  check_ulps(
+      "cos", [](auto x) { return cos(x); }, [](Wide x) { return -std::sin(x); }, points(-100, 100));
+  check_ulps(
+      "tan", [](auto x) { return tan(x); }, [](Wide x) { return 1 / (std::cos(x) * std::cos(x)); },
+      points(-100, 100));
+  check_ulps(
+      "asin", [](auto x) { return asin(x); }, [](Wide x) { return 1 / std::sqrt((1 - x) * (1 + x)); },
+      points(-1, 1));
+  check_ulps(
+      "acos", [](auto x) { return acos(x); }, [](Wide x) { return -1 / std::sqrt((1 - x) * (1 + x)); },
+      points(-1, 1));
+  check_ulps(
+      "atan", [](auto x) { return atan(x); }, [](Wide x) { return 1 / (1 + x * x); }, points(-1e160, 1e160));
+  check_ulps(
+      "atan", [](auto x) { return atan(x); }, [](Wide x) { return 1 / (1 + x * x); }, points(-10, 10));
+  check_ulps(
+      "sinh", [](auto x) { return sinh(x); }, [](Wide x) { return std::cosh(x); }, points(-710, 710));
+  check_ulps(
+      "cosh", [](auto x) { return cosh(x); }, [](Wide x) { return std::sinh(x); }, points(-710, 710));
+  check_ulps(
+      "tanh", [](auto x) { return tanh(x); }, [](Wide x) { return 1 / (std::cosh(x) * std::cosh(x)); },
+      points(-372, 372));
+  check_ulps(
+      "tanh", [](auto x) { return tanh(x); }, [](Wide x) { return 1 / (std::cosh(x) * std::cosh(x)); },
+      points(-3, 3));
+  check_ulps(
+      "asinh", [](auto x) { return asinh(x); }, [](Wide x) { return 1 / std::sqrt(1 + x * x); },
+      points(-1e300, 1e300));
+  check_ulps(
+      "acosh", [](auto x) { return acosh(x); }, [](Wide x) { return 1 / std::sqrt((x - 1) * (x + 1)); },
+      points(1, 1e300));
+  check_ulps(
+      "acosh", [](auto x) { return acosh(x); }, [](Wide x) { return 1 / std::sqrt((x - 1) * (x + 1)); },
+      points(1, 3));
+  check_ulps(
+      "atanh", [](auto x) { return atanh(x); }, [](Wide x) { return 1 / ((1 - x) * (1 + x)); },
+      points(-1, 1));
+  for (const double y : {-3.0, 0.7, 1e10}) {
+    const auto wide = static_cast<Wide>(y);
+    check_ulps(
+        "atan2 by y", [=](auto x) { return atan2(x, y); },
+        [=](Wide x) { return wide / (x * x + wide * wide); }, points(-1e100, 1e100));
+    check_ulps(
+        "atan2 by x", [=](auto x) { return atan2(y, x); },
+        [=](Wide x) { return -wide / (x * x + wide * wide); }, points(-20, 20));
+  }
+}
+
+TEST_CASE("derivatives of powers are within 4 ulp over their range", "[autodiff][accuracy]") {
+  check_ulps(
+      "sqrt", [](auto x) { return sqrt(x); }, [](Wide x) { return 1 / (2 * std::sqrt(x)); },
+      points(0, 1e307));
+  check_ulps(
+      "cbrt", [](auto x) { return cbrt(x); }, [](Wide x) { return 1 / (3 * std::cbrt(x) * std::cbrt(x)); },
+      points(-1e300, 1e300));
+  check_ulps(
+      "cbrt", [](auto x) { return cbrt(x); }, [](Wide x) { return 1 / (3 * std::cbrt(x) * std::cbrt(x)); },
+      points(-10, 10));
+  check_ulps(
+      "square", [](auto x) { return square(x); }, [](Wide x) { return 2 * x; }, points(-1e150, 1e150));
+  check_ulps(
+      "inverse", [](auto x) { return 1 / x; }, [](Wide x) { return -1 / (x * x); }, points(-1e150, 1e150));
+  for (const double y : {-2.5, -1.0, 0.5, 1.0, 2.0, 3.0, 10.25, 100.0}) {
+    const auto wide = static_cast<Wide>(y);
+    check_ulps(
+        "pow by x", [=](auto x) { return pow(x, y); }, [=](Wide x) { return wide * std::pow(x, wide - 1); },
+        points(0, 1e3));
+    check_ulps(
+        "pow by y", [=](auto x) { return pow(std::abs(y), x); },
+        [=](Wide x) { return std::pow(std::abs(wide), x) * std::log(std::abs(wide)); }, points(-100, 100));
+  }
+  for (const double y : {-3.0, 1e-8, 1e200})
+    check_ulps(
+        "hypot", [=](auto x) { return hypot(x, y); },
+        [=](Wide x) { return x / std::sqrt(x * x + static_cast<Wide>(y) * static_cast<Wide>(y)); },
+        points(-1e150, 1e150));
+}
+
+TEST_CASE("derivatives of the error functions are within 4 ulp over their range", "[autodiff][accuracy]") {
+  const auto bell = [](Wide x) { return 2 * inv_sqrtpi * std::exp(-x * x); };
+  check_ulps(
+      "erf", [](auto x) { return erf(x); }, bell, points(-26.6, 26.6));
+  check_ulps(
+      "erfc", [](auto x) { return erfc(x); }, [=](Wide x) { return -bell(x); }, points(-26.6, 26.6));
+}
+
+TEST_CASE("digamma is within 1 ulp of 22 digits, or 1e-18 beside its negative roots",
+          "[autodiff][accuracy]") {
+  const std::vector<Entry> table = {
+      {1e-300, -9.999999999999999749409e+299L},
+      {1e-20, -100000000000000005485.3L},
+      {1e-08, -100000000.5772156463599L},
+      {0.001, -1000.575571931810279655L},
+      {0.1, -10.4237549404110762321L},
+      {0.5, -1.963510026021423479441L},
+      {0.9999, -0.5773801703298691236638L},
+      {1.0, -0.5772156649015328606065L},
+      {1.25, -0.2274535333762654080895L},
+      {1.4616321449683622, -9.241265521729427516792e-17L},
+      {1.4616321449683625, 1.224537462200406903132e-16L},
+      {1.46, -0.001580561987083452106151L},
+      {1.5, 0.03648997397857652055902L},
+      {1.9999, 0.4227198396711309653306L},
+      {2.0, 0.4227843350984671393935L},
+      {2.01, 0.4292135520323154649092L},
+      {3.7, 1.167153539361511440948L},
+      {8.0, 2.015641477955609996536L},
+      {11.99, 2.441792283668334885148L},
+      {12.5, 2.48519565127491204815L},
+      {30.0, 3.384438132685524876562L},
+      {170.3, 5.134622719020003808589L},
+      {100000.0, 11.51292046496189508676L},
+      {1000000000000000.0, 34.53877639491068476027L},
+      {1e+300, 690.7755278982137052579L},
+      {-1e-300, 9.999999999999999749409e+299L},
+      {-1e-08, 99999999.42278431655687L},
+      {-0.25, 2.914139120213527830373L},
+      {-0.5, 0.03648997397857652055902L},
+      {-0.504083008264455, 4.042965717222496339214e-15L},
+      {-0.5040830082644554, 7.289763902976894944462e-17L},
+      {-0.75, -2.894120200042932074756L},
+      {-1.5, 0.7031566406452431872257L},
+      {-1.5734984731623904, 1.564978848183845336723e-16L},
+      {-2.6, 0.1148975066969341955897L},
+      {-7.3, 4.337307305510050142181L},
+      {-20.5, 3.044616882512524630889L},
+      {-100.25, 7.754238959208645448412L},
+      {-1000.125, 14.49285571711376346529L},
+  };
+  for (const auto& [x, expected] : table) {
+    INFO("at " << x);
+    const double error = static_cast<double>(std::abs(static_cast<Wide>(tapestry::digamma(x)) - expected));
+    CHECK((ulps(tapestry::digamma(x), expected) <= 1 || error <= 1e-18));
+    CHECK(slope_on_tape([](auto v) { return lgamma(v); }, x) == tapestry::digamma(x));
+  }
+}
+
+TEST_CASE("polygamma functions and the slope of the gamma function are within 4 ulp of 22 digits",
+          "[autodiff][accuracy]") {
+  const std::vector<std::vector<Entry>> tables = {{
+                                                      {1e-08, 10000000000000001.22648L},
+                                                      {0.1, 101.4332991507927477047L},
+                                                      {0.5, 4.934802200544679309417L},
+                                                      {1.0, 1.644934066848226436472L},
+                                                      {1.5, 0.9348022005446793094172L},
+                                                      {2.0, 0.6449340668482264364724L},
+                                                      {5.5, 0.1993423869896276591275L},
+                                                      {17.0, 0.06058753340323936178171L},
+                                                      {40.0, 0.0253151038412910281576L},
+                                                      {1000000.0, 0.000001000000500000166666667L},
+                                                      {-0.25, 18.5418796476716064984L},
+                                                      {-0.5, 8.934802200544679309417L},
+                                                      {-1.25, 19.1818796476716064984L},
+                                                      {-3.75, 19.50498006059957527329L},
+                                                      {-20.5, 9.821994344649879482074L},
+                                                  },
+                                                  {
+                                                      {1e-08, -1.999999999999999874465e+24L},
+                                                      {0.1, -2001.861457378343673222L},
+                                                      {0.5, -16.8287966442343199956L},
+                                                      {1.0, -2.404113806319188570799L},
+                                                      {1.5, -0.8287966442343199955963L},
+                                                      {2.0, -0.4041138063191885707995L},
+                                                      {5.5, -0.03960894752130204297143L},
+                                                      {17.0, -0.003669728873958962154187L},
+                                                      {40.0, -0.0006408202718352985877564L},
+                                                      {1000000.0, -1.0000010000005e-12L},
+                                                      {-0.25, 122.6973667836623603686L},
+                                                      {-0.5, -0.8287966442343199955963L},
+                                                      {-1.25, 123.7213667836623603686L},
+                                                      {-3.75, -124.0797271337892540456L},
+                                                      {-20.5, -0.002266289919637796934179L},
+                                                  },
+                                                  {
+                                                      {1e-08, 5.999999999999999497859e+32L},
+                                                      {0.1, 60004.51287679025338427L},
+                                                      {0.5, 97.40909103400243723644L},
+                                                      {1.0, 6.493939402266829149096L},
+                                                      {1.5, 1.40909103400243723644L},
+                                                      {2.0, 0.493939402266829149096L},
+                                                      {5.5, 0.01569059267588281914697L},
+                                                      {17.0, 0.0004444085253892188298988L},
+                                                      {40.0, 0.00003244140015156350032188L},
+                                                      {1000000.0, 2.000003000002e-18L},
+                                                      {-0.25, 1555.76331253485059976L},
+                                                      {-0.5, 193.4090910340024372364L},
+                                                      {-1.25, 1558.22091253485059976L},
+                                                      {-3.75, 1558.520092024034342015L},
+                                                      {-20.5, 194.8179663529729690866L},
+                                                  }};
+  for (const auto& [x, expected] : tables[0]) CHECK(ulps(tapestry::polygamma<1>(x), expected) <= 4);
+  for (const auto& [x, expected] : tables[1]) CHECK(ulps(tapestry::polygamma<2>(x), expected) <= 4);
+  for (const auto& [x, expected] : tables[2]) CHECK(ulps(tapestry::polygamma<3>(x), expected) <= 4);
+  const std::vector<Entry> gamma_slopes = {
+      {1e-08, -9999999999999998.592493L},     {0.1, -99.1664728746369960628L},
+      {0.5, -3.480230906913262026939L},       {1.0, -0.5772156649015328606065L},
+      {1.25, -0.2061644460672675963103L},     {1.4616321449683622, -8.184094266442788991818e-17L},
+      {2.0, 0.4227843350984671393935L},       {3.7, 4.867790990902607585949L},
+      {11.99, 95116963.55431938366878L},      {30.0, 2.992439645174224037662e+31L},
+      {120.5, 2.920512946777671497184e+198L}, {170.3, 1.022605071830095285012e+306L},
+      {-0.25, -14.2841390048673407328L},      {-1.5, 1.661750260668596505586L},
+      {-2.6, -0.1021077728500670993079L},     {-7.3, 0.001814676778158472991014L},
+      {-20.5, -8.630443262516978338468e-19L},
+  };
+  for (const auto& [x, expected] : gamma_slopes) {
+    INFO("at " << x);
+    CHECK(ulps(slope_on_tape([](auto v) { return tgamma(v); }, x), expected) <= 4);
+  }
+}
+
+TEST_CASE("special values of functions and their derivatives", "[autodiff][accuracy]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto check = [](const char* name, auto f, std::initializer_list<std::pair<double, double>> table) {
+    for (const auto& [x, expected] : table) {
+      const double found = slope_on_tape(f, x);
+      INFO(name << " at " << x << ": " << found);
+      CHECK((std::isnan(expected) ? std::isnan(found) : found == expected));
+    }
+  };
+  check("exp", [](auto x) { return exp(x); }, {{0, 1}, {-infinity, 0}, {infinity, infinity}});
+  check("log", [](auto x) { return log(x); }, {{0, infinity}, {infinity, 0}, {1, 1}});
+  check("log1p", [](auto x) { return log1p(x); }, {{-1, infinity}, {0, 1}, {infinity, 0}});
+  check("sqrt", [](auto x) { return sqrt(x); }, {{0, infinity}, {infinity, 0}, {-1, nan}});
+  check("cbrt", [](auto x) { return cbrt(x); }, {{0, infinity}, {8, 1.0 / 12}, {-infinity, 0}});
+  check("asin", [](auto x) { return asin(x); }, {{1, infinity}, {-1, infinity}, {0, 1}, {2, nan}});
+  check("acos", [](auto x) { return acos(x); }, {{1, -infinity}, {-1, -infinity}, {0, -1}});
+  check("atan", [](auto x) { return atan(x); }, {{infinity, 0}, {-infinity, 0}, {0, 1}});
+  check("tanh", [](auto x) { return tanh(x); }, {{infinity, 0}, {-infinity, 0}, {0, 1}});
+  check("atanh", [](auto x) { return atanh(x); }, {{1, infinity}, {-1, infinity}, {0, 1}});
+  check("acosh", [](auto x) { return acosh(x); }, {{1, infinity}, {infinity, 0}});
+  check("asinh", [](auto x) { return asinh(x); }, {{0, 1}, {infinity, 0}});
+  check("erf", [](auto x) { return erf(x); }, {{infinity, 0}, {-infinity, 0}});
+  check("sigmoid", [](auto x) { return sigmoid(x); }, {{infinity, 0}, {-infinity, 0}, {0, 0.25}});
+  check("softplus", [](auto x) { return softplus(x); }, {{infinity, 1}, {-infinity, 0}, {0, 0.5}});
+  check("lgamma", [](auto x) { return lgamma(x); },
+        {{0, -infinity}, {-0.0, infinity}, {-1, nan}, {infinity, infinity}, {nan, nan}});
+  check("abs", [](auto x) { return abs(x); }, {{0, 0}, {-0.0, 0}, {-infinity, -1}, {infinity, 1}});
+  check("digamma", [](auto x) { return digamma(x); }, {{0, infinity}, {infinity, 0}});
+}

@@ -1,0 +1,141 @@
+#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/variable.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+using tapestry::Tape;
+using tapestry::Variable;
+
+namespace {
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+using Values = std::vector<double>;
+
+/// The gradient of f, of a vector of variables, at x.
+template <class Function>
+Values gradient_of(const Function& f, const Values& x) {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  std::vector<Variable<double>> inputs;
+  for (const double entry : x) inputs.push_back(tape.input(entry));
+  tape.reverse(Variable<double>(f(inputs)));
+  Values gradient;
+  for (const auto& input : inputs) gradient.push_back(input.adjoint());
+  return gradient;
+}
+}  // namespace
+
+TEST_CASE("fmod and remainder have the slopes between their jumps", "[autodiff][hard]") {
+  const auto mod = [](const auto& x) { return fmod(x[0], x[1]); };
+  const auto rest = [](const auto& x) { return remainder(x[0], x[1]); };
+  CHECK(gradient_of(mod, {7, 2}) == Values{1, -3});
+  CHECK(gradient_of(mod, {-7, 2}) == Values{1, 3});
+  CHECK(gradient_of(mod, {6, 2}) == Values{1, -3});  // on the jump: the side above
+  CHECK(gradient_of(mod, {1, infinity}) == Values{1, 0});
+  // 1 − 2⁻⁵³ is below 10 · 0.1 as doubles are, though their quotient rounds to 10.
+  const double below = std::nextafter(10 * 0.1, 0.0);
+  CHECK(gradient_of(mod, {below, 0.1}) == Values{1, -9});
+  CHECK(gradient_of(rest, {7, 2}) == Values{1, -4});  // a tie goes to the even integer
+  CHECK(gradient_of(rest, {5.5, 2}) == Values{1, -3});
+}
+
+TEST_CASE("softmax of equal and of hugely different logits", "[autodiff][hard]") {
+  const auto entry = [](std::size_t i) { return [i](const auto& x) { return softmax(x)[i]; }; };
+  CHECK(gradient_of(entry(0), {5, 5}) == Values{0.25, -0.25});
+  CHECK(gradient_of(entry(0), {1e308, -1e308}) == Values{0, 0});
+  CHECK(gradient_of(entry(1), {1000, -1000}) == Values{0, 0});
+  const Values far = gradient_of(entry(0), {40, 0, 0});  // 1 − y₀ = 2·exp(−40) would be lost beside y₀
+  CHECK(std::abs(far[0] / (2 * std::exp(-40.0)) - 1) <= 4 * epsilon);
+  CHECK(std::abs(far[1] / -std::exp(-40.0) - 1) <= 4 * epsilon);
+  CHECK(softmax(std::vector<Variable<double>>{}).empty());
+  CHECK(softmax(std::vector<Variable<double>>{3.0})[0].value() == 1);
+  CHECK(gradient_of(entry(0), {-infinity, -infinity}) == Values{0.25, -0.25});
+}
+
+TEST_CASE("norm of the origin, of tiny, huge and infinite vectors", "[autodiff][hard]") {
+  const auto length = [](const auto& x) { return norm(x); };
+  CHECK(gradient_of(length, {0, 0, 0}) == Values{0, 0, 0});
+  CHECK(gradient_of(length, {3, 4}) == Values{0.6, 0.8});
+  CHECK(gradient_of(length, {3e-320, 4e-320}) == gradient_of(length, {3e-320 * 0x1p1000, 4e-320 * 0x1p1000}));
+  CHECK(gradient_of(length, {0x3p1000, -0x4p1000}) == Values{0.6, -0.8});
+  CHECK(gradient_of(length, {infinity, 1, -infinity}) == Values{1, 0, -1});
+  CHECK(norm(std::vector<Variable<double>>{}).value() == 0);
+}
+
+TEST_CASE("hypot of three, fma, dot, fdim, copysign and sign", "[autodiff][hard]") {
+  CHECK(gradient_of([](const auto& x) { return hypot(x[0], x[1], x[2]); }, {0, 0, 0}) == Values{0, 0, 0});
+  const Values third =
+      gradient_of([](const auto& x) { return hypot(x[0], x[1], x[2]); }, {0x2p1000, 0x3p1000, 0x6p1000});
+  CHECK(std::abs(third[0] - 2.0 / 7) <= epsilon);
+  CHECK(std::abs(third[2] - 6.0 / 7) <= epsilon);
+  const auto fused = [](const auto& x) { return fma(x[0], x[1], -1.0); };
+  CHECK(gradient_of(fused, {1 + epsilon, 1 - epsilon}) == Values{1 - epsilon, 1 + epsilon});
+  CHECK(fma(Variable<double>(1 + epsilon), 1 - epsilon, -1.0).value() == -epsilon * epsilon);
+  const auto product = [](const auto& x) { return dot(x, x); };
+  CHECK(gradient_of(product, {1, 2, 3}) == Values{2, 4, 6});
+  const auto positive_difference = [](const auto& x) { return fdim(x[0], x[1]); };
+  CHECK(gradient_of(positive_difference, {3, 1}) == Values{1, -1});
+  CHECK(gradient_of(positive_difference, {1, 3}) == Values{0, 0});
+  CHECK(gradient_of(positive_difference, {2, 2}) == Values{1, -1});
+  const auto signed_like = [](const auto& x) { return copysign(x[0], x[1]); };
+  CHECK(gradient_of(signed_like, {3, -0.0}) == Values{-1, 0});
+  CHECK(gradient_of(signed_like, {-3, -1}) == Values{1, 0});
+  CHECK(sign(Variable<double>(-2.0)) == -1);
+  CHECK(sign(Variable<double>(-0.0)) == 0);
+  CHECK(std::isnan(sign(Variable<double>(std::numeric_limits<double>::quiet_NaN()))));
+}
+
+TEST_CASE("catastrophic cancellation: the forms that avoid it, with their relative error",
+          "[autodiff][hard]") {
+  for (const double x : {1e-3, 1e-8, 1e-12}) {
+    // 1 − cos x as 2·sin²(x/2): slope sin x, within 2 ε; written out, the value would be off by ε/x².
+    const auto versine = [](const auto& v) { return 2 * square(sin(v[0] / 2)); };
+    CHECK(std::abs(gradient_of(versine, {x})[0] / std::sin(x) - 1) <= 2 * epsilon);
+    const auto growth = [](const auto& v) { return expm1(v[0]) / v[0]; };  // slope 1/2 + x/3 + x²/8 …
+    CHECK(std::abs(gradient_of(growth, {x})[0] - (0.5 + x / 3 + x * x / 8)) <= 4 * epsilon / x + x * x * x);
+  }
+}
+
+TEST_CASE("the variance of a shifted constant is exactly zero, and of a shifted spread exact to 4 ulp",
+          "[autodiff][hard]") {
+  // From the mean: Σ(x − mean)²/n. As mean of squares less square of mean, a shift of 10⁹ would leave
+  // nothing.
+  const auto variance = [](const auto& x) {
+    const Variable<double> mean = sum(x) / static_cast<double>(x.size());
+    Variable<double> total = 0;
+    for (const auto& entry : x) total += square(entry - mean);
+    return Variable<double>(total / static_cast<double>(x.size()));
+  };
+  for (const double slope : gradient_of(variance, {1e9, 1e9, 1e9, 1e9})) CHECK(slope == 0);
+  const Values spread = gradient_of(variance, {1e9, 1e9 + 1, 1e9 + 2, 1e9 + 3});
+  const Values expected = {-0.75, -0.25, 0.25, 0.75};  // 2(xᵢ − mean)/n
+  for (std::size_t i = 0; i < 4; ++i) CHECK(std::abs(spread[i] - expected[i]) <= 4 * epsilon);
+}
+
+TEST_CASE("denormal adjoints are not flushed", "[autodiff][hard]") {
+  const double tiny = std::numeric_limits<double>::denorm_min();
+  const auto scaled = [=](const auto& x) { return tiny * x[0] * 3.0; };
+  CHECK(gradient_of(scaled, {1})[0] == 3 * tiny);
+  const auto there_and_back = [](const auto& x) {
+    const Variable<double> small = x[0] * 0x1p-1060;
+    return Variable<double>(small * 0x1p1000);
+  };
+  CHECK(gradient_of(there_and_back, {1})[0] == 0x1p-60);
+}
+
+TEST_CASE("an infinite slope upstream of what has no adjoint does no harm", "[autodiff][hard]") {
+  // max() takes the constant: what comes back to √0 is 0, and 0·∞ must not become NaN.
+  CHECK(gradient_of([](const auto& x) { return max(sqrt(x[0]), 1.0); }, {0})[0] == 0);
+  CHECK(gradient_of([](const auto& x) { return 0.0 * log(x[0]) + x[0]; }, {0})[0] == 1);
+  CHECK(gradient_of(
+            [](const auto& x) {
+              return x[0] < 1 ? Variable<double>(2 * x[0]) : Variable<double>(sqrt(x[0] - 1));
+            },
+            {0})[0] == 2);
+}

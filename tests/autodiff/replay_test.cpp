@@ -1,0 +1,124 @@
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <stdexcept>
+#include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/replay.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+using tapestry::DomainError;
+using tapestry::Guards;
+using tapestry::Replay;
+using tapestry::Replayable;
+using tapestry::Tape;
+using tapestry::Variable;
+
+namespace {
+/// Many operations of many types, some of them in long rows, with passive variables among them.
+const auto objective = [](const auto* x) {
+  using S = std::remove_cvref_t<decltype(*x)>;
+  const S frozen = 0.25;
+  S sum = 0;
+  std::vector<S> y(40);
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] = exp(frozen * x[i % 4]) - x[(i + 1) % 4] / 3;
+  for (std::size_t round = 0; round < 200; ++round)
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      y[i] = tanh(y[i]) * 0.75 + 0.5 * y[(i + 1) % y.size()] - frozen;
+      sum += y[i] * x[i % 4] - max(y[i], x[0]) + abs(-x[1] + y[i]);
+    }
+  S product = sum - x[3] + x[0];
+  product *= hypot(x[0], x[2]);
+  return log(1 + product * product) + sqrt(square(x[2])) * pow(x[0], 2);
+};
+}  // namespace
+
+TEST_CASE("a replay has the values and gradients of the tape at other inputs", "[autodiff][replay]") {
+  Replay<double> replay(objective, std::vector<double>{0.5, -0.25, 1, 2});
+  CHECK(replay.statement_count() > 16000);
+  CHECK(replay.run_count() < replay.statement_count() / 8);
+  for (const auto& values : std::vector<std::vector<double>>{
+           {0.5, -0.25, 1, 2}, {1.5, 0.75, -0.5, 1}, {0.125, 2, 3, -1}, {0.5, -0.25, 1, 2}}) {
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    std::vector<Variable<double>> x(4);
+    tape.input(values, x);
+    const Variable<double> root = objective(x.data());
+    tape.reverse(root);
+    std::vector<double> gradient(4);
+    CHECK(replay.gradient(values, gradient) == root.value());
+    for (std::size_t i = 0; i < 4; ++i)  // the same terms, about 10⁴ of them, in another order
+      CHECK(std::abs(gradient[i] - x[i].adjoint()) <= 1e-11 * (1 + std::abs(x[i].adjoint())));
+    CHECK(replay.value(values) == root.value());
+  }
+}
+
+TEST_CASE("a replay refuses inputs for which a comparison comes out otherwise", "[autodiff][replay]") {
+  const auto branch = [](const auto* x) {
+    using S = std::remove_cvref_t<decltype(*x)>;
+    const S y = x[0] * x[0];
+    return y > x[1] + 1 ? S(y * x[1]) : S(x[1] - y);
+  };
+  Replay<double> guarded(branch, std::vector<double>{2, 1});
+  std::vector<double> gradient(2);
+  CHECK(guarded.gradient(std::vector<double>{3, 1}, gradient) == 9);
+  CHECK(gradient == std::vector<double>{6, 9});
+  CHECK_THROWS_WITH(
+      guarded.gradient(std::vector<double>{1, 1}, gradient),
+      "Replay: the comparison of 1.000000 with 2.000000 comes out otherwise than when it was recorded; "
+      "record again for these inputs");
+  CHECK_THROWS_AS(guarded.value(std::vector<double>{std::numeric_limits<double>::quiet_NaN(), 1}),
+                  DomainError);
+  CHECK(guarded.gradient(std::vector<double>{-3, 1}, gradient) == 9);  // stays usable
+  Replay<double> ignoring(branch, std::vector<double>{2, 1}, Guards::ignore);
+  CHECK(ignoring.gradient(std::vector<double>{1, 1}, gradient) == 1);  // of the branch taken when recorded
+  CHECK(ignoring.statement_count() == guarded.statement_count() - 1);
+}
+
+TEST_CASE("min, max and abs follow their arguments in a replay", "[autodiff][replay]") {
+  Replay<double> replay([](const auto* x) { return max(x[0], x[1]) + 3 * abs(x[0]); },
+                        std::vector<double>{2, 1});
+  std::vector<double> gradient(2);
+  CHECK(replay.gradient(std::vector<double>{-2, 5}, gradient) == 11);
+  CHECK(gradient == std::vector<double>{-3, 1});
+}
+
+TEST_CASE("a zero adjoint passes no infinite partial in a replay", "[autodiff][replay]") {
+  Replay<double> replay(
+      [](const auto* x) {
+        using S = std::remove_cvref_t<decltype(*x)>;
+        const S root = sqrt(x[0]);
+        return S(0 * root + x[0] + 0 * sqrt(x[0]));
+      },
+      std::vector<double>{1});
+  std::vector<double> gradient(1);
+  CHECK(replay.gradient(std::vector<double>{0}, gradient) == 0);
+  CHECK(gradient[0] == 1);
+}
+
+TEST_CASE("functions without a formula, or of nothing, replay", "[autodiff][replay]") {
+  Replay<float> identity([](const auto* x) { return x[1]; }, std::vector<float>{1, 2});
+  std::vector<float> gradient(2);
+  CHECK(identity.gradient(std::vector<float>{5, 6}, gradient) == 6);
+  CHECK(gradient == std::vector<float>{0, 1});
+  Replay<float> constant([](const auto*) { return 7; }, std::vector<float>{1, 2});
+  CHECK(constant.gradient(std::vector<float>{5, 6}, gradient) == 7);
+  CHECK(gradient == std::vector<float>{0, 0});
+  CHECK_THROWS_WITH(constant.value(std::vector<float>{1}), "Replay: 1 inputs, recorded with 2 inputs");
+}
+
+TEST_CASE("variables do not leave their recording, and a throwing function ends it", "[autodiff][replay]") {
+  Replayable<double> escaped;
+  Replay<double> first([&](const auto* x) { return escaped = x[0] * 2; }, std::vector<double>{3});
+  CHECK_THROWS_AS(Replayable<double>(escaped * 2), DomainError);
+  const auto uses_stranger = [&](const auto* x) { return Replayable<double>(x[0] * escaped); };
+  CHECK_THROWS_AS((Replay<double>(uses_stranger, std::vector<double>{3})), DomainError);
+  const auto throws = [](const auto* x) -> Replayable<double> {
+    if (x[0] > 0) throw std::runtime_error("user");
+    return x[0];
+  };
+  CHECK_THROWS_AS((Replay<double>(throws, std::vector<double>{3})), std::runtime_error);
+  CHECK(first.value(std::vector<double>{5}) == 10);
+  CHECK_FALSE(Replayable<double>(Replayable<double>(2.0) * 3).is_active());
+}
