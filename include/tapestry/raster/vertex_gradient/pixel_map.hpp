@@ -178,7 +178,8 @@ std::vector<std::array<double, 3>> sample_colours(const geometry::Mesh& mesh,
       const std::int32_t face = buffer.face[row * columns + column];
       if (face < 0) continue;
       barycentric.select(mesh, positions_view, face);
-      colours[row * columns + column] = colour.at(face, barycentric.at(row, column));
+      colours[row * columns + column] =
+          colour.at(face, barycentric.at(static_cast<double>(row), static_cast<double>(column)));
     }
   });
   return colours;
