@@ -115,7 +115,7 @@ TEST_CASE("views read and add where they look", "[autodiff][array_expression][vi
   check_gradient("views of views", x0, [](X x) {
     return weighted(select(transpose(slice(x, {{{1}, {0, 6, 2}}})), 1, 2) * select(x, 0, 1).shape()[0]);
   });
-  check_gradient("a view by itself", x0, [](X x) { return weighted(tapestry::evaluate(transpose(x))); });
+  check_gradient("a view by itself", x0, [](X x) { return weighted(tapestry::evaluated(transpose(x))); });
   check_gradient("scalars beside views", x0, [](X x) {
     const Variable<double> s = sum(column(x, 0));
     return weighted(column(x, 2) * s - s / column(x, 3));
@@ -135,7 +135,7 @@ TEST_CASE("axes of extent one repeat, and their adjoints sum", "[autodiff][array
                  [](X x) { return weighted(repeat(select(x, 0, 1), 0) * x + repeat(column(x, 2), 1, 4)); });
   check_gradient("broadcast", other, [](X row) { return weighted(broadcast(row, {5, 4}) * 2); });
   const Matrix row = other;
-  CHECK(tapestry::evaluate(row + Matrix(x0)).shape() == tapestry::Extents<2>{3, 4});
+  CHECK(tapestry::evaluated(row + Matrix(x0)).shape() == tapestry::Extents<2>{3, 4});
 }
 
 TEST_CASE("reductions along an axis", "[autodiff][array_expression][reduction]") {
@@ -187,7 +187,7 @@ TEST_CASE("what is constant is not pulled back", "[autodiff][array_expression]")
   tape.reverse(sum(constant(x) * y));
   CHECK(x.adjoint() == Array<double, 1>{0, 0});
   CHECK(y.adjoint() == Array<double, 1>{1, 2});
-  CHECK_FALSE(tapestry::evaluate(constant(x) + constant(y)).is_active());
+  CHECK_FALSE(tapestry::evaluated(constant(x) + constant(y)).is_active());
   const Row frozen = passive(x);
   tape.reverse(sum(frozen * y + frozen));
   CHECK(x.adjoint() == Array<double, 1>{0, 0});
@@ -299,7 +299,7 @@ TEST_CASE("views that would leave the array are refused", "[autodiff][array_expr
 TEST_CASE("a formula of active arrays needs an active tape", "[autodiff][array_expression]") {
   Tape<double> tape;
   const Row x = tape.input(Array<double, 1>{1, 2});
-  CHECK_THROWS_AS(tapestry::evaluate(x * x), DomainError);
+  CHECK_THROWS_AS(tapestry::evaluated(x * x), DomainError);
   CHECK_THROWS_AS(sum(x * x), DomainError);
   const auto scope = tape.activate();
   CHECK(sum(x * x).value() == 5);
