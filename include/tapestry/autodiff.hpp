@@ -1,6 +1,6 @@
 #pragma once
-/// Scalar differentiation, without need of an array library: a tape, variables, the functions of <cmath>, dual
-/// numbers, and derivatives of whole functions. Array operations on the same tape are in
+/// Scalar differentiation, without need of an array library: a tape, variables, the functions of <cmath>,
+/// dual numbers, and derivatives of whole functions. Array operations on the same tape are in
 /// autodiff/array_functions.hpp, a user's own operations in autodiff/record.hpp, a check of any gradient in
 /// autodiff/gradient_check.hpp, and what lets Eigen's matrices hold variables in autodiff/eigen.hpp.
 #include <tapestry/autodiff/derivatives.hpp>

@@ -7,8 +7,8 @@ inline const DoublesInMemory& in_memory(const double* values) {
 }
 inline DoublesInMemory& in_memory(double* values) { return *reinterpret_cast<DoublesInMemory*>(values); }
 
-/// What barycentric weights are made of for one point each lane: three planes through the eye and two corners,
-/// b_k ∝ x·plane[k][0] + y·plane[k][1] + plane[k][2].
+/// What barycentric weights are made of for one point each lane: three planes through the eye and two
+/// corners, b_k ∝ x·plane[k][0] + y·plane[k][1] + plane[k][2].
 struct Planes {
   Doubles plane[3][3];
 };
@@ -42,8 +42,8 @@ inline void weigh(const RayGrid& rays, const Planes& p, const double* column, co
 
 /// A run of points of one face.
 inline void weigh_run(const RayGrid& rays, const std::array<std::int32_t, 3>& corners,
-                      const std::array<double, 3>* view, std::size_t begin, std::size_t end, const double* column,
-                      const double* row, double* const* result) {
+                      const std::array<double, 3>* view, std::size_t begin, std::size_t end,
+                      const double* column, const double* row, double* const* result) {
   Planes p;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::array<double, 3>& q = view[corners[(k + 1) % 3]];
@@ -60,7 +60,8 @@ inline void weigh_run(const RayGrid& rays, const std::array<std::int32_t, 3>& co
 /// Points of as many faces as there are lanes.
 inline void weigh_mixed(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                         const std::array<double, 3>* view, std::size_t begin, std::size_t end,
-                        const std::int32_t* face, const double* column, const double* row, double* const* result) {
+                        const std::int32_t* face, const double* column, const double* row,
+                        double* const* result) {
   alignas(64) double corner[3][3][VertexBlock::wide] = {};
   for (std::size_t i = 0; i < VertexBlock::wide && begin + i < end; ++i) {
     const std::array<std::int32_t, 3>& corners = faces[face[begin + i]];

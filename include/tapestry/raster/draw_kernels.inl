@@ -1,8 +1,8 @@
 // The second part of raster_kernels.inl: triangles into tiles.
 
 /// Edge function of one side in whole samples, and its steps. A sample is inside where all three are ≥ 0.
-/// Doubled-area units are divided by 256, rounded down; since steps are whole multiples of 256 this keeps every
-/// sign.
+/// Doubled-area units are divided by 256, rounded down; since steps are whole multiples of 256 this keeps
+/// every sign.
 struct Edge {
   std::int64_t value;  // at the first sample
   std::int64_t per_column;
@@ -44,8 +44,8 @@ inline Box shared_box(const Triangle& t, const Tile& tile) {
   return box;
 }
 
-/// Fits the edges of a large triangle to 32 bits within a box: sides that leave the box alone become 0. False when
-/// the whole box is outside, or when an edge does not fit; then `fits` is false.
+/// Fits the edges of a large triangle to 32 bits within a box: sides that leave the box alone become 0. False
+/// when the whole box is outside, or when an edge does not fit; then `fits` is false.
 inline bool fit_edges(const Box& box, Edge* edges, bool& fits) {
   const std::int64_t width = box.last_column - box.first_column, height = box.last_row - box.first_row;
   for (std::size_t side = 0; side < 3; ++side) {
@@ -56,7 +56,8 @@ inline bool fit_edges(const Box& box, Edge* edges, bool& fits) {
     if (high < 0) return false;
     if (low >= 0) {
       edge = {0, 0, 0};
-    } else if (high - low > 0x7FFFFFFF || edge.per_column * 16 > 0x7FFFFFFF || edge.per_column * -16 > 0x7FFFFFFF) {
+    } else if (high - low > 0x7FFFFFFF || edge.per_column * 16 > 0x7FFFFFFF ||
+               edge.per_column * -16 > 0x7FFFFFFF) {
       fits = false;
     }
   }
@@ -66,7 +67,8 @@ inline bool fit_edges(const Box& box, Edge* edges, bool& fits) {
 /// One sample after the other, with 64 bits, for sides longer than about 100,000 samples.
 inline void draw_by_samples(const Triangle& t, const Tile& tile, const Box& box, const Edge* edges) {
   for (std::int32_t row = box.first_row; row <= box.last_row; ++row) {
-    for (std::int32_t column = box.first_column; column <= least(box.last_column, tile.columns - 1); ++column) {
+    for (std::int32_t column = box.first_column; column <= least(box.last_column, tile.columns - 1);
+         ++column) {
       std::int64_t outside = 0;
       for (std::size_t side = 0; side < 3; ++side)
         outside |= edges[side].value + edges[side].per_column * (column - box.first_column) +
@@ -78,7 +80,8 @@ inline void draw_by_samples(const Triangle& t, const Tile& tile, const Box& box,
       float value = base + static_cast<float>(lane) * t.step;
       value = value < t.inverse_depth_min ? t.inverse_depth_min : value;
       value = value > t.inverse_depth_max ? t.inverse_depth_max : value;
-      float& depth = tile.depth[static_cast<std::size_t>(row) * tile_width + static_cast<std::size_t>(column)];
+      float& depth =
+          tile.depth[static_cast<std::size_t>(row) * tile_width + static_cast<std::size_t>(column)];
       if (!(value > depth)) continue;
       depth = value;
       tile.faces[static_cast<std::size_t>(row) * tile.stride + static_cast<std::size_t>(column)] = t.face;
@@ -134,7 +137,8 @@ inline void draw_vector(const RowSetup& setup, const Ints& outside, const Floats
   face = is_nearer ? setup.face : Ints(face);
 }
 
-/// Rows of a box. What is read again and again is copied first: the compiler must take it that pixels alias it.
+/// Rows of a box. What is read again and again is copied first: the compiler must take it that pixels alias
+/// it.
 inline void draw_rows(const Triangle& t, const Tile& tile, const Box& box, const Edge* edges) {
   const RowSetup setup = row_setup(t, edges);
   const std::int32_t groups = (box.last_column - box.first_column + 1) / depth_group;

@@ -1,7 +1,7 @@
-// Kernels of the rasteriser for one instruction set; raster_kernels.hpp includes this file once for each of them,
-// inside a namespace of its own and with TAPESTRY_VECTOR_BYTES set. Generic vectors must be parsed under the target
-// they are meant for, so nothing here may be a lambda or come from outside. All sets give the same bits: what is not
-// an integer is reckoned without fused products, one operation a statement.
+// Kernels of the rasteriser for one instruction set; raster_kernels.hpp includes this file once for each of
+// them, inside a namespace of its own and with TAPESTRY_VECTOR_BYTES set. Generic vectors must be parsed
+// under the target they are meant for, so nothing here may be a lambda or come from outside. All sets give
+// the same bits: what is not an integer is reckoned without fused products, one operation a statement.
 
 constexpr std::size_t lanes = TAPESTRY_VECTOR_BYTES / 4;
 typedef std::int32_t Ints __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
@@ -88,10 +88,9 @@ inline void project(const Projection& p, const std::array<double, 3>* world, std
     project_block(p, block);
     for (std::size_t i = 0; i < size; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) view[begin + i][axis] = block.view[axis][i];
-      screen[begin + i] = {static_cast<std::int32_t>(block.screen[0][i]),
-                           static_cast<std::int32_t>(block.screen[1][i]),
-                           static_cast<std::uint32_t>(block.outside[i]),
-                           static_cast<float>(block.inverse_depth[i])};
+      screen[begin + i] = {
+          static_cast<std::int32_t>(block.screen[0][i]), static_cast<std::int32_t>(block.screen[1][i]),
+          static_cast<std::uint32_t>(block.outside[i]), static_cast<float>(block.inverse_depth[i])};
     }
   }
 }
@@ -115,12 +114,12 @@ inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t coun
   return highest;
 }
 
-/// Lists the faces that may own a sample: not outside one plane with all corners, and with a sample in their box. Of
-/// faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number.
-/// \param faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
-inline std::size_t list_faces(const std::array<std::int32_t, 3>* faces, std::int32_t first, std::int32_t count,
-                              const ScreenVertex* vertices, std::int32_t columns, std::int32_t rows,
-                              std::int32_t* list) {
+/// Lists the faces that may own a sample: not outside one plane with all corners, and with a sample in their
+/// box. Of faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number. \param
+/// faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
+inline std::size_t list_faces(const std::array<std::int32_t, 3>* faces, std::int32_t first,
+                              std::int32_t count, const ScreenVertex* vertices, std::int32_t columns,
+                              std::int32_t rows, std::int32_t* list) {
   constexpr std::int32_t half = subpixel_steps / 2;
   constexpr std::int32_t exempt = ViewClip::needs_cut | unusable;
   const FourInts last = {columns - 1, rows - 1, 0, 0};
@@ -161,7 +160,8 @@ inline std::uint32_t screen_order(const ScreenVertex* const* v) {
   const std::int64_t c = (std::int64_t{v[2]->x} << 34) + std::int64_t{v[2]->y} * 4 + 2;
   const std::int64_t low = least(a, b), high = greatest(a, b);
   const std::int64_t first = least(low, c), other = greatest(low, c);
-  return static_cast<std::uint32_t>((first & 3) | (least(high, other) & 3) << 2 | (greatest(high, other) & 3) << 4);
+  return static_cast<std::uint32_t>((first & 3) | (least(high, other) & 3) << 2 |
+                                    (greatest(high, other) & 3) << 4);
 }
 
 /// Tiles of a triangle's box, which has samples.
@@ -210,9 +210,9 @@ inline Doubles within(const Doubles& value) {
   return reinterpret_cast<Doubles>((value <= 1e37) & (value >= -1e37));
 }
 
-/// The plane n·q = n·a through corners a, b, c meets the ray z·(rx, ry, 1) at 1/z = n·(rx, ry, 1) / n·a. Corners
-/// come in an order that depends on their places only, so that faces with the same corners get the same bits and
-/// tie, whatever their winding.
+/// The plane n·q = n·a through corners a, b, c meets the ray z·(rx, ry, 1) at 1/z = n·(rx, ry, 1) / n·a.
+/// Corners come in an order that depends on their places only, so that faces with the same corners get the
+/// same bits and tie, whatever their winding.
 inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t count, Triangle* triangles) {
   for (std::size_t i = 0; i < count; i += VertexBlock::wide) {
     Doubles a[3], u[3], w[3], normal[3];
@@ -236,9 +236,11 @@ inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t 
     const Doubles per_z = normal[2] * inverse;
     const Doubles first_xz = per_z + first_x;
     const Doubles first = first_xz + first_y;
-    const Doubles per_column = cut_short<16>(per_x * rays.step[0]), per_row = cut_short<16>(per_y * rays.step[1]);
+    const Doubles per_column = cut_short<16>(per_x * rays.step[0]),
+                  per_row = cut_short<16>(per_y * rays.step[1]);
     const Doubles step = cut_short<33>(per_column);
-    const Longs is_sound = reinterpret_cast<Longs>(within(first)) & reinterpret_cast<Longs>(within(per_column)) &
+    const Longs is_sound = reinterpret_cast<Longs>(within(first)) &
+                           reinterpret_cast<Longs>(within(per_column)) &
                            reinterpret_cast<Longs>(within(per_row));
     for (std::size_t lane = 0; lane < VertexBlock::wide && i + lane < count; ++lane) {
       Triangle& t = triangles[i + lane];
@@ -253,9 +255,10 @@ inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t 
 
 /// Sets up faces that need no cutting. Returns the number of triangles, at most `count`.
 /// \param list  faces of the mesh
-inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>* faces, const std::int32_t* list,
-                          std::size_t count, const ScreenVertex* vertices, const std::array<double, 3>* view,
-                          const SetupOptions& options, Triangle* triangles, TileRange* tiles) {
+inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
+                          const std::int32_t* list, std::size_t count, const ScreenVertex* vertices,
+                          const std::array<double, 3>* view, const SetupOptions& options, Triangle* triangles,
+                          TileRange* tiles) {
   FaceBlock block = {};
   const FourInts last_sample = {options.columns - 1, options.rows - 1, 0, 0};
   std::size_t total = 0, waiting = 0;
@@ -277,7 +280,9 @@ inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>
   return total;
 }
 
-#include <tapestry/raster/draw_kernels.inl>
 #include <tapestry/raster/barycentric_kernel.inl>
+#include <tapestry/raster/draw_kernels.inl>
 
-inline RasterKernels make_kernels() { return {project, highest_index, list_faces, set_up, draw_triangles, barycentrics}; }
+inline RasterKernels make_kernels() {
+  return {project, highest_index, list_faces, set_up, draw_triangles, barycentrics};
+}
