@@ -1,7 +1,6 @@
 // autodiff: speed, error and memory of gradients, our tape beside ADOL-C, plain code and adjoints by hand
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <csignal>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
@@ -13,10 +12,7 @@
 #include <tapestry/core/file_source.hpp>
 #include <vector>
 
-#include "../../examples/support/program.hpp"
-#include "../support/figure.hpp"
-#include "../support/result.hpp"
-#include "../support/rounds.hpp"
+#include "../support/driver.hpp"
 #include "hand_adjoints.hpp"
 #include "objectives.hpp"
 #if __has_include(<shared_objectives.hpp>)
@@ -27,12 +23,6 @@ namespace tapestry::benchmarks {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Options {
-  std::string case_pattern{};
-  std::string output{};
-  Schedule schedule{};
-};
 
 /// A program beside the driver, and what it is told with --variant. Another way to write the objectives, such
 /// as with array operations, is another line here and another Computation in its program; one that cannot do
@@ -79,9 +69,7 @@ template <class Objective>
 
 /// Relative error of a saved answer: of the gradient, in the L2 norm, or of a value alone.
 [[nodiscard]] double error_of(const Reference& reference, const std::string& path) {
-  const auto bytes = read_file(path);
-  std::vector<double> answer(bytes.size() / sizeof(double));
-  std::memcpy(answer.data(), bytes.data(), answer.size() * sizeof(double));
+  const auto answer = read_numbers<double>(path);
   if (answer.size() == 1)
     return static_cast<double>(
         std::abs((static_cast<long double>(answer[0]) - reference.value) / reference.value));
@@ -103,7 +91,7 @@ struct Comparison {
 };
 
 template <class Objective>
-[[nodiscard]] Comparison compare(const Objective& objective, const fs::path& programs, const fs::path& work,
+[[nodiscard]] Comparison compare(const Objective& objective, const Folders& folders,
                                  const Schedule& schedule) {
   Comparison comparison{objective.name, tape_size_of(objective)};
   comparison.contestants.resize(variants.size());
@@ -111,26 +99,15 @@ template <class Objective>
   for (std::size_t i = 0; i < variants.size(); ++i) {
     const Variant& variant = variants[i];
     comparison.results.push_back({objective.name, variant.name, 1});
-    Contestant& contestant = comparison.contestants[i];
-    if (!fs::exists(programs / variant.program)) {
-      contestant.failure = "not built";
-      continue;
-    }
-    const std::vector<std::string> command{programs / variant.program, "--case", objective.name, "--variant",
-                                           variant.name};
-    try {
-      contestant.worker =
-          std::make_unique<Worker>(command, std::vector<std::string>{}, work / (variant.program + ".log"));
-    } catch (const Error& error) {
-      contestant.failure = error.what();
-    }
-    contestant.attempt([](Worker& worker) { (void)worker.reply(); });
+    comparison.contestants[i].start(
+        {folders.programs / variant.program, "--case", objective.name, "--variant", variant.name}, {},
+        folders.work);
   }
   run_rounds(comparison.contestants, schedule);
   const Reference reference = reference_of(objective);
+  const std::string path = folders.work / "answer";
   for (std::size_t i = 0; i < variants.size(); ++i) {
     Contestant& contestant = comparison.contestants[i];
-    const std::string path = work / "answer";
     contestant.attempt([&](Worker& worker) {
       (void)worker.ask("save " + path);
       Result& result = comparison.results[i];
@@ -141,6 +118,7 @@ template <class Objective>
     });
     contestant.worker.reset();
   }
+  fs::remove(path);
   return comparison;
 }
 
@@ -175,12 +153,9 @@ void print(const Comparison& comparison) {
 
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
   Panel panel{comparison.name, "gradients a second"};
-  for (const Result& result : comparison.results) {
-    if (!result.seconds || result.variant == "plain") continue;
-    const bool peer = is_peer(result.variant);
-    panel.points.push_back({peer ? result.variant.substr(5) : result.variant, std::max(*result.error, 1e-19),
-                            1 / *result.seconds, peer});
-  }
+  for (const Result& result : comparison.results)
+    if (result.seconds && result.variant != "plain")
+      panel.points.push_back(point_of(result, 1e-19, 1 / *result.seconds));
   return panel;
 }
 
@@ -206,37 +181,19 @@ void check_definitions() {
 void check_definitions() {}
 #endif
 
-int run(const Options& options) {
-  const fs::path programs = fs::read_symlink("/proc/self/exe").parent_path();
-  const fs::path output = options.output.empty() ? programs : fs::path(options.output);
-  const fs::path work = output / "autodiff-files";
-  fs::create_directories(work);
+void run(const DriverOptions& options) {
+  const Folders folders = make_folders("autodiff", options.output);
   check_definitions();
   std::vector<Result> results;
   std::vector<Panel> panels;
   for_each_objective([&](const auto& objective) {
     if (!std::regex_search(objective.name, std::regex(options.case_pattern))) return;
-    const Comparison comparison = compare(objective, programs, work, options.schedule);
+    const Comparison comparison = compare(objective, folders, options.schedule);
     print(comparison);
     results.insert(results.end(), comparison.results.begin(), comparison.results.end());
     panels.push_back(panel_of(comparison));
   });
-  if (results.empty()) throw Error(ErrorKind::usage, "no case to measure");
-  write_csv(output / "autodiff.csv", results);
-  write_figure(output / "autodiff.svg", "Gradients a second against error", panels, 3);
-  std::cout << "\n"
-            << fs::proximate(output / "autodiff.csv").string() << "\n"
-            << fs::proximate(output / "autodiff.svg").string() << "\n";
-  return 0;
-}
-
-[[nodiscard]] std::string complaint_about_pattern(const std::string& text) {
-  try {
-    const std::regex pattern(text);
-    return {};
-  } catch (const std::regex_error& error) {
-    return "'" + text + "' is not a regular expression: " + error.what();
-  }
+  write_results(folders, "autodiff", "Gradients a second against error", results, panels, 3);
 }
 
 }  // namespace
@@ -247,19 +204,8 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Times value and gradient of objectives, by our tape and by other ways in turn, and compares gradients "
       "with long double. Writes autodiff.csv and autodiff.svg.");
-  benchmarks::Options options;
+  benchmarks::DriverOptions options;
   options.schedule = {9, 0.1};
-  app.add_option("--case", options.case_pattern, "Only cases whose name this regular expression finds")
-      ->check(benchmarks::complaint_about_pattern);
-  app.add_option("--rounds", options.schedule.rounds, "Turns of each variant")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
-  app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
-      ->check(CLI::Range(0.0, 3600.0))
-      ->capture_default_str();
-  app.add_option("--output", options.output, "Folder of the results; the program's own if not given");
-  return examples::run_program(app, argc, argv, [&] {
-    std::signal(SIGPIPE, SIG_IGN);
-    return benchmarks::run(options);
-  });
+  benchmarks::add_driver_options(app, options);
+  return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
 }

@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "../support/result.hpp"
-#include "../support/rounds.hpp"
+#include "../support/driver.hpp"
 #include "network_files.hpp"
 #include "problem.hpp"
 #include "reference.hpp"
@@ -65,12 +64,6 @@ struct Comparison {
   return comparison;
 }
 
-/// Where programs are found and files are kept.
-struct Folders {
-  std::filesystem::path programs;
-  std::filesystem::path work;
-};
-
 [[nodiscard]] inline std::string answer_path(const Folders& folders, const Comparison& comparison,
                                              std::size_t rival) {
   return folders.work / ("answer-" + std::string(comparison.wants_gradient ? "gradient" : "forward") + "-" +
@@ -85,29 +78,25 @@ struct Folders {
   return environment;
 }
 
-/// Starts a rival's program, unless it was not built.
+/// Starts a rival's program.
 inline void start(Comparison& comparison, std::size_t rival, const NetworkFiles& files, std::size_t size,
                   const Folders& folders) {
   const Variant& variant = comparison.rivals[rival];
-  Contestant& contestant = comparison.contestants[rival];
-  const auto program = folders.programs / variant.program;
-  if (!std::filesystem::exists(program)) {
-    contestant.failure = "not built";
-    return;
-  }
   const std::string threads = std::to_string(comparison.threads);
-  std::vector<std::string> command{
-      program,     "--cfg", files.cfg,  "--weights",   files.weights, "--size", std::to_string(size),
-      "--threads", threads, "--engine", variant.engine};
+  std::vector<std::string> command{folders.programs / variant.program,
+                                   "--cfg",
+                                   files.cfg,
+                                   "--weights",
+                                   files.weights,
+                                   "--size",
+                                   std::to_string(size),
+                                   "--threads",
+                                   threads,
+                                   "--engine",
+                                   variant.engine};
   if (variant.engine.empty()) command.resize(command.size() - 2);
   if (comparison.wants_gradient) command.emplace_back("--gradient");
-  try {
-    contestant.worker = std::make_unique<Worker>(command, worker_environment(comparison.threads),
-                                                 folders.work / (variant.program + ".log"));
-  } catch (const Error& error) {
-    contestant.failure = error.what();
-  }
-  contestant.attempt([](Worker& worker) { (void)worker.reply(); });
+  comparison.contestants[rival].start(command, worker_environment(comparison.threads), folders.work);
 }
 
 /// Times all rivals and keeps their answers in files. The rivals start one after the other, for they try
@@ -125,19 +114,12 @@ inline void measure(Comparison& comparison, const NetworkFiles& files, std::size
   }
 }
 
-[[nodiscard]] inline std::vector<float> read_floats(const std::string& path) {
-  const auto bytes = read_file(path);
-  std::vector<float> values(bytes.size() / 4);
-  std::memcpy(values.data(), bytes.data(), 4 * values.size());
-  return values;
-}
-
 /// Compares an answer with double precision.
 [[nodiscard]] inline double score_answer(Comparison& comparison, std::size_t rival, const Problem& problem,
                                          Reference& reference, const std::string& path) {
-  if (!comparison.wants_gradient) return reference.logits_error(read_floats(path));
+  if (!comparison.wants_gradient) return reference.logits_error(read_numbers<float>(path));
   auto& error = comparison.gradient_errors[rival];
-  error = reference.gradient_error(read_floats(path), read_decisions(decisions_path(path), problem));
+  error = reference.gradient_error(read_numbers<float>(path), read_decisions(decisions_path(path), problem));
   return error->relative;
 }
 

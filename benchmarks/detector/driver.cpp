@@ -1,7 +1,6 @@
 // detector: speed and error of YOLO-V3 networks, ours beside oneDNN, libtorch, OpenCV and Darknet
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <csignal>
 #include <cstddef>
 #include <filesystem>
 #include <iostream>
@@ -9,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../../examples/support/program.hpp"
-#include "../support/figure.hpp"
+#include "../support/driver.hpp"
 #include "comparison.hpp"
 
 namespace tapestry::benchmarks {
@@ -18,17 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct Options : DriverOptions {
   bool is_quick = false;
-  std::string case_pattern{};
   std::vector<int> threads{1, 2};
   std::string darknet_cfgs = "/usr/share/darknet/cfg";
   std::string detectors = TAPESTRY_SHARED "/data/detectors";
   std::string cfg{};
   std::string weights{};
   std::size_t size = 416;
-  std::string output{};
-  Schedule schedule{};
 };
 
 /// A network at one size; without weights it gets random ones.
@@ -102,31 +97,15 @@ struct Source {
 }
 
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
-  Panel panel{comparison.case_name,
-              std::to_string(comparison.threads) + (comparison.threads == 1 ? " thread" : " threads")};
-  for (const Result& result : comparison.results) {
-    if (!result.seconds || !(result.error > 0)) continue;
-    const bool peer = is_peer(result.variant);
-    panel.points.push_back({peer ? result.variant.substr(5) : result.variant, *result.error,
-                            comparison.gflop / *result.seconds, peer});
-  }
+  Panel panel{comparison.case_name, thread_title(comparison.threads)};
+  for (const Result& result : comparison.results)
+    if (result.seconds && result.error > 0)
+      panel.points.push_back(point_of(result, 0, comparison.gflop / *result.seconds));
   return panel;
 }
 
-[[nodiscard]] std::string complaint_about_pattern(const std::string& text) {
-  try {
-    const std::regex pattern(text);
-    return {};
-  } catch (const std::regex_error& error) {
-    return "'" + text + "' is not a regular expression: " + error.what();
-  }
-}
-
-int run(const Options& options) {
-  const fs::path programs = fs::read_symlink("/proc/self/exe").parent_path();
-  const fs::path output = options.output.empty() ? programs : fs::path(options.output);
-  const Folders folders{programs, output / "detector-files"};
-  fs::create_directories(folders.work);
+void run(const Options& options) {
+  const Folders folders = make_folders("detector", options.output);
   std::vector<Result> results;
   std::vector<Panel> panels;
   std::size_t columns = 1;
@@ -139,14 +118,8 @@ int run(const Options& options) {
     }
     columns = std::max(columns, cases.size() * options.threads.size());
   }
-  if (results.empty()) throw Error(ErrorKind::usage, "no case to measure");
-  write_csv(output / "detector.csv", results);
-  write_figure(output / "detector.svg", "Detectors: GFLOP/s (as if done directly) against error", panels,
-               columns);
-  std::cout << "\n"
-            << fs::proximate(output / "detector.csv").string() << "\n"
-            << fs::proximate(output / "detector.svg").string() << "\n";
-  return 0;
+  write_results(folders, "detector", "Detectors: GFLOP/s (as if done directly) against error", results,
+                panels, columns);
 }
 
 }  // namespace
@@ -159,17 +132,7 @@ int main(int argc, char** argv) {
       "double precision. Writes detector.csv and detector.svg.");
   benchmarks::Options options;
   app.add_flag("--quick", options.is_quick, "yolov3-tiny only, 3 rounds of 0.1 s");
-  app.add_option("--case", options.case_pattern, "Only cases whose name this regular expression finds")
-      ->check(benchmarks::complaint_about_pattern);
-  app.add_option("--threads", options.threads, "Numbers of threads")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  auto* rounds = app.add_option("--rounds", options.schedule.rounds, "Turns of each variant")
-                     ->check(CLI::Range(1, 1000000))
-                     ->capture_default_str();
-  auto* seconds = app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
-                      ->check(CLI::Range(0.0, 3600.0))
-                      ->capture_default_str();
+  benchmarks::add_threads_option(app, options.threads);
   app.add_option("--darknet-cfgs", options.darknet_cfgs, "Folder with yolov3.cfg and yolov3-tiny.cfg")
       ->capture_default_str();
   app.add_option("--detectors", options.detectors,
@@ -177,11 +140,6 @@ int main(int argc, char** argv) {
   app.add_option("--cfg", options.cfg, "Measure this Darknet cfg file instead");
   app.add_option("--weights", options.weights, "Its weights; random ones if not given");
   app.add_option("--size", options.size, "Its input's width and height, in pixels")->capture_default_str();
-  app.add_option("--output", options.output, "Folder of the results; the program's own if not given");
-  return examples::run_program(app, argc, argv, [&] {
-    if (options.is_quick && rounds->count() == 0) options.schedule.rounds = 3;
-    if (options.is_quick && seconds->count() == 0) options.schedule.seconds = 0.1;
-    std::signal(SIGPIPE, SIG_IGN);
-    return benchmarks::run(options);
-  });
+  benchmarks::add_driver_options(app, options, &options.is_quick, {3, 0.1});
+  return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
 }

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -12,8 +11,7 @@
 #include <tapestry/core/file_source.hpp>
 #include <vector>
 
-#include "../support/result.hpp"
-#include "../support/rounds.hpp"
+#include "../support/driver.hpp"
 #include "reference.hpp"
 
 namespace tapestry::benchmarks {
@@ -70,24 +68,13 @@ struct Comparison {
   return comparison;
 }
 
-/// Where programs are found, files are kept and the car comes from.
-struct Folders {
-  std::filesystem::path programs;
-  std::filesystem::path work;
-  std::string mesh;  ///< OBJ file, or empty for the procedural car
-};
-
-/// Starts a rival's program, unless it was not built.
-inline void start(Comparison& comparison, std::size_t rival, const Folders& folders) {
+/// Starts a rival's program.
+/// \param mesh  OBJ file, or empty for the procedural car
+inline void start(Comparison& comparison, std::size_t rival, const Folders& folders,
+                  const std::string& mesh) {
   const Variant& variant = comparison.rivals[rival];
-  Contestant& contestant = comparison.contestants[rival];
-  const auto program = folders.programs / variant.program;
-  if (!std::filesystem::exists(program)) {
-    contestant.failure = "not built";
-    return;
-  }
   const std::string threads = std::to_string(comparison.threads);
-  std::vector<std::string> command{program,
+  std::vector<std::string> command{folders.programs / variant.program,
                                    "--distance",
                                    formatted("%g", comparison.distance),
                                    "--size",
@@ -98,22 +85,8 @@ inline void start(Comparison& comparison, std::size_t rival, const Folders& fold
                                    comparison.stage,
                                    "--variant",
                                    variant.name};
-  if (!folders.mesh.empty()) command.insert(command.end(), {"--mesh", folders.mesh});
-  try {
-    contestant.worker =
-        std::make_unique<Worker>(command, std::vector<std::string>{"OMP_NUM_THREADS=" + threads},
-                                 folders.work / (std::string(variant.program) + ".log"));
-  } catch (const Error& error) {
-    contestant.failure = error.what();
-  }
-  contestant.attempt([](Worker& worker) { (void)worker.reply(); });
-}
-
-[[nodiscard]] inline std::vector<float> read_answer(const std::string& path) {
-  const auto bytes = read_file(path);
-  std::vector<float> values(bytes.size() / 4);
-  std::memcpy(values.data(), bytes.data(), 4 * values.size());
-  return values;
+  if (!mesh.empty()) command.insert(command.end(), {"--mesh", mesh});
+  comparison.contestants[rival].start(command, {"OMP_NUM_THREADS=" + threads}, folders.work);
 }
 
 /// What the answers of each case should be; made when first asked for, and kept for the other threads.
@@ -143,9 +116,9 @@ class References {
 };
 
 /// Times all rivals in turn and compares their answers with the reference.
-inline void measure(Comparison& comparison, const Folders& folders, const Schedule& schedule,
-                    const Scene& scene, References& references) {
-  for (std::size_t i = 0; i < comparison.rivals.size(); ++i) start(comparison, i, folders);
+inline void measure(Comparison& comparison, const Folders& folders, const std::string& mesh,
+                    const Schedule& schedule, const Scene& scene, References& references) {
+  for (std::size_t i = 0; i < comparison.rivals.size(); ++i) start(comparison, i, folders, mesh);
   run_rounds(comparison.contestants, schedule);
   const std::string path = folders.work / "answer";
   for (std::size_t i = 0; i < comparison.rivals.size(); ++i) {
@@ -153,7 +126,7 @@ inline void measure(Comparison& comparison, const Folders& folders, const Schedu
     contestant.attempt([&](Worker& worker) {
       (void)worker.ask("save " + path);
       Result& result = comparison.results[i];
-      result.error = references.error_of(comparison, scene, read_answer(path));
+      result.error = references.error_of(comparison, scene, read_numbers<float>(path));
       result.seconds = timing_of(contestant.seconds, 0).median / static_cast<double>(scene.cameras.size());
       result.memory_mib = contestant.peak_memory_mib;
     });

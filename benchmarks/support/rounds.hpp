@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <tapestry/core/error.hpp>
@@ -39,6 +40,25 @@ struct Contestant {
   std::string failure{};
   std::vector<double> seconds{};
   double peak_memory_mib = 0;
+
+  /// Starts a program, unless it was not built, and waits until it is ready.
+  /// \param command      the program's path, then its arguments
+  /// \param environment  see Worker
+  /// \param folder       where it runs and its log is
+  void start(const std::vector<std::string>& command, const std::vector<std::string>& environment,
+             const std::filesystem::path& folder) {
+    const std::filesystem::path program = command.front();
+    if (!std::filesystem::exists(program)) {
+      failure = "not built";
+      return;
+    }
+    try {
+      worker = std::make_unique<Worker>(command, environment, folder, program.filename().string() + ".log");
+    } catch (const Error& error) {
+      failure = error.what();
+    }
+    attempt([](Worker& started) { (void)started.reply(); });
+  }
 
   /// Calls use(worker) unless the worker has failed, before or by that.
   template <class Use>

@@ -35,11 +35,12 @@ class Worker {
  public:
   /// \param command      program and arguments
   /// \param environment  variables set for it, NAME=value
-  /// \param log          file that takes its error stream
+  /// \param folder       where it runs, so that files it leaves unasked are there; absolute
+  /// \param log          file in it that takes its error stream
   /// \throws Error  if it does not start
   Worker(const std::vector<std::string>& command, const std::vector<std::string>& environment,
-         std::string log)
-      : log_(std::move(log)) {
+         const std::string& folder, const std::string& log)
+      : folder_(folder), log_(folder + "/" + log) {
     std::array<int, 2> requests{};
     std::array<int, 2> replies{};
     if (::pipe2(requests.data(), O_CLOEXEC) != 0 || ::pipe2(replies.data(), O_CLOEXEC) != 0)
@@ -97,6 +98,7 @@ class Worker {
     variables.push_back(nullptr);
     ::posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_addchdir_np(&actions, folder_.c_str());
     ::posix_spawn_file_actions_adddup2(&actions, in, STDIN_FILENO);
     ::posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
     ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
@@ -112,6 +114,7 @@ class Worker {
     std::fclose(replies_);
   }
 
+  std::string folder_;
   std::string log_;
   ::pid_t process_ = -1;
   int requests_ = -1;

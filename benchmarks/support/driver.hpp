@@ -1,0 +1,125 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <regex>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../examples/support/program.hpp"
+#include "figure.hpp"
+#include "result.hpp"
+#include "rounds.hpp"
+
+namespace tapestry::benchmarks {
+
+/// What every driver can be told.
+struct DriverOptions {
+  std::string case_pattern{};
+  std::string output{};
+  Schedule schedule{};
+};
+
+[[nodiscard]] inline std::string complaint_about_pattern(const std::string& text) {
+  try {
+    const std::regex pattern(text);
+    return {};
+  } catch (const std::regex_error& error) {
+    return "'" + text + "' is not a regular expression: " + error.what();
+  }
+}
+
+inline void add_threads_option(CLI::App& app, std::vector<int>& threads) {
+  app.add_option("--threads", threads, "Numbers of threads")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+}
+
+/// Adds the options that every driver has. Where `is_quick` is set, `quick` replaces what of the schedule was
+/// not given.
+inline void add_driver_options(CLI::App& app, DriverOptions& options, const bool* is_quick = nullptr,
+                               const Schedule& quick = {}) {
+  app.add_option("--case", options.case_pattern, "Only cases whose name this regular expression finds")
+      ->check(complaint_about_pattern);
+  auto* rounds = app.add_option("--rounds", options.schedule.rounds, "Turns of each variant")
+                     ->check(CLI::Range(1, 1000000))
+                     ->capture_default_str();
+  auto* seconds = app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
+                      ->check(CLI::Range(0.0, 3600.0))
+                      ->capture_default_str();
+  app.add_option("--output", options.output, "Folder of the results; the program's own if not given");
+  app.callback([=, &options] {
+    if (is_quick == nullptr || !*is_quick) return;
+    if (rounds->count() == 0) options.schedule.rounds = quick.rounds;
+    if (seconds->count() == 0) options.schedule.seconds = quick.seconds;
+  });
+}
+
+/// Where programs are found, results are written and files are kept meanwhile; absolute.
+struct Folders {
+  std::filesystem::path programs;
+  std::filesystem::path output;
+  std::filesystem::path work;
+};
+
+/// Makes the folders of the benchmark `name`.
+[[nodiscard]] inline Folders make_folders(const std::string& name, const std::string& output) {
+  Folders folders;
+  folders.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  folders.output = output.empty() ? folders.programs : std::filesystem::absolute(output);
+  folders.work = folders.output / (name + "-files");
+  std::filesystem::create_directories(folders.work);
+  return folders;
+}
+
+[[nodiscard]] inline std::string thread_title(int threads) {
+  return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+}
+
+/// A result in a figure.
+/// \param least  where an error of 0 stands on the logarithmic axis
+[[nodiscard]] inline Point point_of(const Result& result, double least, double speed) {
+  const bool peer = is_peer(result.variant);
+  return {peer ? result.variant.substr(5) : result.variant, std::max(*result.error, least), speed, peer};
+}
+
+/// The numbers of an answer that a worker saved.
+template <class T>
+[[nodiscard]] std::vector<T> read_numbers(const std::string& path) {
+  const auto bytes = read_file(path);
+  std::vector<T> values(bytes.size() / sizeof(T));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+/// Writes table and figure and says where they are. \throws Error if there are no results
+inline void write_results(const Folders& folders, const std::string& name, const std::string& title,
+                          const std::vector<Result>& results, const std::vector<Panel>& panels,
+                          std::size_t columns) {
+  if (results.empty()) throw Error(ErrorKind::usage, "no case to measure");
+  const std::filesystem::path csv = folders.output / (name + ".csv"), svg = folders.output / (name + ".svg");
+  write_csv(csv, results);
+  std::cout << "\n" << std::filesystem::proximate(csv).string() << "\n";
+  if (panels.empty()) return;
+  write_figure(svg, title, panels, columns);
+  std::cout << std::filesystem::proximate(svg).string() << "\n";
+}
+
+/// The rest of a driver's main function. A worker that ends early is an answer, not a signal.
+template <class Run>
+int run_driver(CLI::App& app, int argc, char** argv, Run run) {
+  return examples::run_program(app, argc, argv, [&] {
+    std::signal(SIGPIPE, SIG_IGN);
+    run();
+    return 0;
+  });
+}
+
+}  // namespace tapestry::benchmarks
