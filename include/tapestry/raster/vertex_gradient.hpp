@@ -10,6 +10,7 @@
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/surface.hpp>
+#include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
 #include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <tapestry/raster/vertex_gradient/intersections.hpp>
 #include <tapestry/raster/vertex_gradient/outlines.hpp>
@@ -65,6 +66,17 @@ auto pixel_adjoint(const Array<T, 3>& render_adjoint) {
   };
 }
 
+/// add_interior() over the samples that are seen.
+template <std::floating_point T, class Model, class Colour>
+void add_seen_interior(const Surface<T, Model>& surface, const Colour& colour, const geometry::Camera& camera,
+                       const std::vector<geometry::Vector3>& positions_view,
+                       const Array<T, 3>& render_adjoint, std::size_t samples_per_axis,
+                       std::vector<geometry::Vector3>& positions_adjoint) {
+  const auto buffer =
+      visibility(surface.mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), samples_per_axis);
+  add_interior(surface, colour, camera, positions_view, buffer, render_adjoint, positions_adjoint);
+}
+
 }  // namespace detail
 
 /// Adds ∂L/∂positions, L being a function of the picture that render() makes of a surface, to
@@ -85,31 +97,29 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
                     const InteriorOnly& model) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  const auto colour = surface_colour(surface, camera);
-  const auto buffer = visibility(surface.mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1),
-                                 model.samples_per_axis);
-  detail::add_interior(surface, colour, camera, positions_in_view(surface.mesh, camera), buffer,
-                       render_adjoint, positions_adjoint);
+  detail::add_seen_interior(surface, surface_colour(surface, camera), camera,
+                            positions_in_view(surface.mesh, camera), render_adjoint, model.samples_per_axis,
+                            positions_adjoint);
 }
 
 template <std::floating_point T, class Model>
 void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& camera,
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
                     const BoundaryIntegral& model = {}) {
-  vertex_adjoint(surface, camera, render_adjoint, positions_adjoint, InteriorOnly{model.samples_per_axis});
+  detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
   const auto colour = surface_colour(surface, camera);
   const auto positions_view = positions_in_view(surface.mesh, camera);
+  detail::add_seen_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
+                            positions_adjoint);
   const MeshEdges edges = mesh_edges(surface.mesh);
   const FaceField field(surface.mesh, positions_view, camera, render_adjoint.shape(0),
                         render_adjoint.shape(1));
   const auto adjoint_of = detail::pixel_adjoint(render_adjoint);
   const double longest_piece = 1 / static_cast<double>(model.samples_per_axis);
-  detail::Outlines(surface.mesh, edges, positions_view, field, camera, colour, adjoint_of, longest_piece)
-      .add_to(positions_adjoint);
-  if (!model.intersections) return;
-  detail::Intersections(surface.mesh, edges.welded, positions_view, field, camera, colour, adjoint_of,
-                        longest_piece)
-      .add_to(positions_adjoint);
+  const detail::BoundaryScene scene{surface.mesh, edges,  positions_view, field,
+                                    camera,       colour, adjoint_of,     longest_piece};
+  detail::Outlines(scene).add_to(positions_adjoint);
+  if (model.intersections) detail::Intersections(scene).add_to(positions_adjoint);
 }
 
 template <std::floating_point T, class Model>

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
 #include <vector>
 
@@ -18,28 +19,18 @@ namespace tapestry::raster::detail {
 template <class Colour, class Adjoint>
 class Intersections {
  public:
-  Intersections(const geometry::Mesh& mesh, const std::vector<std::int32_t>& welded,
-                const std::vector<geometry::Vector3>& positions_view, const FaceField& field,
-                const geometry::Camera& camera, const Colour& colour, Adjoint adjoint_of,
-                double longest_piece)
-      : mesh_(mesh),
-        welded_(welded),
-        positions_view_(positions_view),
-        field_(field),
-        camera_(camera),
-        colour_(colour),
-        adjoint_of_(adjoint_of),
-        longest_piece_(longest_piece) {}
+  explicit Intersections(const BoundaryScene<Colour, Adjoint>& scene) : scene_(scene) {}
 
   void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
     constexpr std::size_t block = 64;
-    std::vector<std::vector<VertexShare>> shares(block_count(field_.cell_count(), block));
+    std::vector<std::vector<VertexShare>> shares(block_count(scene_.field.cell_count(), block));
     parallel_for(shares.size(), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, field_.cell_count(), block);
+      const auto [begin, end] = block_range(index, scene_.field.cell_count(), block);
       std::vector<Plane> planes;
-      for (std::size_t cell = begin; cell < end; ++cell) add_cell(field_.cell(cell), planes, shares[index]);
+      for (std::size_t cell = begin; cell < end; ++cell)
+        add_cell(scene_.field.cell(cell), planes, shares[index]);
     });
-    add_shares(shares, camera_, positions_adjoint);
+    add_shares(shares, scene_.camera, positions_adjoint);
   }
 
  private:
@@ -66,7 +57,8 @@ class Intersections {
   [[nodiscard]] std::array<std::int32_t, 3> welded_corners(std::int32_t face) const {
     std::array<std::int32_t, 3> corners{};
     for (std::int32_t k = 0; k < 3; ++k)
-      corners[static_cast<std::size_t>(k)] = welded_[static_cast<std::size_t>(corner_of(mesh_, face, k))];
+      corners[static_cast<std::size_t>(k)] =
+          scene_.edges.welded[static_cast<std::size_t>(corner_of(scene_.mesh, face, k))];
     return corners;
   }
 
@@ -76,7 +68,7 @@ class Intersections {
     const double half = (cell.high[0] - cell.low[0]) / 2;
     planes.clear();
     for (const auto* entry = cell.begin; entry < cell.end; ++entry) {
-      const Affine f = field_.inverse_depth(entry->face);
+      const Affine f = scene_.field.inverse_depth(entry->face);
       planes.push_back({f.at(column, row), f.a * half, f.b * half, entry->face, welded_corners(entry->face)});
     }
     for (std::size_t i = 0; i + 1 < planes.size(); ++i) {
@@ -94,7 +86,7 @@ class Intersections {
 
   void add_pair(const FaceField::Cell& cell, std::int32_t i, std::int32_t j,
                 std::vector<VertexShare>& shares) const {
-    const Affine at_i = field_.inverse_depth(i), at_j = field_.inverse_depth(j);
+    const Affine at_i = scene_.field.inverse_depth(i), at_j = scene_.field.inverse_depth(j);
     Pair pair{i, j, {at_i.a - at_j.a, at_i.b - at_j.b, at_i.c - at_j.c}, 0};
     const Affine& d = pair.difference;
     pair.steepness = std::sqrt(d.a * d.a + d.b * d.b);
@@ -116,28 +108,28 @@ class Intersections {
         !keep({0, -1, cell.high[1]}))
       return;
     for (const std::int32_t face : {i, j})
-      for (const Affine& w : field_.weights(face))
+      for (const Affine& w : scene_.field.weights(face))
         if (!keep(w)) return;
     if (range[1] - range[0] < 1e-7) return;
     const auto end = [&](double t) {
       return std::array<double, 2>{point[0] + t * way[0], point[1] + t * way[1]};
     };
     for_each_piece(
-        end(range[0]), end(range[1]), longest_piece_,
+        end(range[0]), end(range[1]), scene_.longest_piece,
         [&](double column, double row, double length) { add_piece(pair, column, row, length, shares); });
   }
 
   void add_piece(const Pair& pair, double column, double row, double length,
                  std::vector<VertexShare>& shares) const {
-    const std::array<double, 3> adjoint = adjoint_of_(column, row);
+    const std::array<double, 3> adjoint = scene_.adjoint_of(column, row);
     if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
-    const double depth = field_.inverse_depth(pair.i).at(column, row) * (1 + 1e-9);
-    if (field_
+    const double depth = scene_.field.inverse_depth(pair.i).at(column, row) * (1 + 1e-9);
+    if (scene_.field
             .nearest(column, row, depth, [&](std::int32_t face) { return face == pair.i || face == pair.j; })
             .face >= 0)
       return;  // hidden
-    const auto at_i = colour_.at(pair.i, field_.barycentric(pair.i, column, row));
-    const auto at_j = colour_.at(pair.j, field_.barycentric(pair.j, column, row));
+    const auto at_i = scene_.colour.at(pair.i, scene_.field.barycentric(pair.i, column, row));
+    const auto at_j = scene_.colour.at(pair.j, scene_.field.barycentric(pair.j, column, row));
     double jump = 0;
     for (std::size_t c = 0; c < 3; ++c) jump += adjoint[c] * (at_i[c] - at_j[c]);
     const double weight = jump * length / pair.steepness;
@@ -148,28 +140,21 @@ class Intersections {
   /// Adds weight · ∂(1/z)/∂corners.
   void add_face(std::int32_t face, double weight, double column, double row,
                 std::vector<VertexShare>& shares) const {
-    const auto corners = corners_in_view(mesh_, positions_view_, face);
+    const auto corners = corners_in_view(scene_.mesh, scene_.positions_view, face);
     const geometry::Vector3 normal = geometry::cross(geometry::subtract(corners[1], corners[0]),
                                                      geometry::subtract(corners[2], corners[0]));
-    const double inverse_depth = field_.inverse_depth(face).at(column, row);
+    const double inverse_depth = scene_.field.inverse_depth(face).at(column, row);
     const double scale =
-        -weight * inverse_depth * inverse_depth / geometry::dot(normal, field_.rays().at(column, row));
+        -weight * inverse_depth * inverse_depth / geometry::dot(normal, scene_.field.rays().at(column, row));
     if (!std::isfinite(scale)) return;
-    const auto b = field_.barycentric(face, column, row);
+    const auto b = scene_.field.barycentric(face, column, row);
     for (std::int32_t k = 0; k < 3; ++k) {
       shares.push_back(
-          {corner_of(mesh_, face, k), geometry::scale(normal, scale * b[static_cast<std::size_t>(k)])});
+          {corner_of(scene_.mesh, face, k), geometry::scale(normal, scale * b[static_cast<std::size_t>(k)])});
     }
   }
 
-  const geometry::Mesh& mesh_;
-  const std::vector<std::int32_t>& welded_;
-  const std::vector<geometry::Vector3>& positions_view_;
-  const FaceField& field_;
-  const geometry::Camera& camera_;
-  const Colour& colour_;
-  Adjoint adjoint_of_;
-  double longest_piece_;
+  const BoundaryScene<Colour, Adjoint>& scene_;
 };
 
 }  // namespace tapestry::raster::detail

@@ -8,6 +8,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
+#include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
 #include <vector>
 
@@ -24,28 +25,17 @@ namespace tapestry::raster::detail {
 template <class Colour, class Adjoint>
 class Outlines {
  public:
-  /// \param adjoint_of  (column, row) → the three derivatives by the pixel there
-  Outlines(const geometry::Mesh& mesh, const MeshEdges& edges,
-           const std::vector<geometry::Vector3>& positions_view, const FaceField& field,
-           const geometry::Camera& camera, const Colour& colour, Adjoint adjoint_of, double longest_piece)
-      : mesh_(mesh),
-        edges_(edges),
-        positions_view_(positions_view),
-        field_(field),
-        camera_(camera),
-        colour_(colour),
-        adjoint_of_(adjoint_of),
-        longest_piece_(longest_piece) {}
+  explicit Outlines(const BoundaryScene<Colour, Adjoint>& scene) : scene_(scene) {}
 
   void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
     constexpr std::size_t block = 256;
-    const std::size_t count = edges_.begin.size() - 1;
+    const std::size_t count = scene_.edges.begin.size() - 1;
     std::vector<std::vector<VertexShare>> shares(block_count(count, block));
     parallel_for(shares.size(), [&](std::size_t index) {
       const auto [begin, end] = block_range(index, count, block);
       for (std::size_t edge = begin; edge < end; ++edge) add_edge(edge, shares[index]);
     });
-    add_shares(shares, camera_, positions_adjoint);
+    add_shares(shares, scene_.camera, positions_adjoint);
   }
 
  private:
@@ -70,20 +60,21 @@ class Outlines {
   };
 
   [[nodiscard]] const geometry::Vector3& position(std::int32_t vertex) const {
-    return positions_view_[static_cast<std::size_t>(vertex)];
+    return scene_.positions_view[static_cast<std::size_t>(vertex)];
   }
 
   void add_edge(std::size_t edge, std::vector<VertexShare>& shares) const {
     Line line;
-    line.own = {edges_.half_edges.data() + edges_.begin[edge], edges_.begin[edge + 1] - edges_.begin[edge]};
+    line.own = {scene_.edges.half_edges.data() + scene_.edges.begin[edge],
+                scene_.edges.begin[edge + 1] - scene_.edges.begin[edge]};
     const HalfEdge& first = line.own[0];
-    line.a = position(corner_of(mesh_, first.face, first.corner));
-    line.b = position(corner_of(mesh_, first.face, first.corner + 1));
+    line.a = position(corner_of(scene_.mesh, first.face, first.corner));
+    line.b = position(corner_of(scene_.mesh, first.face, first.corner + 1));
     std::array<double, 2> range{0, 1};
     if (line.own.size() == 2 && is_smooth(line)) return;
     if (!usable(line.a) || !usable(line.b) || !cut_to_view(line.a, line.b, range)) return;
     line.m = geometry::cross(line.a, line.b);
-    const PixelRays& rays = field_.rays();
+    const PixelRays& rays = scene_.field.rays();
     line.normal = {line.m[0] * rays.step[0], line.m[1] * rays.step[1]};
     line.steepness = std::hypot(line.normal[0], line.normal[1]);
     if (!(line.steepness > 0)) return;  // through the eye
@@ -95,7 +86,7 @@ class Outlines {
     // Of each half-edge, the derivatives with respect to its two ends, in the order of line.a and line.b.
     std::vector<std::array<geometry::Vector3, 2>> sums(line.own.size());
     for_each_piece(
-        end(range[0]), end(range[1]), longest_piece_,
+        end(range[0]), end(range[1]), scene_.longest_piece,
         [&](double column, double row, double length) { add_piece(line, column, row, length, sums); });
     for (std::size_t i = 0; i < sums.size(); ++i) add_half_edge(line, i, sums[i], shares);
   }
@@ -104,18 +95,19 @@ class Outlines {
   [[nodiscard]] bool is_smooth(Line& line) const {
     line.m = geometry::cross(line.a, line.b);
     if (is_on_side(line, line.own[0], 1) != is_on_side(line, line.own[1], -1)) return false;
-    return colour_.agrees(line.own[0], line.own[1]);
+    return scene_.colour.agrees(line.own[0], line.own[1]);
   }
 
   void add_half_edge(const Line& line, std::size_t i, const std::array<geometry::Vector3, 2>& sum,
                      std::vector<VertexShare>& shares) const {
     if (geometry::dot(sum[0], sum[0]) + geometry::dot(sum[1], sum[1]) == 0) return;
     const HalfEdge& half = line.own[i];
-    const std::int32_t from = corner_of(mesh_, half.face, half.corner);
-    const std::int32_t to = corner_of(mesh_, half.face, half.corner + 1);
+    const std::int32_t from = corner_of(scene_.mesh, half.face, half.corner);
+    const std::int32_t to = corner_of(scene_.mesh, half.face, half.corner + 1);
     const bool runs_alike =
-        edges_.welded[static_cast<std::size_t>(from)] ==
-        edges_.welded[static_cast<std::size_t>(corner_of(mesh_, line.own[0].face, line.own[0].corner))];
+        scene_.edges.welded[static_cast<std::size_t>(from)] ==
+        scene_.edges
+            .welded[static_cast<std::size_t>(corner_of(scene_.mesh, line.own[0].face, line.own[0].corner))];
     shares.push_back({runs_alike ? from : to, sum[0]});
     shares.push_back({runs_alike ? to : from, sum[1]});
   }
@@ -129,33 +121,34 @@ class Outlines {
       if (at_b < 0) range[1] = std::min(range[1], at_a / (at_a - at_b));
       return range[0] < range[1];
     };
-    const double x = camera_.tan_half_fov_x, y = camera_.tan_half_fov_y;
-    return keep(a[2] - camera_.near, b[2] - camera_.near) && keep(camera_.far - a[2], camera_.far - b[2]) &&
+    const double x = scene_.camera.tan_half_fov_x, y = scene_.camera.tan_half_fov_y;
+    return keep(a[2] - scene_.camera.near, b[2] - scene_.camera.near) &&
+           keep(scene_.camera.far - a[2], scene_.camera.far - b[2]) &&
            keep(x * a[2] - a[0], x * b[2] - b[0]) && keep(x * a[2] + a[0], x * b[2] + b[0]) &&
            keep(y * a[2] - a[1], y * b[2] - b[1]) && keep(y * a[2] + a[1], y * b[2] + b[1]);
   }
 
   void add_piece(const Line& line, double column, double row, double length,
                  std::vector<std::array<geometry::Vector3, 2>>& sums) const {
-    const std::array<double, 3> adjoint = adjoint_of_(column, row);
+    const std::array<double, 3> adjoint = scene_.adjoint_of(column, row);
     if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
     const double inverse_depth = inverse_depth_of(line, column, row);
     const auto is_own = [&](std::int32_t face) { return line.has(face); };
-    if (field_.is_hidden(column, row, inverse_depth, is_own)) return;
+    if (scene_.field.is_hidden(column, row, inverse_depth, is_own)) return;
     const Side low = side_of(line, column, row, -1);
     const Side high = side_of(line, column, row, 1);
     if (low.half_edge < 0 && high.half_edge < 0) return;  // hidden
     double jump = 0;
     const auto at = [&](const Side& shown) {
       return shown.face < 0 ? std::array<double, 3>{0, 0, 0}
-                            : colour_.at(shown.face, field_.barycentric(shown.face, column, row));
+                            : scene_.colour.at(shown.face, scene_.field.barycentric(shown.face, column, row));
     };
     const std::array<double, 3> low_colour = at(low), high_colour = at(high);
     for (std::size_t c = 0; c < 3; ++c) jump += adjoint[c] * (low_colour[c] - high_colour[c]);
     const bool is_shared = low.half_edge >= 0 && high.half_edge >= 0;
     const double part = is_shared || is_continued(line, low, high, column, row) ? 0.5 : 1;
     const double weight = -part * jump * length / line.steepness;
-    const geometry::Vector3 ray = field_.rays().at(column, row);
+    const geometry::Vector3 ray = scene_.field.rays().at(column, row);
     const auto at_a = geometry::scale(geometry::cross(line.b, ray), weight);
     const auto at_b = geometry::scale(geometry::cross(ray, line.a), weight);
     for (const Side* shown : {&low, &high}) {
@@ -168,20 +161,20 @@ class Outlines {
   /// 1/z of the edge at a point where it appears, q = a + t·(b − a) ∥ r: from the component across the edge's
   /// greatest extent.
   [[nodiscard]] double inverse_depth_of(const Line& line, double column, double row) const {
-    const geometry::Vector3 ray = field_.rays().at(column, row);
+    const geometry::Vector3 ray = scene_.field.rays().at(column, row);
     // r = α·a + β·b, so 1/z = α + β; solved by products with m.
     const geometry::Vector3 across = geometry::cross(geometry::subtract(line.a, line.b), line.m);
     return geometry::dot(across, ray) / -geometry::dot(line.m, line.m);
   }
 
   [[nodiscard]] bool is_on_side(const Line& line, const HalfEdge& half, double sign) const {
-    return geometry::dot(line.m, position(corner_of(mesh_, half.face, half.corner + 2))) * sign > 0;
+    return geometry::dot(line.m, position(corner_of(scene_.mesh, half.face, half.corner + 2))) * sign > 0;
   }
 
   [[nodiscard]] double inverse_depth_beside(std::int32_t face, const Line& line, double column, double row,
                                             double sign) const {
-    return field_.inverse_depth(face).at(column + sign * beside * line.normal[0],
-                                         row + sign * beside * line.normal[1]);
+    return scene_.field.inverse_depth(face).at(column + sign * beside * line.normal[0],
+                                               row + sign * beside * line.normal[1]);
   }
 
   /// What is seen beside the edge; sign −1 is the side where m·r < 0. Faces that have the edge reach up to it
@@ -198,8 +191,8 @@ class Outlines {
       seen = {face, static_cast<std::int32_t>(i)};
     }
     const auto other =
-        field_.nearest(column + sign * beside * line.normal[0], row + sign * beside * line.normal[1], best,
-                       [&](std::int32_t face) { return line.has(face); });
+        scene_.field.nearest(column + sign * beside * line.normal[0], row + sign * beside * line.normal[1],
+                             best, [&](std::int32_t face) { return line.has(face); });
     if (other.face >= 0) seen = {other.face, -1};
     return seen;
   }
@@ -211,22 +204,15 @@ class Outlines {
     const bool low_is_own = low.half_edge >= 0;
     const std::int32_t own = low_is_own ? low.face : high.face, other = low_is_own ? high.face : low.face;
     if (other < 0) return false;
-    const double depth_own = field_.inverse_depth(own).at(column, row);
-    const double depth_other = field_.inverse_depth(other).at(column, row);
+    const double depth_own = scene_.field.inverse_depth(own).at(column, row);
+    const double depth_other = scene_.field.inverse_depth(other).at(column, row);
     if (std::abs(depth_own - depth_other) > 1e-6 * depth_own) return false;
     const double sign = low_is_own ? -1 : 1;  // does the other face lie under the own one?
-    return field_.hit(other, column + sign * beside * line.normal[0], row + sign * beside * line.normal[1]) ==
-           0;
+    return scene_.field.hit(other, column + sign * beside * line.normal[0],
+                            row + sign * beside * line.normal[1]) == 0;
   }
 
-  const geometry::Mesh& mesh_;
-  const MeshEdges& edges_;
-  const std::vector<geometry::Vector3>& positions_view_;
-  const FaceField& field_;
-  const geometry::Camera& camera_;
-  const Colour& colour_;
-  Adjoint adjoint_of_;
-  double longest_piece_;
+  const BoundaryScene<Colour, Adjoint>& scene_;
 };
 
 }  // namespace tapestry::raster::detail
