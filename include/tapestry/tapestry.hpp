@@ -2,8 +2,8 @@
 /// \mainpage Tapestry
 /// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one gradient
 /// runs from a detector's output back to the paint on a car. This header includes all of it but
-/// io/implementation.hpp, which belongs in one source file of a program; including only what a file needs
-/// compiles faster.
+/// io/implementation.hpp, which belongs in one source file of a program. Including only what a file needs
+/// compiles faster; so does TAPESTRY_EXTERN_KERNELS, see nn/implementation.hpp and raster/implementation.hpp.
 ///
 /// The layers, a header of one using only its own folder and those before it:
 ///   core                          arrays, checks, errors, files, random numbers, threads

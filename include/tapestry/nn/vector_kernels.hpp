@@ -183,63 +183,17 @@ struct Kernels {
   void (*periodic_sums)(const T*, const T*, const T*, std::size_t, T*, T*, std::size_t) = nullptr;
 };
 
-namespace portable {
-#define TAPESTRY_VECTOR_BYTES 16
-#define TAPESTRY_TILE_ROWS 6
-#include <tapestry/nn/vector_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-#undef TAPESTRY_TILE_ROWS
-}  // namespace portable
-
-#if defined(__x86_64__)
-#if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2,fma")
-#endif
-namespace avx2 {
-#define TAPESTRY_VECTOR_BYTES 32
-#define TAPESTRY_TILE_ROWS 6
-#include <tapestry/nn/vector_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-#undef TAPESTRY_TILE_ROWS
-}  // namespace avx2
-#if defined(__clang__)
-#pragma clang attribute pop
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma"))), \
-                             apply_to = function)
-#else
-#pragma GCC pop_options
-#pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512vl,avx2,fma")
-#endif
-namespace avx512 {
-#define TAPESTRY_VECTOR_BYTES 64
-#define TAPESTRY_TILE_ROWS 12
-#include <tapestry/nn/vector_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-#undef TAPESTRY_TILE_ROWS
-}  // namespace avx512
-#if defined(__clang__)
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
-#endif
-
 using tapestry::best_instruction_set;
 using tapestry::InstructionSet;
 
 /// The kernels of one instruction set, which the processor must have.
 template <std::floating_point T>
-[[nodiscard]] Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
-#if defined(__x86_64__)
-  if (set == InstructionSet::avx512) return avx512::make_kernels<T>();
-  if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
+[[nodiscard]] Kernels<T> kernels_of(InstructionSet set);
+
+#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes nn/implementation.hpp
+extern template Kernels<float> kernels_of<float>(InstructionSet);
+extern template Kernels<double> kernels_of<double>(InstructionSet);
 #endif
-  return portable::make_kernels<T>();
-}
 
 /// The kernels that everything uses, chosen once. Results differ in rounding between instruction sets.
 template <std::floating_point T>
@@ -249,3 +203,7 @@ template <std::floating_point T>
 }
 
 }  // namespace tapestry::nn
+
+#if !defined(TAPESTRY_EXTERN_KERNELS)
+#include <tapestry/nn/vector_kernel_definitions.hpp>
+#endif

@@ -58,55 +58,16 @@ struct RasterKernels {
   return place;
 }
 
-namespace portable {
-#define TAPESTRY_VECTOR_BYTES 16
-#include <tapestry/raster/raster_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-}  // namespace portable
-
-#if defined(__x86_64__)
-#if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2")
-#endif
-namespace avx2 {
-#define TAPESTRY_VECTOR_BYTES 32
-#include <tapestry/raster/raster_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-}  // namespace avx2
-#if defined(__clang__)
-#pragma clang attribute pop
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl,avx2"))), apply_to = function)
-#else
-#pragma GCC pop_options
-#pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512vl,avx2,prefer-vector-width=512")
-#endif
-namespace avx512 {
-#define TAPESTRY_VECTOR_BYTES 64
-#include <tapestry/raster/raster_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-}  // namespace avx512
-#if defined(__clang__)
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
-#endif
 #if !defined(__clang__)
 #pragma GCC pop_options
 #endif
 
 /// The kernels of one instruction set, which the processor must have. All give the same bits.
-[[nodiscard]] inline RasterKernels raster_kernels_of([[maybe_unused]] InstructionSet set) {
-#if defined(__x86_64__)
-  if (set == InstructionSet::avx512) return avx512::make_kernels();
-  if (set == InstructionSet::avx2) return avx2::make_kernels();
+#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes raster/implementation.hpp
+[[nodiscard]] RasterKernels raster_kernels_of(InstructionSet set);
+#else
+[[nodiscard]] inline RasterKernels raster_kernels_of(InstructionSet set);
 #endif
-  return portable::make_kernels();
-}
 
 /// The kernels that everything uses, chosen once.
 [[nodiscard]] inline const RasterKernels& raster_kernels() {
@@ -115,3 +76,7 @@ namespace avx512 {
 }
 
 }  // namespace tapestry::raster
+
+#if !defined(TAPESTRY_EXTERN_KERNELS)
+#include <tapestry/raster/raster_kernel_definitions.hpp>
+#endif

@@ -1,1 +1,0 @@
-#include <tapestry/io/implementation.hpp>
