@@ -22,6 +22,7 @@ struct Variant {
   std::string name;
   std::string program;
   std::string engine;
+  bool has_forward = true;
   bool has_gradient = true;
   bool has_threads = true;
 };
@@ -32,11 +33,12 @@ inline const std::vector<Variant> variants = {
     {"direct", "detector_tapestry", "direct"},
     {"winograd_f2", "detector_tapestry", "winograd_f2"},
     {"winograd_f4", "detector_tapestry", "winograd_f4"},
+    {"tape", "detector_tapestry", "tape", false},  // automatic, called by way of the tape
     {"peer:oneDNN-best", "detector_onednn", "best"},
     {"peer:oneDNN-direct", "detector_onednn", "direct"},
     {"peer:libtorch-folded-nhwc", "detector_libtorch", "folded-nhwc"},
-    {"peer:OpenCV", "detector_opencv_dnn", "", false},
-    {"peer:darknet", "detector_darknet", "", false, false},
+    {"peer:OpenCV", "detector_opencv_dnn", "", true, false},
+    {"peer:darknet", "detector_darknet", "", true, false, false},
 };
 
 /// One case on so many threads: all variants that can compute it, in the order of `variants`.
@@ -55,7 +57,9 @@ struct Comparison {
                                                 int threads, double forward_gflop) {
   Comparison comparison{case_name, wants_gradient, threads, forward_gflop * (wants_gradient ? 2 : 1)};
   for (const Variant& variant : variants) {
-    if ((wants_gradient && !variant.has_gradient) || (threads > 1 && !variant.has_threads)) continue;
+    if (!(wants_gradient ? variant.has_gradient : variant.has_forward) ||
+        (threads > 1 && !variant.has_threads))
+      continue;
     comparison.rivals.push_back(variant);
     comparison.results.push_back({case_name, variant.name, threads});
   }

@@ -1,8 +1,11 @@
 // The detector as this library computes it.
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/version.hpp>
 
 #include "worker_program.hpp"
@@ -13,17 +16,21 @@ namespace {
 const nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
                               nn::Engine::winograd_f4};
 
+/// The engine of a name; `tape` is the automatic one, called by way of the tape.
 [[nodiscard]] nn::Engine engine_of(const std::string& name) {
+  if (name == "tape") return nn::Engine::automatic;
   for (const nn::Engine engine : engines)
     if (name_of(engine) == name) return engine;
   throw Error(ErrorKind::usage,
-              "--engine is '" + name + "', expected automatic, direct, winograd_f2 or winograd_f4");
+              "--engine is '" + name + "', expected automatic, direct, winograd_f2, winograd_f4 or tape");
 }
 
 class TapestryDetector {
  public:
   TapestryDetector(const Problem& problem, const WorkerOptions& options)
-      : problem_(problem), network_(problem.config, options.size, options.size) {
+      : problem_(problem),
+        network_(problem.config, options.size, options.size),
+        is_taped_(options.engine == "tape") {
     network_.set_engine(engine_of(options.engine));
     limit_threads(options.threads);
     network_.read_weights(options.weights);
@@ -34,26 +41,39 @@ class TapestryDetector {
 
   void run() {
     if (gradient_.size() == 0) {
-      network_.forward(problem_.picture, pass_);
+      network_.forward(problem_.picture, *pass_);
       return;
     }
-    network_.forward(problem_.picture, pass_, detect::Mode::input_gradient);
+    if (is_taped_) return run_on_tape();
+    network_.forward(problem_.picture, *pass_, detect::Mode::input_gradient);
     gradient_.fill(0);
-    network_.input_adjoint(pass_, problem_.weighting, gradient_);
+    network_.input_adjoint(*pass_, problem_.weighting, gradient_);
   }
 
   [[nodiscard]] Answer answer() const {
     if (gradient_.size() > 0)
-      return {{gradient_.data(), gradient_.data() + gradient_.size()}, decisions_of(problem_, pass_)};
+      return {{gradient_.data(), gradient_.data() + gradient_.size()}, decisions_of(problem_, *pass_)};
     Answer answer;
-    for (const auto& logits : pass_.logits) append(answer.values, logits.data(), logits.size());
+    for (const auto& logits : pass_->logits) append(answer.values, logits.data(), logits.size());
     return answer;
   }
 
  private:
+  void run_on_tape() {
+    Tape<float> tape;
+    const auto scope = tape.activate();
+    const auto picture = tape.input(problem_.picture);
+    const auto logits = detect::forward(network_, picture, pass_);
+    Variable<float> loss = 0;
+    for (std::size_t h = 0; h < logits.size(); ++h) loss += sum(problem_.weighting[h] * logits[h]);
+    tape.reverse(loss);
+    gradient_ = picture.adjoint();
+  }
+
   const Problem& problem_;
   detect::Network<float> network_;
-  detect::Pass<float> pass_;
+  bool is_taped_;
+  std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
   Array<float, 4> gradient_;
 };
 
@@ -62,5 +82,5 @@ class TapestryDetector {
 
 int main(int argc, char** argv) {
   return tapestry::benchmarks::run_worker<tapestry::benchmarks::TapestryDetector>(
-      argc, argv, "automatic, direct, winograd_f2 or winograd_f4");
+      argc, argv, "automatic, direct, winograd_f2, winograd_f4 or tape");
 }

@@ -70,6 +70,7 @@
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/detect/weight_file.hpp>

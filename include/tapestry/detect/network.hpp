@@ -3,6 +3,8 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -140,10 +142,7 @@ class Network {
   /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
   void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
                      Array<T, 4>& images_adjoint) const {
-    require_pass("Network::input_adjoint", pass, logits_adjoint);
-    require_shape("Network::input_adjoint", "images_adjoint", images_adjoint,
-                  {pass.images, graph_.config.channels, graph_.height, graph_.width});
-    backward(pass, logits_adjoint, images_adjoint.data(), nullptr);
+    adjoints("Network::input_adjoint", pass, pointers_to(logits_adjoint), &images_adjoint, {});
   }
 
   /// Adds (∂logits/∂parameters)ᵀ · logits_adjoint to parameters_adjoint, in the order of layout(); nothing
@@ -151,15 +150,18 @@ class Network {
   /// \param pass  of forward() in Mode::training
   void parameter_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
                          std::vector<T>& parameters_adjoint) const {
-    require_pass("Network::parameter_adjoint", pass, logits_adjoint);
-    if (pass.mode != Mode::training)
-      throw DomainError("Network::parameter_adjoint: the pass was not for training");
-    if (parameters_adjoint.size() != parameters_.size()) {
-      throw ShapeError("Network::parameter_adjoint: parameters_adjoint is [" +
-                       std::to_string(parameters_adjoint.size()) + "], expected [" +
-                       std::to_string(parameters_.size()) + "]");
-    }
-    backward(pass, logits_adjoint, nullptr, parameters_adjoint.data());
+    adjoints("Network::parameter_adjoint", pass, pointers_to(logits_adjoint), nullptr,
+             std::span(parameters_adjoint));
+  }
+
+  /// Both at once, each unless null; null for a head stands for zeros. See network_variable.hpp.
+  void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
+                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const {
+    using Parameters = std::optional<std::span<T>>;
+    adjoints("Network::pull_back", pass, logits_adjoint, images_adjoint,
+             parameters_adjoint == nullptr
+                 ? Parameters()
+                 : std::span(parameters_adjoint->data(), parameters_adjoint->size()));
   }
 
   /// Moves running means and variances a part of the way to those of a training pass:
@@ -192,7 +194,7 @@ class Network {
   }
 
   void require_pass(const char* operation, const Pass<T>& pass,
-                    const std::vector<Array<T, 4>>& logits_adjoint) const {
+                    const std::vector<const Array<T, 4>*>& logits_adjoint) const {
     if (pass.mode == Mode::inference || pass.layers.size() != graph_.image() + 1) {
       throw DomainError(std::string(operation) +
                         ": the pass kept nothing; run forward() for a gradient first");
@@ -203,14 +205,37 @@ class Network {
                        std::to_string(graph_.heads.size()));
     }
     for (std::size_t h = 0; h < graph_.heads.size(); ++h)
-      require_shape(operation, "logits_adjoint", logits_adjoint[h], pass.logits[h].shape());
+      if (logits_adjoint[h] != nullptr)
+        require_shape(operation, "logits_adjoint", *logits_adjoint[h], pass.logits[h].shape());
   }
 
-  void backward(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint, T* images_adjoint,
-                T* parameters_adjoint) const {
+  void require_parameters_adjoint(const char* operation, const Pass<T>& pass, std::size_t count) const {
+    if (pass.mode != Mode::training)
+      throw DomainError(std::string(operation) + ": the pass was not for training");
+    if (count != parameters_.size()) {
+      throw ShapeError(std::string(operation) + ": parameters_adjoint is [" + std::to_string(count) +
+                       "], expected [" + std::to_string(parameters_.size()) + "]");
+    }
+  }
+
+  static std::vector<const Array<T, 4>*> pointers_to(const std::vector<Array<T, 4>>& arrays) {
+    std::vector<const Array<T, 4>*> pointers;
+    for (const auto& array : arrays) pointers.push_back(&array);
+    return pointers;
+  }
+
+  void adjoints(const char* operation, Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
+                Array<T, 4>* images_adjoint, std::optional<std::span<T>> parameters_adjoint) const {
+    require_pass(operation, pass, logits_adjoint);
+    if (images_adjoint != nullptr) {
+      require_shape(operation, "images_adjoint", *images_adjoint,
+                    {pass.images, graph_.config.channels, graph_.height, graph_.width});
+    }
+    if (parameters_adjoint) require_parameters_adjoint(operation, pass, parameters_adjoint->size());
     const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
     detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, pass)
-        .run(logits_adjoint, images_adjoint, parameters_adjoint);
+        .run(logits_adjoint, images_adjoint == nullptr ? nullptr : images_adjoint->data(),
+             parameters_adjoint ? parameters_adjoint->data() : nullptr);
   }
 
   detail::Graph graph_;

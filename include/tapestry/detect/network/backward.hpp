@@ -25,14 +25,15 @@ class BackwardPass {
         is_gated_(graph.image() + 1, false) {}
 
   /// Adds to images_adjoint, [N, C, H, W], and to parameters_adjoint, each unless null.
-  void run(const std::vector<Array<T, 4>>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
+  /// \param logits_adjoint  of each head; null stands for zeros
+  void run(const std::vector<const Array<T, 4>*>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
     wants_image_ = images_adjoint != nullptr;
     parameters_adjoint_ = parameters_adjoint;
     std::size_t head = graph_.heads.size();
     for (std::size_t i = graph_.image(); i-- > 0;) {
       if (graph_.config.layers[i].kind == LayerKind::yolo) {
         --head;
-        read_logits(graph_.head_values[head], logits_adjoint[head]);
+        if (logits_adjoint[head] != nullptr) read_logits(graph_.head_values[head], *logits_adjoint[head]);
       }
       if (!graph_.makes_value(i) || adjoints_[i].empty()) continue;
       run_layer(i);

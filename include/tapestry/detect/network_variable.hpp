@@ -1,0 +1,59 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <memory>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/detect/network.hpp>
+#include <vector>
+
+namespace tapestry::detect {
+
+/// Logits of every head for a batch of pictures, as one record on the active tape: its pullback is
+/// Network::input_adjoint(), and nothing is recorded or kept for the weights. Passive pictures record
+/// nothing.
+///
+/// \param network  must outlive the tape's last reverse(), unchanged
+/// \param images   [N, 3, H, W], RGB in [0, 1]
+/// \param pass     memory to use, for loops that record again and again; it must not be used for anything
+/// else
+///                 before the tape's last reverse(). Null takes new memory.
+/// \throws ShapeError as Network::forward(); DomainError if images are on no active tape
+template <std::floating_point T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Network<T>& network,
+                                                       const ArrayVariable<T, 4>& images,
+                                                       std::shared_ptr<Pass<T>> pass = nullptr) {
+  if (!pass) pass = std::make_shared<Pass<T>>();
+  network.forward(images.value(), *pass, images.is_active() ? Mode::input_gradient : Mode::inference);
+  auto logits = pass->logits;
+  const auto pullback = [&network, pass = std::move(pass)](
+                            const std::vector<const Array<T, 4>*>& logits_adjoint,
+                            Array<T, 4>* images_adjoint) {
+    network.pull_back(*pass, logits_adjoint, images_adjoint);
+  };
+  return record_arrays<T, 4>(std::move(logits), pullback, images);
+}
+
+/// The same in training mode, differentiable by the parameters, too: batch normalisation uses the batch's
+/// statistics. The network takes over the parameters' values; running statistics get no adjoint, see
+/// Network::update_running_statistics().
+///
+/// \param parameters  [network.layout().count], in its order
+/// \throws ShapeError also if there are not as many parameters
+template <std::floating_point T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& images,
+                                                       const ArrayVariable<T, 1>& parameters,
+                                                       std::shared_ptr<Pass<T>> pass = nullptr) {
+  require_shape("forward", "parameters", parameters.value(), {network.layout().count});
+  std::copy_n(parameters.value().data(), parameters.size(), network.parameters().data());
+  if (!pass) pass = std::make_shared<Pass<T>>();
+  network.forward(images.value(), *pass, Mode::training);
+  auto logits = pass->logits;
+  const auto pullback = [&network, pass = std::move(pass)](
+                            const std::vector<const Array<T, 4>*>& logits_adjoint,
+                            Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) {
+    network.pull_back(*pass, logits_adjoint, images_adjoint, parameters_adjoint);
+  };
+  return record_arrays<T, 4>(std::move(logits), pullback, images, parameters);
+}
+
+}  // namespace tapestry::detect

@@ -1,0 +1,213 @@
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/detect/network_variable.hpp>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/random_array.hpp"
+#include "../support/relative_distance.hpp"
+
+namespace detect = tapestry::detect;
+using tapestry::Array;
+using tapestry::ArrayVariable;
+using tapestry::Variable;
+using tapestry::test::random_array;
+
+namespace {
+/// Two heads, batch normalisation, and no kink.
+const std::string two_heads = R"([net]
+width=8
+height=8
+[convolutional]
+filters=5
+size=3
+pad=1
+batch_normalize=1
+activation=mish
+[convolutional]
+filters=6
+size=3
+stride=2
+pad=1
+batch_normalize=1
+activation=swish
+[convolutional]
+filters=6
+size=1
+activation=linear
+[yolo]
+mask=0
+anchors=4,5
+classes=1
+num=1
+[route]
+layers=-4
+[convolutional]
+filters=6
+size=3
+pad=1
+activation=linear
+[yolo]
+mask=0
+anchors=4,5
+classes=1
+num=1
+)";
+
+template <class T>
+detect::Network<T> two_headed_network() {
+  detect::Network<T> network(detect::parse_network_config(two_heads, "two heads"));
+  tapestry::Random random(5);
+  network.initialise(random);
+  return network;
+}
+
+/// Something that weighs every logit differently.
+template <class T>
+Variable<T> total(const std::vector<ArrayVariable<T, 4>>& logits) {
+  return sum(logits[0] * logits[0]) + sum(logits[1] * exp(T(0.1) * logits[1]));
+}
+
+Array<double, 1> parameter_direction(std::size_t count) {
+  tapestry::Random random(6);
+  Array<double, 1> direction(tapestry::Extents<1>{count});
+  for (double& entry : direction) entry = random.uniform(-1, 1);
+  return direction;
+}
+
+Array<double, 1> parameters_of(const detect::Network<double>& network) {
+  const auto& values = network.parameters();
+  Array<double, 1> parameters(tapestry::Extents<1>{values.size()});
+  std::copy(values.begin(), values.end(), parameters.data());
+  return parameters;
+}
+}  // namespace
+
+TEST_CASE("a network on the tape is its input adjoint, bit for bit", "[detect][network][tape]") {
+  const auto network = two_headed_network<float>();
+  const auto images = random_array<float, 4>({2, 3, 8, 8}, 1);
+  tapestry::Tape<float> tape;
+  const auto scope = tape.activate();
+  const auto input = tape.input(images);
+  const auto logits = forward(network, input);
+  REQUIRE(logits.size() == 2);
+  tape.reverse(sum(logits[0]) + 2 * sum(logits[1]));
+
+  detect::Pass<float> pass;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  CHECK((logits[0].value() == pass.logits[0]));
+  CHECK((logits[1].value() == pass.logits[1]));
+  auto adjoint = tapestry::zeros<float, 4>(images.shape());
+  network.input_adjoint(pass,
+                        {tapestry::filled<float, 4>(pass.logits[0].shape(), 1),
+                         tapestry::filled<float, 4>(pass.logits[1].shape(), 2)},
+                        adjoint);
+  CHECK((input.adjoint() == adjoint));
+}
+
+TEST_CASE("the gradient through a network on the tape agrees with central differences",
+          "[detect][network][tape][gradient]") {
+  const auto network = two_headed_network<double>();
+  const auto images = random_array<double, 4>({2, 3, 8, 8}, 2);
+  const auto direction = random_array<double, 4>({2, 3, 8, 8}, 3);
+  const auto value = [&](const Array<double, 4>& x) {
+    return total(forward(network, ArrayVariable<double, 4>(x))).value();
+  };
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto input = tape.input(images);
+  const auto result = total(forward(network, input));
+  tape.reverse(result);
+  const double expected = tapestry::test::central_difference(value, images, direction);
+  CHECK(tapestry::test::dot(input.adjoint(), direction) ==
+        Approx(expected).epsilon(1e-8).margin(tapestry::test::central_difference_tolerance(result.value())));
+}
+
+TEST_CASE("parameters on the tape get their adjoints in training mode", "[detect][network][tape][gradient]") {
+  auto network = two_headed_network<double>();
+  const auto start = parameters_of(network);
+  const auto images = random_array<double, 4>({3, 3, 8, 8}, 4);
+  const auto direction = parameter_direction(start.size());
+  const auto value = [&](const Array<double, 1>& parameters) {
+    return total(forward(network, ArrayVariable<double, 4>(images), ArrayVariable<double, 1>(parameters)))
+        .value();
+  };
+  const double expected = tapestry::test::central_difference(value, start, direction);
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto parameters = tape.input(start);
+  const bool wants_images = GENERATE(false, true);
+  const auto input = wants_images ? tape.input(images) : ArrayVariable<double, 4>(images);
+  const auto result = total(forward(network, input, parameters));
+  tape.reverse(result);
+  CHECK(tapestry::test::dot(parameters.adjoint(), direction) ==
+        Approx(expected).epsilon(1e-8).margin(tapestry::test::central_difference_tolerance(result.value())));
+  CHECK((parameters_of(network) == start));
+  if (!wants_images) return;
+  const auto image_direction = random_array<double, 4>({3, 3, 8, 8}, 7);
+  const auto image_value = [&](const Array<double, 4>& x) {
+    return total(forward(network, ArrayVariable<double, 4>(x), ArrayVariable<double, 1>(start))).value();
+  };
+  const double image_expected = tapestry::test::central_difference(image_value, images, image_direction);
+  CHECK(tapestry::test::dot(input.adjoint(), image_direction) ==
+        Approx(image_expected)
+            .epsilon(1e-8)
+            .margin(tapestry::test::central_difference_tolerance(result.value())));
+}
+
+TEST_CASE("a head that nothing depends on costs nothing and changes nothing", "[detect][network][tape]") {
+  const auto network = two_headed_network<double>();
+  const auto images = random_array<double, 4>({1, 3, 8, 8}, 8);
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto input = tape.input(images);
+  const auto logits = forward(network, input);
+  tape.reverse(sum(logits[1]));
+  detect::Pass<double> pass;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  auto adjoint = tapestry::zeros<double, 4>(images.shape());
+  network.input_adjoint(pass,
+                        {tapestry::zeros<double, 4>(pass.logits[0].shape()),
+                         tapestry::filled<double, 4>(pass.logits[1].shape(), 1)},
+                        adjoint);
+  CHECK((input.adjoint() == adjoint));
+}
+
+TEST_CASE("passive pictures leave no record of a network", "[detect][network][tape]") {
+  const auto network = two_headed_network<float>();
+  tapestry::Tape<float> tape;
+  const auto scope = tape.activate();
+  const auto logits = forward(network, ArrayVariable<float, 4>(random_array<float, 4>({1, 3, 8, 8}, 9)));
+  CHECK_FALSE(logits[0].is_active());
+  CHECK(tape.statement_count() == 0);
+}
+
+TEST_CASE("a loop records a network again and again in the same memory", "[detect][network][tape]") {
+  const auto network = two_headed_network<float>();
+  const auto images = random_array<float, 4>({1, 3, 8, 8}, 10);
+  const auto pass = std::make_shared<detect::Pass<float>>();
+  Array<float, 4> first;
+  for (int step = 0; step < 3; ++step) {
+    tapestry::Tape<float> tape;
+    const auto scope = tape.activate();
+    const auto input = tape.input(images);
+    tape.reverse(total(forward(network, input, pass)));
+    if (step == 0) first = input.adjoint();
+    CHECK((input.adjoint() == first));
+  }
+}
+
+TEST_CASE("a network on the tape refuses what does not fit", "[detect][network][tape][error]") {
+  auto network = two_headed_network<float>();
+  tapestry::Tape<float> tape;
+  const auto scope = tape.activate();
+  const auto images = tape.input(random_array<float, 4>({1, 3, 8, 8}, 11));
+  const auto few = tape.input(tapestry::zeros<float, 1>({3}));
+  CHECK_THROWS_AS(forward(network, images, few), tapestry::ShapeError);
+  const auto wide = tape.input(random_array<float, 4>({1, 3, 8, 16}, 12));
+  CHECK_THROWS_AS(forward(network, wide), tapestry::ShapeError);
+}
