@@ -140,10 +140,10 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
 }
 
 template <class T, std::size_t Rank, class Pullback, class... Slots>
-[[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_arrays_slots(std::vector<Array<T, Rank>> values,
-                                                                      Pullback pullback, Slots... slots) {
+[[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_arrays_slots(
+    std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, Slots... slots) {
   std::vector<ArrayVariable<T, Rank>> results;
-  for (Array<T, Rank>& value : values) results.emplace_back(std::move(value));
+  for (auto& value : values) results.emplace_back(std::move(value), nullptr, Link{});
   if (!(slots.link.is_active() || ...)) return results;
   TapeState<T>& state = TapeState<T>::require_active();
   require_own_slots(state, slots...);
@@ -204,6 +204,16 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_arrays(std::vector<Array<T, Rank>> values,
                                                                 Pullback pullback, const Inputs&... inputs) {
+  std::vector<std::shared_ptr<const Array<T, Rank>>> shared;
+  for (auto& value : values) shared.push_back(std::make_shared<const Array<T, Rank>>(std::move(value)));
+  return detail::record_arrays_slots<T, Rank>(std::move(shared), std::move(pullback),
+                                              detail::slot_of<T>(inputs)...);
+}
+
+/// The same for results that belong to something else, too.
+template <class T, std::size_t Rank, class Pullback, class... Inputs>
+[[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_shared_arrays(
+    std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, const Inputs&... inputs) {
   return detail::record_arrays_slots<T, Rank>(std::move(values), std::move(pullback),
                                               detail::slot_of<T>(inputs)...);
 }

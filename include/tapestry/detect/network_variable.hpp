@@ -7,6 +7,16 @@
 #include <vector>
 
 namespace tapestry::detect {
+namespace detail {
+/// The logits of a pass, which live as long as any of these does.
+template <class T>
+[[nodiscard]] std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(
+    const std::shared_ptr<Pass<T>>& pass) {
+  std::vector<std::shared_ptr<const Array<T, 4>>> logits;
+  for (const auto& head : pass->logits) logits.emplace_back(pass, &head);
+  return logits;
+}
+}  // namespace detail
 
 /// Logits of every head for a batch of pictures, as one record on the active tape: its pullback is
 /// Network::input_adjoint(), and nothing is recorded or kept for the weights. Passive pictures record
@@ -16,7 +26,8 @@ namespace tapestry::detect {
 /// \param images   [N, 3, H, W], RGB in [0, 1]
 /// \param pass     memory to use, for loops that record again and again; it must not be used for anything
 /// else
-///                 before the tape's last reverse(). Null takes new memory.
+///                 before the tape's last reverse(), and logits of an earlier call with it are gone. Null
+///                 takes new memory.
 /// \throws ShapeError as Network::forward(); DomainError if images are on no active tape
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Network<T>& network,
@@ -24,13 +35,12 @@ template <std::floating_point T>
                                                        std::shared_ptr<Pass<T>> pass = nullptr) {
   if (!pass) pass = std::make_shared<Pass<T>>();
   network.forward(images.value(), *pass, images.is_active() ? Mode::input_gradient : Mode::inference);
-  auto logits = pass->logits;
-  const auto pullback = [&network, pass = std::move(pass)](
-                            const std::vector<const Array<T, 4>*>& logits_adjoint,
-                            Array<T, 4>* images_adjoint) {
+  auto logits = detail::shared_logits(pass);
+  const auto pullback = [&network, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                         Array<T, 4>* images_adjoint) {
     network.pull_back(*pass, logits_adjoint, images_adjoint);
   };
-  return record_arrays<T, 4>(std::move(logits), pullback, images);
+  return record_shared_arrays<T, 4>(std::move(logits), pullback, images);
 }
 
 /// The same in training mode, differentiable by the parameters, too: batch normalisation uses the batch's
@@ -47,13 +57,12 @@ template <std::floating_point T>
   std::copy_n(parameters.value().data(), parameters.size(), network.parameters().data());
   if (!pass) pass = std::make_shared<Pass<T>>();
   network.forward(images.value(), *pass, Mode::training);
-  auto logits = pass->logits;
-  const auto pullback = [&network, pass = std::move(pass)](
-                            const std::vector<const Array<T, 4>*>& logits_adjoint,
-                            Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) {
+  auto logits = detail::shared_logits(pass);
+  const auto pullback = [&network, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                         Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) {
     network.pull_back(*pass, logits_adjoint, images_adjoint, parameters_adjoint);
   };
-  return record_arrays<T, 4>(std::move(logits), pullback, images, parameters);
+  return record_shared_arrays<T, 4>(std::move(logits), pullback, images, parameters);
 }
 
 }  // namespace tapestry::detect
