@@ -1,5 +1,4 @@
-// renderer: speed and error of visibility, frames and texture gradients of a car, ours beside Embree and
-// llvmpipe
+// renderer: speed and error of visibility, frames and gradients of a car, ours beside Embree and llvmpipe
 #include <CLI/CLI.hpp>
 #include <cstddef>
 #include <filesystem>
@@ -42,7 +41,7 @@ void compare(const Scene& scene, double distance, std::size_t size, const Option
     for (const int threads : options.threads) {
       Comparison comparison = make_comparison(stage, distance, size, threads);
       measure(comparison, folders, options.mesh, options.schedule, scene, references);
-      print(comparison);
+      print(comparison, scene);
       comparisons.push_back(std::move(comparison));
     }
   }
@@ -62,14 +61,20 @@ void run(Options options) {
       compare(scene, distance, size, options, folders, comparisons);
   }
   std::vector<Result> results;
-  std::vector<Panel> panels;
+  std::vector<Panel> pictures, gradients;
   for (const Comparison& comparison : comparisons) {
     results.insert(results.end(), comparison.results.begin(), comparison.results.end());
+    add_working_memory(comparison, results);
     Panel panel = panel_of(comparison);
-    if (panel.points.size() > 1) panels.push_back(std::move(panel));
+    if (panel.points.size() < 2) continue;
+    const bool is_gradient = comparison.stage == "step" || comparison.stage == "vertex-gradient";
+    (is_gradient ? gradients : pictures).push_back(std::move(panel));
   }
-  write_results(folders, "renderer", "Renderers: pictures a second against error", results, panels,
+  write_results(folders, "renderer", "Renderers: pictures a second against error", results, pictures,
                 2 * options.threads.size());
+  write_figure_beside(folders, "renderer-gradients",
+                      "Gradients a second against error, by coverage rate and model", gradients,
+                      2 * options.threads.size());
 }
 
 }  // namespace
@@ -80,8 +85,10 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Times renderers, ours and those of other libraries in turn, on a car from three sides. The error is "
       "the share of samples that show another face than a reference in double precision (visibility), "
-      "or the relative distance from its means over 8 x 8 samples a pixel: of the picture (frame), of the "
-      "gradient to one colour a face (texture-backward). Writes renderer.csv and renderer.svg.");
+      "or the relative distance: from the means of 8 x 8 samples a pixel (frame), from the gradient to one "
+      "colour a face of 16 x 16 (texture-backward, step), from central differences of such pictures along "
+      "eight motions, up to 256 pixels (vertex-gradient). Writes renderer.csv, renderer.svg and "
+      "renderer-gradients.svg.");
   benchmarks::Options options;
   app.add_flag("--quick", options.is_quick, "Distance 5 at 256 and 640 pixels only, 3 rounds of 0.05 s");
   benchmarks::add_threads_option(app, options.threads);

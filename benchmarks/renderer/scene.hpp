@@ -16,14 +16,19 @@
 #include <vector>
 
 #include "../../examples/procedural/car.hpp"
+#include "../../tests/support/gradient_scoring.hpp"
 
 namespace tapestry::benchmarks {
 
 /// What every renderer draws: a car of length 2 around the origin, seen from a distance at elevation 20°
-/// and three azimuths with a field of view of 60°, its paint an atlas under white light.
+/// and three azimuths with a field of view of 60°, its paint an atlas under white light. Gradients are scored
+/// in one more view, azimuth 45° of Neural Mesh Renderer's camera, for which figures of other renderers are
+/// known.
 struct Scene {
   geometry::Mesh mesh;
+  double distance;
   std::vector<geometry::Camera> cameras;
+  geometry::Camera scored_camera;
   raster::TextureLayout layout{raster::TextureKind::atlas, 1024, 1024, 2, 0};
   Array<float, 2> texels;  ///< [1024², 3], in [0, 1]
 };
@@ -65,13 +70,26 @@ struct Scene {
 [[nodiscard]] inline Scene make_scene(const std::string& mesh_path, double distance) {
   Scene scene;
   scene.mesh = load_car(mesh_path);
+  scene.distance = distance;
   constexpr double rad_per_deg = std::numbers::pi / 180;
+  scene.scored_camera =
+      geometry::neural_mesh_renderer_camera(45 * rad_per_deg, 20 * rad_per_deg, distance, 30 * rad_per_deg);
   for (const double azimuth : {45.0, 165.0, 285.0}) {
     scene.cameras.push_back(geometry::orbit_camera(azimuth * rad_per_deg, 20 * rad_per_deg, distance,
                                                    {0, 0, 0}, 60 * rad_per_deg));
   }
   scene.texels = painted_texels(scene.layout);
   return scene;
+}
+
+/// The motions that gradients of positions are scored along, in the view scored_camera of that size.
+[[nodiscard]] inline std::vector<std::vector<geometry::Vector3>> scored_motions(const Scene& scene,
+                                                                                std::size_t size) {
+  const double pixel = scene.distance * 2 * scene.scored_camera.tan_half_fov_x / static_cast<double>(size);
+  std::vector<std::vector<geometry::Vector3>> motions;
+  for (std::size_t kind = 0; kind < test::scoring_motions; ++kind)
+    motions.push_back(test::scoring_motion(scene.mesh, scene.scored_camera, kind, pixel));
+  return motions;
 }
 
 }  // namespace tapestry::benchmarks
