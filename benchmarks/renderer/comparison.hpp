@@ -34,6 +34,7 @@ inline const std::vector<Variant> variants = {
     {"frame", "1x1", "renderer_tapestry"},
     {"frame", "2x2", "renderer_tapestry"},
     {"frame", "4x4", "renderer_tapestry"},
+    {"frame", "automatic", "renderer_tapestry"},
     {"frame", "peer:llvmpipe", "renderer_llvmpipe"},
     {"texture-backward", "4x4", "renderer_tapestry"},
     {"texture-backward", "4x4-forward", "renderer_tapestry"},
@@ -41,11 +42,13 @@ inline const std::vector<Variant> variants = {
     {"step", "2x2", "renderer_tapestry"},
     {"step", "4x4", "renderer_tapestry"},
     {"step", "8x8", "renderer_tapestry"},
+    {"step", "automatic", "renderer_tapestry"},
     {"step", "4x4-cached", "renderer_tapestry"},
     {"vertex-gradient", "boundary_integral-1x1", "renderer_tapestry"},
     {"vertex-gradient", "boundary_integral-2x2", "renderer_tapestry"},
     {"vertex-gradient", "boundary_integral-4x4", "renderer_tapestry"},
     {"vertex-gradient", "boundary_integral-8x8", "renderer_tapestry"},
+    {"vertex-gradient", "boundary_integral-automatic", "renderer_tapestry"},
     {"vertex-gradient", "interior_only-1x1", "renderer_tapestry"},
     {"vertex-gradient", "interior_only-4x4", "renderer_tapestry"},
     {"vertex-gradient", "neural_mesh_renderer-1x1", "renderer_tapestry"},
@@ -165,6 +168,7 @@ inline void measure(Comparison& comparison, const Folders& folders, const std::s
 
 inline void print(const Comparison& comparison, const Scene& scene) {
   const double allowed = allowed_mib(scene, comparison.size);
+  const bool is_picture = comparison.stage == "visibility" || comparison.stage == "frame";
   std::printf("\n%s, %s\n", comparison.case_name.c_str(), thread_title(comparison.threads).c_str());
   std::printf("  %-24s %9s %8s %9s %8s %9s   times ours\n", "", "ms", "spread", "error", "MiB", "working");
   for (std::size_t i = 0; i < comparison.results.size(); ++i) {
@@ -180,7 +184,7 @@ inline void print(const Comparison& comparison, const Scene& scene) {
     for (const Result& own : comparison.results)
       if (!is_peer(own.variant) && own.seconds && is_peer(result.variant))
         std::printf(" %s %.2f", own.variant.c_str(), *result.seconds / *own.seconds);
-    if (comparison.working_mib[i])
+    if (comparison.working_mib[i] && is_picture)
       std::printf(" %.2f of the memory allowed", *comparison.working_mib[i] / allowed);
     std::printf("\n");
   }

@@ -23,11 +23,20 @@ struct Options : DriverOptions {
   std::string mesh = TAPESTRY_SHARED "/data/mesh/audi_et_te.obj";
 };
 
-/// Frames a second against error.
+[[nodiscard]] bool is_gradient(const Comparison& comparison) {
+  return comparison.stage == "step" || comparison.stage == "vertex-gradient";
+}
+
+/// Pictures or gradients a second against error.
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
   Panel panel{comparison.case_name, thread_title(comparison.threads)};
-  for (const Result& result : comparison.results)
-    if (result.seconds && result.error) panel.points.push_back(point_of(result, 1e-6, 1 / *result.seconds));
+  panel.is_speed_logarithmic = is_gradient(comparison);
+  for (const Result& result : comparison.results) {
+    if (!result.seconds || !result.error) continue;
+    panel.points.push_back(point_of(result, 1e-6, 1 / *result.seconds));
+    std::string& label = panel.points.back().label;
+    label = std::regex_replace(label, std::regex("_(integral|only|mesh_renderer)-"), " ");
+  }
   return panel;
 }
 
@@ -67,14 +76,16 @@ void run(Options options) {
     add_working_memory(comparison, results);
     Panel panel = panel_of(comparison);
     if (panel.points.size() < 2) continue;
-    const bool is_gradient = comparison.stage == "step" || comparison.stage == "vertex-gradient";
-    (is_gradient ? gradients : pictures).push_back(std::move(panel));
+    if (!is_gradient(comparison))
+      pictures.push_back(std::move(panel));
+    else if (comparison.threads == options.threads.front())
+      gradients.push_back(std::move(panel));
   }
   write_results(folders, "renderer", "Renderers: pictures a second against error", results, pictures,
                 2 * options.threads.size());
   write_figure_beside(folders, "renderer-gradients",
                       "Gradients a second against error, by coverage rate and model", gradients,
-                      2 * options.threads.size());
+                      options.sizes.size() + 1);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -51,19 +52,21 @@ struct Scene {
   return texels;
 }
 
-/// The mesh of a file, or a procedural car of about as many faces where the path is empty. Corners without
-/// uv, which the real car does not have, get the first one.
+/// The mesh of a file, or a procedural car of about as many faces as the real one where the path is empty.
+/// Corners without uv, which the real car does not have, get the first one.
 [[nodiscard]] inline geometry::Mesh load_car(const std::string& path) {
   geometry::Mesh mesh;
   if (path.empty()) {
     examples::CarOptions options;
     options.spacing = 0.031;
     mesh = examples::make_car(options);
-    for (geometry::Corners& corners : mesh.face_uvs)
-      for (std::int32_t& uv : corners) uv = uv < 0 ? 0 : uv;
   } else {
     mesh = io::read_obj(path).mesh;
   }
+  if (mesh.uvs.empty()) mesh.uvs.push_back({0, 0});
+  mesh.face_uvs.resize(mesh.faces.size(), {-1, -1, -1});
+  for (geometry::Corners& corners : mesh.face_uvs)
+    for (std::int32_t& uv : corners) uv = std::max(uv, 0);
   return geometry::normalise_mesh(std::move(mesh));
 }
 

@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
@@ -32,10 +33,10 @@ class TapestryRenderer {
         painted_(scene.mesh.faces.size(), 1),
         weights_(test::scoring_weights(options.size)) {
     limit_threads(options.threads);
-    const std::size_t rate = options.variant.find('x');
-    if (rate == 0 || rate == std::string::npos)
+    const std::size_t rate = options.variant.find_first_of("1248");
+    if (rate == std::string::npos && !has("automatic"))
       throw Error(ErrorKind::usage, "no coverage rate in '" + options.variant + "'");
-    samples_ = static_cast<std::size_t>(options.variant[rate - 1] - '0');
+    samples_ = has("automatic") ? 0 : static_cast<std::size_t>(options.variant[rate] - '0');
     const bool is_cached = has("-cached");
     if (options.stage == "visibility") run_ = [this](const auto& camera) { fragments_ = list(camera); };
     if (options.stage == "frame") run_ = [this](const auto& camera) { picture_ = frame(camera); };
@@ -103,19 +104,26 @@ class TapestryRenderer {
  private:
   [[nodiscard]] bool has(const char* part) const { return options_.variant.find(part) != std::string::npos; }
 
+  /// Samples along an axis.
+  [[nodiscard]] std::size_t samples_of(const geometry::Camera& camera) const {
+    return samples_ > 0
+               ? samples_
+               : raster::automatic_samples_per_axis(scene_.mesh, camera, options_.size, options_.size);
+  }
+
   [[nodiscard]] raster::FragmentList list(const geometry::Camera& camera) const {
-    return raster::list_fragments(scene_.mesh, camera, options_.size, options_.size, samples_);
+    return raster::list_fragments(scene_.mesh, camera, options_.size, options_.size, samples_of(camera));
   }
 
   [[nodiscard]] Operator operator_of(const geometry::Camera& camera,
                                      const raster::TextureLayout& layout) const {
     return raster::texture_operator<float>(scene_.mesh, painted_, camera, options_.size, options_.size,
-                                           layout, white, samples_);
+                                           layout, white, samples_of(camera));
   }
 
   [[nodiscard]] Array<float, 3> frame(const geometry::Camera& camera) const {
     return raster::render_textured(scene_.mesh, painted_, camera, options_.size, options_.size, scene_.layout,
-                                   white, scene_.texels, samples_)
+                                   white, scene_.texels, samples_of(camera))
         .colour;
   }
 
@@ -131,11 +139,13 @@ class TapestryRenderer {
                                                         unlit};
     Motion gradient(scene_.mesh.positions.size(), geometry::Vector3{0, 0, 0});
     if (has("boundary_integral"))
-      raster::vertex_adjoint(surface, camera, weights_, gradient, raster::BoundaryIntegral{samples_});
+      raster::vertex_adjoint(surface, camera, weights_, gradient,
+                             raster::BoundaryIntegral{samples_of(camera)});
     else if (has("interior_only"))
-      raster::vertex_adjoint(surface, camera, weights_, gradient, raster::InteriorOnly{samples_});
+      raster::vertex_adjoint(surface, camera, weights_, gradient, raster::InteriorOnly{samples_of(camera)});
     else if (has("neural_mesh_renderer"))
-      raster::vertex_adjoint(surface, camera, weights_, gradient, raster::NeuralMeshRenderer{samples_, true});
+      raster::vertex_adjoint(surface, camera, weights_, gradient,
+                             raster::NeuralMeshRenderer{samples_of(camera), true});
     else
       throw Error(ErrorKind::usage, "no gradient model in '" + options_.variant + "'");
     return gradient;
@@ -165,7 +175,7 @@ class TapestryRenderer {
   std::vector<std::uint8_t> painted_;
   Array<float, 3> weights_;
   Array<float, 2> colours_;  ///< of positions
-  std::size_t samples_ = 1;
+  std::size_t samples_ = 1;  ///< along an axis; 0: automatic
   std::function<void(const geometry::Camera&)> run_;
   std::vector<Operator> operators_;
   raster::FragmentList fragments_;
@@ -180,6 +190,7 @@ class TapestryRenderer {
 int main(int argc, char** argv) {
   return tapestry::benchmarks::run_worker<tapestry::benchmarks::TapestryRenderer>(
       argc, argv,
-      "1x1, 2x2, 4x4 or 8x8; -cached (step) or -forward (texture-backward) may follow, boundary_integral-, "
+      "1x1, 2x2, 4x4, 8x8 or automatic; -cached (step) or -forward (texture-backward) may follow, "
+      "boundary_integral-, "
       "interior_only- or neural_mesh_renderer- stands before (vertex-gradient)");
 }
