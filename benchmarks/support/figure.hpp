@@ -124,7 +124,9 @@ class PanelDrawing {
       line(left_ + plot_left, y(speed), right, y(speed), speed == bottom_speed_ ? "axis" : "grid");
       char label[32];
       std::snprintf(label, sizeof label, "%g", speed);
-      text(left_ + plot_left - 5, y(speed) + 4, "tick end", label);
+      const int exponent = static_cast<int>(std::lround(std::log10(std::max(speed, 1e-30))));
+      text(left_ + plot_left - 5, y(speed) + 4, "tick end",
+           panel_.is_speed_logarithmic ? power_of_ten(exponent) : label);
     }
     for (int decade = first_decade_; decade <= last_decade_; ++decade) {
       const double at = x(std::pow(10, decade));
