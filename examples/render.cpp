@@ -105,7 +105,8 @@ void describe(CLI::App& app, Options& o) {
   app.add_option("--size", o.size, "pixels a side, or width and height")
       ->expected(1, 2)
       ->capture_default_str();
-  app.add_option("--samples", o.samples, "samples a pixel along each axis: 1, 2, 4 or 8")
+  app.add_option("--samples", o.samples,
+                 "samples a pixel along each axis: 1, 2, 4 or 8; 0: by the length of the mesh's edges")
       ->capture_default_str();
   app.add_option("--background", o.background, "colour behind the mesh, three numbers from 0 to 1")
       ->expected(3)
@@ -138,10 +139,10 @@ void require_sound(const Options& o) {
   list.require_choice("--view", o.view, mesh_view_names());
   list.require_choice("--filter", o.filter, {"bilinear", "trilinear"});
   list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
-  list.require(o.samples == 1 || o.samples == 2 || o.samples == 4 || o.samples == 8,
-               "--samples is " + std::to_string(o.samples) + "; expected 1, 2, 4 or 8");
+  list.require(o.samples == 0 || o.samples == 1 || o.samples == 2 || o.samples == 4 || o.samples == 8,
+               "--samples is " + std::to_string(o.samples) + "; expected 0, 1, 2, 4 or 8");
   for (const std::size_t side : o.size)
-    list.require(side >= 1 && side * o.samples <= 32768,
+    list.require(side >= 1 && side * std::max<std::size_t>(o.samples, 1) <= 32768,
                  "--size must be 1 to " + std::to_string(32768 / std::max<std::size_t>(o.samples, 1)) +
                      " pixels at this many samples");
   list.require(o.faces.empty() || o.material.empty(), "--faces and --material cannot be given together");

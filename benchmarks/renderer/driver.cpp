@@ -1,5 +1,4 @@
-// renderer: speed and error of visibility, frames and texture gradients of a car, ours beside Embree and
-// llvmpipe
+// renderer: speed and error of visibility, frames and gradients of a car, ours beside Embree and llvmpipe
 #include <CLI/CLI.hpp>
 #include <cstddef>
 #include <filesystem>
@@ -24,11 +23,20 @@ struct Options : DriverOptions {
   std::string mesh = TAPESTRY_SHARED "/data/mesh/audi_et_te.obj";
 };
 
-/// Frames a second against error.
+[[nodiscard]] bool is_gradient(const Comparison& comparison) {
+  return comparison.stage == "step" || comparison.stage == "vertex-gradient";
+}
+
+/// Pictures or gradients a second against error.
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
   Panel panel{comparison.case_name, thread_title(comparison.threads)};
-  for (const Result& result : comparison.results)
-    if (result.seconds && result.error) panel.points.push_back(point_of(result, 1e-6, 1 / *result.seconds));
+  panel.is_speed_logarithmic = is_gradient(comparison);
+  for (const Result& result : comparison.results) {
+    if (!result.seconds || !result.error) continue;
+    panel.points.push_back(point_of(result, 1e-6, 1 / *result.seconds));
+    std::string& label = panel.points.back().label;
+    label = std::regex_replace(label, std::regex("_(integral|only|mesh_renderer)-"), " ");
+  }
   return panel;
 }
 
@@ -42,7 +50,7 @@ void compare(const Scene& scene, double distance, std::size_t size, const Option
     for (const int threads : options.threads) {
       Comparison comparison = make_comparison(stage, distance, size, threads);
       measure(comparison, folders, options.mesh, options.schedule, scene, references);
-      print(comparison);
+      print(comparison, scene);
       comparisons.push_back(std::move(comparison));
     }
   }
@@ -62,14 +70,22 @@ void run(Options options) {
       compare(scene, distance, size, options, folders, comparisons);
   }
   std::vector<Result> results;
-  std::vector<Panel> panels;
+  std::vector<Panel> pictures, gradients;
   for (const Comparison& comparison : comparisons) {
     results.insert(results.end(), comparison.results.begin(), comparison.results.end());
+    add_working_memory(comparison, results);
     Panel panel = panel_of(comparison);
-    if (panel.points.size() > 1) panels.push_back(std::move(panel));
+    if (panel.points.size() < 2) continue;
+    if (!is_gradient(comparison))
+      pictures.push_back(std::move(panel));
+    else if (comparison.threads == options.threads.front())
+      gradients.push_back(std::move(panel));
   }
-  write_results(folders, "renderer", "Renderers: pictures a second against error", results, panels,
+  write_results(folders, "renderer", "Renderers: pictures a second against error", results, pictures,
                 2 * options.threads.size());
+  write_figure_beside(folders, "renderer-gradients",
+                      "Gradients a second against error, by coverage rate and model", gradients,
+                      options.sizes.size() + 1);
 }
 
 }  // namespace
@@ -80,8 +96,10 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Times renderers, ours and those of other libraries in turn, on a car from three sides. The error is "
       "the share of samples that show another face than a reference in double precision (visibility), "
-      "or the relative distance from its means over 8 x 8 samples a pixel: of the picture (frame), of the "
-      "gradient to one colour a face (texture-backward). Writes renderer.csv and renderer.svg.");
+      "or the relative distance: from the means of 8 x 8 samples a pixel (frame), from the gradient to one "
+      "colour a face of 16 x 16 (texture-backward, step), from central differences of such pictures along "
+      "eight motions, up to 256 pixels (vertex-gradient). Writes renderer.csv, renderer.svg and "
+      "renderer-gradients.svg.");
   benchmarks::Options options;
   app.add_flag("--quick", options.is_quick, "Distance 5 at 256 and 640 pixels only, 3 rounds of 0.05 s");
   benchmarks::add_threads_option(app, options.threads);

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,11 +9,7 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/texture_atlas.hpp>
 #include <vector>
-
-#include "../support/relative_distance.hpp"
-#include "scene.hpp"
 
 namespace tapestry::benchmarks {
 
@@ -30,9 +25,9 @@ class ReferenceView {
   };
 
   /// \param samples  along an axis of the picture
-  ReferenceView(const Scene& scene, const geometry::Camera& camera, std::size_t samples)
-      : scene_(scene), camera_(camera), samples_(samples) {
-    for (const auto& position : scene.mesh.positions) {
+  ReferenceView(const geometry::Mesh& mesh, const geometry::Camera& camera, std::size_t samples)
+      : mesh_(mesh), camera_(camera), samples_(samples) {
+    for (const auto& position : mesh.positions) {
       corners_.push_back(geometry::view_from_world(camera, position));
       if (!(corners_.back()[2] > camera.near))
         throw Error(ErrorKind::numeric, "the car reaches behind the camera");
@@ -48,7 +43,7 @@ class ReferenceView {
     parallel_for(block_count(samples_, band), [&](std::size_t index) {
       const auto [begin, end] = block_range(index, samples_, band);
       std::vector<Hit> hits((end - begin) * samples_);
-      for (std::size_t face = 0; face < scene_.mesh.faces.size(); ++face) draw(face, begin, end, hits);
+      for (std::size_t face = 0; face < mesh_.faces.size(); ++face) draw(face, begin, end, hits);
       for (std::size_t row = begin; row < end; ++row) visit(row, hits.data() + (row - begin) * samples_);
     });
   }
@@ -56,7 +51,7 @@ class ReferenceView {
  private:
   void draw(std::size_t face, std::size_t row_begin, std::size_t row_end, std::vector<Hit>& hits) const {
     std::array<std::size_t, 3> corner{};
-    for (std::size_t k = 0; k < 3; ++k) corner[k] = static_cast<std::size_t>(scene_.mesh.faces[face][k]);
+    for (std::size_t k = 0; k < 3; ++k) corner[k] = static_cast<std::size_t>(mesh_.faces[face][k]);
     std::array<std::size_t, 2> first{}, last{};
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const auto [low, high] =
@@ -90,66 +85,11 @@ class ReferenceView {
     if (depth < hit.depth) hit = {depth, face, {b[0] / sum, b[1] / sum, b[2] / sum}};
   }
 
-  const Scene& scene_;
+  const geometry::Mesh& mesh_;
   const geometry::Camera& camera_;
   std::size_t samples_;
   std::vector<geometry::Vector3> corners_;
   std::vector<std::array<double, 2>> picture_;  // row and column
 };
-
-/// The face of every pixel's centre.
-[[nodiscard]] inline std::vector<double> reference_faces(const Scene& scene, std::size_t size) {
-  std::vector<double> faces(size * size);
-  ReferenceView(scene, scene.cameras.front(), size)
-      .for_each_row([&](std::size_t row, const ReferenceView::Hit* hits) {
-        for (std::size_t i = 0; i < size; ++i) faces[row * size + i] = hits[i].face;
-      });
-  return faces;
-}
-
-/// What a frame and the gradient of its sum to a colour of each face should be: means over 8 × 8 samples a
-/// pixel.
-struct ReferencePicture {
-  std::vector<double> picture;        ///< [size, size, 3]
-  std::vector<double> face_gradient;  ///< pixels that each face covers
-};
-
-[[nodiscard]] inline ReferencePicture reference_picture(const Scene& scene, std::size_t size) {
-  constexpr std::size_t axis = 8;
-  constexpr double share = 1.0 / (axis * axis);
-  ReferencePicture reference{std::vector<double>(3 * size * size, 0),
-                             std::vector<double>(scene.mesh.faces.size(), 0)};
-  ReferenceView(scene, scene.cameras.front(), axis * size)
-      .for_each_row([&](std::size_t row, const ReferenceView::Hit* hits) {  // rows of a pixel share a thread
-        for (std::size_t i = 0; i < axis * size; ++i) {
-          if (hits[i].face < 0) continue;
-          // Sums of 1/64 are exact, so their order does not matter.
-          std::atomic_ref(reference.face_gradient[static_cast<std::size_t>(hits[i].face)]) += share;
-          std::array<double, 2> uv{0, 0};
-          const geometry::Corners& corners = scene.mesh.face_uvs[static_cast<std::size_t>(hits[i].face)];
-          for (std::size_t k = 0; k < 3; ++k)
-            for (std::size_t a = 0; a < 2; ++a)
-              uv[a] += hits[i].barycentric[k] * scene.mesh.uvs[static_cast<std::size_t>(corners[k])][a];
-          double* const pixel = reference.picture.data() + 3 * (row / axis * size + i / axis);
-          raster::visit_atlas_taps(scene.layout, uv, [&](const raster::Tap& tap) {
-            for (std::size_t c = 0; c < 3; ++c)
-              pixel[c] += share * tap.weight * static_cast<double>(scene.texels(tap.texel, c));
-          });
-        }
-      });
-  return reference;
-}
-
-/// Share of the samples that show a face in either answer in which the two differ.
-[[nodiscard]] inline double share_of_differences(const std::vector<float>& found,
-                                                 const std::vector<double>& expected) {
-  if (found.size() != expected.size()) throw Error(ErrorKind::mismatch, "an answer of another size");
-  double differing = 0, covered = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    covered += found[i] >= 0 || expected[i] >= 0 ? 1 : 0;
-    differing += static_cast<double>(found[i]) != expected[i] ? 1 : 0;
-  }
-  return differing / std::max(covered, 1.0);
-}
 
 }  // namespace tapestry::benchmarks

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -16,14 +17,19 @@
 #include <vector>
 
 #include "../../examples/procedural/car.hpp"
+#include "../../tests/support/gradient_scoring.hpp"
 
 namespace tapestry::benchmarks {
 
 /// What every renderer draws: a car of length 2 around the origin, seen from a distance at elevation 20°
-/// and three azimuths with a field of view of 60°, its paint an atlas under white light.
+/// and three azimuths with a field of view of 60°, its paint an atlas under white light. Gradients are scored
+/// in one more view, azimuth 45° of Neural Mesh Renderer's camera, for which figures of other renderers are
+/// known.
 struct Scene {
   geometry::Mesh mesh;
+  double distance;
   std::vector<geometry::Camera> cameras;
+  geometry::Camera scored_camera;
   raster::TextureLayout layout{raster::TextureKind::atlas, 1024, 1024, 2, 0};
   Array<float, 2> texels;  ///< [1024², 3], in [0, 1]
 };
@@ -46,32 +52,47 @@ struct Scene {
   return texels;
 }
 
-/// The mesh of a file, or a procedural car of about as many faces where the path is empty. Corners without
-/// uv, which the real car does not have, get the first one.
+/// The mesh of a file, or a procedural car of about as many faces as the real one where the path is empty.
+/// Corners without uv, which the real car does not have, get the first one.
 [[nodiscard]] inline geometry::Mesh load_car(const std::string& path) {
   geometry::Mesh mesh;
   if (path.empty()) {
     examples::CarOptions options;
     options.spacing = 0.031;
     mesh = examples::make_car(options);
-    for (geometry::Corners& corners : mesh.face_uvs)
-      for (std::int32_t& uv : corners) uv = uv < 0 ? 0 : uv;
   } else {
     mesh = io::read_obj(path).mesh;
   }
+  if (mesh.uvs.empty()) mesh.uvs.push_back({0, 0});
+  mesh.face_uvs.resize(mesh.faces.size(), {-1, -1, -1});
+  for (geometry::Corners& corners : mesh.face_uvs)
+    for (std::int32_t& uv : corners) uv = std::max(uv, 0);
   return geometry::normalise_mesh(std::move(mesh));
 }
 
 [[nodiscard]] inline Scene make_scene(const std::string& mesh_path, double distance) {
   Scene scene;
   scene.mesh = load_car(mesh_path);
+  scene.distance = distance;
   constexpr double rad_per_deg = std::numbers::pi / 180;
+  scene.scored_camera =
+      geometry::neural_mesh_renderer_camera(45 * rad_per_deg, 20 * rad_per_deg, distance, 30 * rad_per_deg);
   for (const double azimuth : {45.0, 165.0, 285.0}) {
     scene.cameras.push_back(geometry::orbit_camera(azimuth * rad_per_deg, 20 * rad_per_deg, distance,
                                                    {0, 0, 0}, 60 * rad_per_deg));
   }
   scene.texels = painted_texels(scene.layout);
   return scene;
+}
+
+/// The motions that gradients of positions are scored along, in the view scored_camera of that size.
+[[nodiscard]] inline std::vector<std::vector<geometry::Vector3>> scored_motions(const Scene& scene,
+                                                                                std::size_t size) {
+  const double pixel = scene.distance * 2 * scene.scored_camera.tan_half_fov_x / static_cast<double>(size);
+  std::vector<std::vector<geometry::Vector3>> motions;
+  for (std::size_t kind = 0; kind < test::scoring_motions; ++kind)
+    motions.push_back(test::scoring_motion(scene.mesh, scene.scored_camera, kind, pixel));
+  return motions;
 }
 
 }  // namespace tapestry::benchmarks

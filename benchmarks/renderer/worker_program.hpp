@@ -24,8 +24,10 @@ struct WorkerOptions {
 
 /// A renderer set up for one stage. run() does the stage for every camera of the scene.
 ///
-/// first_answer() is of the scene's first camera: for visibility the face of each sample as a number, −1
-/// for none; for a frame [size, size, 3]; for texture-backward one number a face; empty for other stages.
+/// first_answer() is of the scene's first camera for visibility, the face of each sample as a number, −1 for
+/// none, and for a frame, [size, size, 3]. Of scored_camera and scoring_weights() it is for texture-backward
+/// and step, the derivative with respect to the red of each face, and for vertex-gradient, the derivatives
+/// along scored_motions().
 template <class R>
 concept Renderer = std::constructible_from<R, const Scene&, const WorkerOptions&> && requires(R& renderer) {
   { renderer.name() } -> std::convertible_to<std::string>;
@@ -39,6 +41,8 @@ class RendererEngine {
   RendererEngine(const Scene& scene, const WorkerOptions& options) : renderer_(scene, options) {}
   [[nodiscard]] std::string name() const { return renderer_.name(); }
   void run() { renderer_.run(); }
+  [[nodiscard]] double working_mib() requires requires(R& renderer) { renderer.working_mib(); }
+  { return renderer_.working_mib(); }
   void save(const std::string& path) {
     const std::vector<float> answer = renderer_.first_answer();
     std::ofstream file(path, std::ios::binary);
@@ -63,7 +67,8 @@ int run_worker(int argc, char** argv, const std::string& variants) {
   app.add_option("--distance", options.distance, "Of the camera")->capture_default_str();
   app.add_option("--size", options.size, "Width and height of the picture, in pixels")->capture_default_str();
   app.add_option("--threads", options.threads, "Threads")->capture_default_str();
-  app.add_option("--stage", options.stage, "visibility, frame, texture-backward or step")->required();
+  app.add_option("--stage", options.stage, "visibility, frame, texture-backward, vertex-gradient or step")
+      ->required();
   app.add_option("--variant", options.variant, variants);
   app.add_option("--seconds", seconds, "Run that long, print the times and leave");
   return examples::run_program(app, argc, argv, [&] {

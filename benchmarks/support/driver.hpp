@@ -99,17 +99,24 @@ template <class T>
   return values;
 }
 
+/// Writes a figure, unless it would be empty, and says where it is.
+inline void write_figure_beside(const Folders& folders, const std::string& name, const std::string& title,
+                                const std::vector<Panel>& panels, std::size_t columns) {
+  if (panels.empty()) return;
+  const std::filesystem::path svg = folders.output / (name + ".svg");
+  write_figure(svg, title, panels, columns);
+  std::cout << std::filesystem::proximate(svg).string() << "\n";
+}
+
 /// Writes table and figure and says where they are. \throws Error if there are no results
 inline void write_results(const Folders& folders, const std::string& name, const std::string& title,
                           const std::vector<Result>& results, const std::vector<Panel>& panels,
                           std::size_t columns) {
   if (results.empty()) throw Error(ErrorKind::usage, "no case to measure");
-  const std::filesystem::path csv = folders.output / (name + ".csv"), svg = folders.output / (name + ".svg");
+  const std::filesystem::path csv = folders.output / (name + ".csv");
   write_csv(csv, results);
   std::cout << "\n" << std::filesystem::proximate(csv).string() << "\n";
-  if (panels.empty()) return;
-  write_figure(svg, title, panels, columns);
-  std::cout << std::filesystem::proximate(svg).string() << "\n";
+  write_figure_beside(folders, name, title, panels, columns);
 }
 
 /// The rest of a driver's main function. A worker that ends early is an answer, not a signal.

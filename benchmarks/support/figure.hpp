@@ -21,6 +21,7 @@ struct Panel {
   std::string title;
   std::string subtitle;
   std::vector<Point> points{};
+  bool is_speed_logarithmic = false;
 };
 
 /// The points that no other one beats in both respects, from the smallest error on.
@@ -76,6 +77,11 @@ class PanelDrawing {
     last_decade_ = std::max(static_cast<int>(std::ceil(std::log10(most * 1.3))), first_decade_ + 1);
     step_ = round_step(largest_speed_, 4);
     top_speed_ = step_ * std::ceil(largest_speed_ * 1.08 / step_);
+    if (!panel.is_speed_logarithmic) return;
+    double least_speed = largest_speed_;
+    for (const Point& point : panel.points) least_speed = std::min(least_speed, point.speed);
+    bottom_speed_ = std::pow(10, std::floor(std::log10(least_speed / 1.3)));
+    top_speed_ = std::pow(10, std::ceil(std::log10(largest_speed_ * 1.3)));
   }
 
   [[nodiscard]] std::string svg() {
@@ -95,7 +101,10 @@ class PanelDrawing {
     return left_ + plot_left + part * (width - plot_left - plot_right);
   }
   [[nodiscard]] double y(double speed) const {
-    return top_ + height - plot_bottom - speed / top_speed_ * (height - plot_top - plot_bottom);
+    const double part = panel_.is_speed_logarithmic
+                            ? std::log10(speed / bottom_speed_) / std::log10(top_speed_ / bottom_speed_)
+                            : speed / top_speed_;
+    return top_ + height - plot_bottom - part * (height - plot_top - plot_bottom);
   }
 
   void text(double x, double y, const char* style, const std::string& words) {
@@ -108,13 +117,16 @@ class PanelDrawing {
   }
 
   void draw_axes() {
-    const double bottom = y(0);
+    const double bottom = y(bottom_speed_);
     const double right = left_ + width - plot_right;
-    for (double speed = 0; speed <= top_speed_ * 1.001; speed += step_) {
-      line(left_ + plot_left, y(speed), right, y(speed), speed == 0 ? "axis" : "grid");
+    for (double speed = bottom_speed_; speed <= top_speed_ * 1.001;
+         speed = panel_.is_speed_logarithmic ? 10 * speed : speed + step_) {
+      line(left_ + plot_left, y(speed), right, y(speed), speed == bottom_speed_ ? "axis" : "grid");
       char label[32];
       std::snprintf(label, sizeof label, "%g", speed);
-      text(left_ + plot_left - 5, y(speed) + 4, "tick end", label);
+      const int exponent = static_cast<int>(std::lround(std::log10(std::max(speed, 1e-30))));
+      text(left_ + plot_left - 5, y(speed) + 4, "tick end",
+           panel_.is_speed_logarithmic ? power_of_ten(exponent) : label);
     }
     for (int decade = first_decade_; decade <= last_decade_; ++decade) {
       const double at = x(std::pow(10, decade));
@@ -128,7 +140,7 @@ class PanelDrawing {
   void draw_front() {
     const auto front = pareto_front(panel_.points);
     if (front.empty()) return;
-    std::string path = "M" + number(x(front.front().error)) + " " + number(y(0));
+    std::string path = "M" + number(x(front.front().error)) + " " + number(y(bottom_speed_));
     for (const Point& point : front) path += "V" + number(y(point.speed)) + "H" + next_x(front, point);
     svg_ += "<path d=\"" + path + "\" class=\"front\"/>\n";
   }
@@ -170,7 +182,7 @@ class PanelDrawing {
         const Box box{is_left ? begin - label_width : begin, is_left ? begin : begin + label_width,
                       middle - 6, middle + 6};
         const bool is_inside =
-            box.left > left_ + plot_left && box.right < left_ + width && box.bottom < y(0) + 1;
+            box.left > left_ + plot_left && box.right < left_ + width && box.bottom < y(bottom_speed_) + 1;
         const bool is_free =
             std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return box.overlaps(other); });
         if (!is_inside || !is_free) continue;
@@ -187,6 +199,7 @@ class PanelDrawing {
   double top_;
   double largest_speed_ = 0;
   double top_speed_ = 1;
+  double bottom_speed_ = 0;
   double step_ = 1;
   int first_decade_ = 0;
   int last_decade_ = 1;

@@ -80,6 +80,7 @@ template <Engine E>
 ///
 ///   turn SECONDS  →  {"seconds": [of each pass], "peak_memory_mib": …}
 ///   save PATH     →  {}, after writing the last pass's answer
+///   memory        →  {"working_mib": …}, which a pass needs beyond its input; {} if the engine cannot tell
 template <Engine E>
 void serve(E& engine, Replies& replies) {
   engine.run();
@@ -98,6 +99,10 @@ void serve(E& engine, Replies& replies) {
       std::getline(request, path);
       engine.save(path);
       replies.send(nlohmann::json::object());
+    } else if (verb == "memory") {
+      auto reply = nlohmann::json::object();
+      if constexpr (requires { engine.working_mib(); }) reply["working_mib"] = engine.working_mib();
+      replies.send(reply);
     } else {
       throw Error(ErrorKind::usage, "unknown request '" + line + "'");
     }

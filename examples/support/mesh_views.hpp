@@ -8,6 +8,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
@@ -18,7 +19,7 @@ namespace tapestry::examples {
 struct PictureSettings {
   std::size_t height = 512;
   std::size_t width = 512;
-  std::size_t samples = 4;
+  std::size_t samples = 4;  ///< along an axis; 0: see automatic_samples_per_axis()
   std::array<double, 3> background{1, 1, 1};
 };
 
@@ -132,7 +133,9 @@ inline Array<float, 3> coverage_view(const geometry::Mesh& mesh, const geometry:
 
 /// One picture of a scene, [H, W, 3] in [0, 1]; `view` is one of mesh_view_names().
 inline Array<float, 3> mesh_view(const std::string& view, const PaintedScene& scene,
-                                 const geometry::Camera& camera, const PictureSettings& picture) {
+                                 const geometry::Camera& camera, PictureSettings picture) {
+  if (picture.samples == 0)
+    picture.samples = raster::automatic_samples_per_axis(scene.mesh, camera, picture.height, picture.width);
   if (view == "normal") return detail::normal_view(scene.mesh, camera, picture);
   if (view == "uv") return detail::uv_view(scene.mesh, scene.layout.u_extent, camera, picture);
   if (view == "face") return detail::face_view(scene.mesh, camera, picture);

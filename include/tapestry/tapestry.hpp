@@ -146,6 +146,7 @@
 #include <tapestry/raster/affine_colour.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
+#include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragment_shader.hpp>

@@ -20,6 +20,13 @@ for samples in 1 2 8; do
   expect_exit 0 "$samples samples" "$render" --size 96 --samples "$samples" --output "samples$samples.png"
   cmp -s car.png "samples$samples.png" && fail "$samples samples are as 4" || pass
 done
+# Far away the bundled car's edges are shorter than half a pixel, close by longer than two.
+for case in "8 8" "0.9 2"; do
+  read -r distance samples <<<"$case"
+  expect_exit 0 "automatic rate" "$render" --size 96 --distance "$distance" --samples 0 --output automatic.png
+  expect_exit 0 "the same rate" "$render" --size 96 --distance "$distance" --samples "$samples" --output same.png
+  expect_same automatic.png same.png
+done
 expect_exit 0 "width and height" "$render" --size 120 50 --output wide.png
 [ "$(size_of wide.png)" = "120 50" ] && pass || fail "wide.png is $(size_of wide.png)"
 

@@ -12,6 +12,7 @@
 
 #include "../support/brute_force_render.hpp"
 #include "../support/catch.hpp"
+#include "../support/gradient_scoring.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 namespace raster = tapestry::raster;
@@ -121,27 +122,6 @@ struct CarView {
   }
 };
 
-std::array<double, 3> colour_at(const Vector3& p, std::size_t) {
-  return {0.5 + 0.4 * std::sin(3 * p[0] + 2 * p[1]), 0.5 + 0.4 * std::sin(3 * p[1] + 2 * p[2] + 1),
-          0.5 + 0.4 * std::sin(3 * p[2] + 2 * p[0] + 2)};
-}
-
-/// x, y, scale and five motions that bend the car; all of about a pixel.
-std::vector<Vector3> car_motion(const CarView& view, std::size_t kind) {
-  tapestry::Random random(100 + kind);
-  std::array<std::array<double, 4>, 3> wave{};
-  for (auto& row : wave)
-    for (double& value : row) value = random.uniform(-4, 4);
-  std::vector<Vector3> motion;
-  for (const Vector3& p : view.mesh.positions) {
-    Vector3 step = kind < 2 ? view.camera.rotation[kind] : p;
-    for (std::size_t c = 0; kind > 2 && c < 3; ++c)
-      step[c] = std::sin(wave[c][0] * p[0] + wave[c][1] * p[1] + wave[c][2] * p[2] + wave[c][3]);
-    motion.push_back(geometry::scale(step, view.pixel));
-  }
-  return motion;
-}
-
 struct Score {
   double cosine;
   double relative_error;
@@ -152,15 +132,8 @@ struct Score {
 template <class Policy>
 Score score(const CarView& view, const Policy& policy) {
   Scene<> scene{view.mesh, vertex};
-  for (std::size_t i = 0; i < view.mesh.positions.size(); ++i)
-    for (std::size_t c = 0; c < 3; ++c) scene.texels(i, c) = colour_at(view.mesh.positions[i], c)[c];
-  tapestry::Array<double, 3> weights(tapestry::Extents<3>{view.size, view.size, 3});
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    const double row = static_cast<double>(i / (3 * view.size)) / static_cast<double>(view.size);
-    const double column = static_cast<double>(i / 3 % view.size) / static_cast<double>(view.size);
-    const auto c = static_cast<double>(i % 3);
-    weights.data()[i] = std::sin(6 * row + c) * std::cos(5 * column + 2 * c) + 0.3;
-  }
+  scene.texels = tapestry::test::scoring_colours(view.mesh);
+  const auto weights = tapestry::test::scoring_weights(view.size);
   const auto loss = [&](const Mesh& mesh) {
     const auto image = tapestry::test::brute_force_render(
         mesh, view.camera, view.size, view.size, 16, [&](std::size_t face, const std::array<double, 3>& b) {
@@ -177,8 +150,8 @@ Score score(const CarView& view, const Policy& policy) {
   std::vector<Vector3> gradient(view.mesh.positions.size(), Vector3{0, 0, 0});
   raster::vertex_adjoint(scene.surface(), view.camera, weights, gradient, policy);
   double product = 0, found_squared = 0, expected_squared = 0, error_squared = 0;
-  for (std::size_t kind = 0; kind < 8; ++kind) {
-    const auto motion = car_motion(view, kind);
+  for (std::size_t kind = 0; kind < tapestry::test::scoring_motions; ++kind) {
+    const auto motion = tapestry::test::scoring_motion(view.mesh, view.camera, kind, view.pixel);
     const double found = along(gradient, motion);
     const double expected =
         (loss(moved(scene, motion, 0.25).mesh) - loss(moved(scene, motion, -0.25).mesh)) / 0.5;

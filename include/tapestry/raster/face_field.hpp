@@ -9,9 +9,8 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/face_boxes.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
-#include <tapestry/raster/triangle_setup.hpp>
-#include <tapestry/raster/view_clip.hpp>
 #include <utility>
 #include <vector>
 
@@ -29,19 +28,22 @@ class FaceField {
     double inverse_depth = 0;
   };
 
-  /// A face in a cell, with the greatest 1/z it may have there.
+  /// A face in a cell, with the greatest and the least 1/z it may have there.
   struct Entry {
     double inverse_depth_max;
+    double inverse_depth_min;
     std::int32_t face;
   };
 
   FaceField(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
             const geometry::Camera& camera, std::size_t height, std::size_t width)
-      : rays_(camera, height, width), limits_{1 / camera.far, 1 / camera.near}, weights_(mesh.faces.size()) {
-    const std::vector<Box> boxes = set_weights(mesh, positions_view, ViewClip(camera, height, width),
-                                               static_cast<double>(height), static_cast<double>(width));
-    choose_cells(boxes);
-    fill_cells(boxes);
+      : rays_(camera, height, width),
+        limits_{1 / camera.far, 1 / camera.near},
+        weights_(mesh.faces.size()),
+        winding_(mesh.faces.size(), 0),
+        boxes_(face_boxes(mesh, positions_view, camera, height, width)) {
+    choose_cells();
+    fill_cells(mesh, positions_view);
   }
 
   [[nodiscard]] const PixelRays& rays() const { return rays_; }
@@ -98,19 +100,30 @@ class FaceField {
     return best;
   }
 
-  /// Whether a face other than those that `is_left_out` is nearer at a point than 1 / inverse_depth, by more
-  /// than rounding may cause.
-  template <class Predicate>
-  [[nodiscard]] bool is_hidden(double column, double row, double inverse_depth, Predicate is_left_out) const {
-    const std::size_t cell = cell_of(column, row);
-    if (cell == no_cell) return false;
-    const double nearer = inverse_depth * (1 + 1e-9);
-    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      if (entries_[i].inverse_depth_max <= nearer) return false;
-      if (hit(entries_[i].face, column, row) > nearer && !is_left_out(entries_[i].face)) return true;
-    }
-    return false;
+  /// Whether a face is nearer at a point than 1 / inverse_depth, by more than rounding may cause.
+  [[nodiscard]] bool hides(std::int32_t face, double column, double row, double inverse_depth) const {
+    return hit(face, column, row) > inverse_depth * (1 + 1e-9);
   }
+
+  /// A face, other than those that `is_left_out`, that hides a point; −1 if there is none.
+  template <class Predicate>
+  [[nodiscard]] std::int32_t hider(double column, double row, double inverse_depth,
+                                   Predicate is_left_out) const {
+    const std::size_t cell = cell_of(column, row);
+    if (cell == no_cell) return -1;
+    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
+      if (entries_[i].inverse_depth_max <= inverse_depth) return -1;
+      const std::int32_t face = entries_[i].face;
+      if (hides(face, column, row, inverse_depth) && !is_left_out(face)) return face;
+    }
+    return -1;
+  }
+
+  /// 1 or −1 for the two ways in which the corners of a face may run in the picture, 0 for one that is not
+  /// drawn.
+  [[nodiscard]] int winding(std::int32_t face) const { return winding_[static_cast<std::size_t>(face)]; }
+
+  [[nodiscard]] const FaceBox& box(std::int32_t face) const { return boxes_[static_cast<std::size_t>(face)]; }
 
   struct Cell {
     std::array<double, 2> low;
@@ -130,68 +143,34 @@ class FaceField {
  private:
   static constexpr std::size_t no_cell = std::numeric_limits<std::size_t>::max();
 
-  /// The part of the picture that a face may touch; empty when low > high.
-  struct Box {
-    std::array<double, 2> low{1, 1};
-    std::array<double, 2> high{0, 0};
-    double inverse_depth_max = 0;
-    [[nodiscard]] bool is_empty() const { return !(low[0] <= high[0] && low[1] <= high[1]); }
-  };
-
-  std::vector<Box> set_weights(const geometry::Mesh& mesh,
-                               const std::vector<geometry::Vector3>& positions_view, const ViewClip& clip,
-                               double height, double width) {
-    std::vector<Box> boxes(mesh.faces.size());
-    constexpr std::size_t block = 1024;
-    parallel_for(block_count(boxes.size(), block), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, boxes.size(), block);
-      for (std::size_t face = begin; face < end; ++face) {
-        std::array<geometry::Vector3, 3> corners;
-        for (std::size_t k = 0; k < 3; ++k)
-          corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
-        if (detail::usable(corners[0]) && detail::usable(corners[1]) && detail::usable(corners[2]))
-          boxes[face] = set_face(corners, clip, height, width, weights_[face]);
-      }
-    });
-    return boxes;
-  }
-
-  [[nodiscard]] Box set_face(const std::array<geometry::Vector3, 3>& corners, const ViewClip& clip,
-                             double height, double width, std::array<Affine, 3>& weights) const {
-    const std::array<unsigned, 3> outside{clip.outside(corners[0]), clip.outside(corners[1]),
-                                          clip.outside(corners[2])};
-    if ((outside[0] & outside[1] & outside[2] & ViewClip::invisible) != 0) return {};
+  /// False, and all 0, if they are not finite.
+  [[nodiscard]] bool set_weights(const geometry::Mesh& mesh,
+                                 const std::vector<geometry::Vector3>& positions_view, std::size_t face) {
+    std::array<geometry::Vector3, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
+    std::array<Affine, 3>& weights = weights_[face];
     const double volume = geometry::dot(corners[0], geometry::cross(corners[1], corners[2]));
     const double inverse = 1 / volume;
-    std::array<Affine, 3> w;
+    bool is_finite = true;
     for (std::size_t k = 0; k < 3; ++k) {
       const geometry::Vector3 c = geometry::cross(corners[(k + 1) % 3], corners[(k + 2) % 3]);
-      w[k] = {c[0] * inverse * rays_.step[0], c[1] * inverse * rays_.step[1],
-              (c[2] + c[0] * rays_.first[0] + c[1] * rays_.first[1]) * inverse};
-      if (!geometry::is_finite({w[k].a, w[k].b, w[k].c})) return {};
+      weights[k] = {c[0] * inverse * rays_.step[0], c[1] * inverse * rays_.step[1],
+                    (c[2] + c[0] * rays_.first[0] + c[1] * rays_.first[1]) * inverse};
+      is_finite = is_finite && geometry::is_finite({weights[k].a, weights[k].b, weights[k].c});
     }
-    ViewClip::Polygon polygon;
-    for (const auto& corner : corners) polygon.points[polygon.size++] = corner;
-    if (((outside[0] | outside[1] | outside[2]) & ViewClip::needs_cut) != 0) polygon = clip.cut(corners);
-    if (polygon.size < 3) return {};
-    Box box{{width, height}, {0, 0}, 0};
-    for (std::size_t i = 0; i < polygon.size; ++i) {
-      const auto point = rays_.picture_point(polygon.points[i]);
-      for (std::size_t axis = 0; axis < 2; ++axis) {
-        box.low[axis] = std::max(std::min(box.low[axis], point[axis]), 0.0);
-        box.high[axis] = std::min(std::max(box.high[axis], point[axis]), axis == 0 ? width : height);
-      }
-      box.inverse_depth_max = std::max(box.inverse_depth_max, 1 / polygon.points[i][2]);
-    }
-    weights = w;
-    return box;
+    if (!is_finite)
+      weights = {};
+    else
+      winding_[face] = volume > 0 ? 1 : -1;
+    return is_finite;
   }
 
-  /// Two cells a face, were the faces spread evenly over what the mesh covers.
-  void choose_cells(const std::vector<Box>& boxes) {
+  /// Half a cell a face, were the faces spread evenly over what the mesh covers.
+  void choose_cells() {
     std::array<double, 2> low{1e30, 1e30}, high{-1e30, -1e30};
     double count = 0;
-    for (const Box& box : boxes) {
+    for (const FaceBox& box : boxes_) {
       if (box.is_empty()) continue;
       ++count;
       for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -202,7 +181,7 @@ class FaceField {
     if (count == 0) low = high = {0, 0};
     const double margin = 1e-3;  // so that points just beside an edge have a cell
     const double across = high[0] - low[0] + 2 * margin, down = high[1] - low[1] + 2 * margin;
-    side_ = std::max(std::sqrt(0.5 * across * down / std::max(count, 1.0)), 1e-3 * std::max(across, down));
+    side_ = std::max(std::sqrt(2 * across * down / std::max(count, 1.0)), 1e-3 * std::max(across, down));
     origin_ = {low[0] - margin, low[1] - margin};
     columns_ = static_cast<std::size_t>(across / side_) + 1;
     rows_ = static_cast<std::size_t>(down / side_) + 1;
@@ -215,61 +194,65 @@ class FaceField {
     return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x);
   }
 
-  /// Calls visit(cell, greatest 1/z, least 1/z) for the cells that a face may touch; the least is 0 unless
-  /// the face covers the whole cell.
-  template <class Visit>
-  void for_each_cell(std::size_t face, const Box& box, Visit visit) const {
-    if (box.is_empty()) return;
+  struct Found {
+    std::uint32_t cell;
+    Entry entry;
+  };
+
+  /// Lists the cells that a face may touch.
+  void list_face(std::size_t face, const FaceBox& box, std::vector<Found>& found) const {
     const auto index = [&](double value, std::size_t axis, std::size_t count) {
-      return std::min(static_cast<std::size_t>(std::max((value - origin_[axis]) / side_, 0.0)), count - 1);
+      const double cell = std::max((value - origin_[axis]) / side_, 0.0);
+      return std::min(static_cast<std::size_t>(cell), count - 1);
     };
-    const double pad = 1e-4;
-    const double reach = side_ / 2 + pad;
+    constexpr double pad = 1e-4;
+    const std::size_t first_x = index(box.low[0] - pad, 0, columns_);
+    const std::size_t last_x = index(box.high[0] + pad, 0, columns_);
+    const std::size_t last_y = index(box.high[1] + pad, 1, rows_);
     const auto& w = weights_[face];
+    const double reach = side_ / 2 + pad;
     std::array<double, 3> change;  // of each weight between a cell's middle and its corners
     for (std::size_t k = 0; k < 3; ++k) change[k] = reach * (std::abs(w[k].a) + std::abs(w[k].b));
     const Affine inverse_depth = this->inverse_depth(static_cast<std::int32_t>(face));
     const double depth_change = reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
-    const std::size_t last_x = index(box.high[0] + pad, 0, columns_);
-    const std::size_t last_y = index(box.high[1] + pad, 1, rows_);
     for (std::size_t y = index(box.low[1] - pad, 1, rows_); y <= last_y; ++y) {
-      for (std::size_t x = index(box.low[0] - pad, 0, columns_); x <= last_x; ++x) {
+      for (std::size_t x = first_x; x <= last_x; ++x) {
         const double column = origin_[0] + (static_cast<double>(x) + 0.5) * side_;
         const double row = origin_[1] + (static_cast<double>(y) + 0.5) * side_;
         const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
         if (w0 < -change[0] || w1 < -change[1] || w2 < -change[2]) continue;
         const double middle = w0 + w1 + w2;
-        const bool covers = w0 >= change[0] && w1 >= change[1] && w2 >= change[2] &&
-                            middle - depth_change >= limits_[0] && middle + depth_change <= limits_[1];
-        visit(y * columns_ + x, std::min(middle + depth_change, box.inverse_depth_max * (1 + 1e-9)),
-              covers ? middle - depth_change : 0);
+        found.push_back(
+            {static_cast<std::uint32_t>(y * columns_ + x),
+             {std::min(middle + depth_change, box.inverse_depth_max),
+              std::max(middle - depth_change, box.inverse_depth_min), static_cast<std::int32_t>(face)}});
       }
     }
   }
 
-  /// Lists each cell's faces, without those behind a face that covers the whole cell.
-  void fill_cells(const std::vector<Box>& boxes) {
-    std::vector<std::pair<std::uint32_t, Entry>> found;
-    found.reserve(4 * boxes.size());
-    std::vector<double> covered(columns_ * rows_, 0);
-    for (std::size_t face = 0; face < boxes.size(); ++face) {
-      for_each_cell(face, boxes[face], [&](std::size_t cell, double highest, double lowest) {
-        if (highest < covered[cell]) return;
-        covered[cell] = std::max(covered[cell], lowest);
-        found.push_back({static_cast<std::uint32_t>(cell), {highest, static_cast<std::int32_t>(face)}});
-      });
-    }
+  /// Lists each cell's faces.
+  void fill_cells(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view) {
+    constexpr std::size_t block = 1024;
+    std::vector<std::vector<Found>> found(block_count(boxes_.size(), block));
+    parallel_for(found.size(), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, boxes_.size(), block);
+      for (std::size_t face = begin; face < end; ++face)
+        if (!boxes_[face].is_empty() && set_weights(mesh, positions_view, face))
+          list_face(face, boxes_[face], found[index]);
+    });
     begin_.assign(columns_ * rows_ + 1, 0);
-    const auto is_seen = [&](const auto& entry) {
-      return entry.second.inverse_depth_max >= covered[entry.first];
-    };
-    for (const auto& entry : found) begin_[entry.first + 1] += is_seen(entry) ? 1 : 0;
+    for (const auto& part : found)
+      for (const Found& one : part) ++begin_[one.cell + 1];
     for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
     entries_.resize(begin_.back());
     std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
-    for (const auto& entry : found)
-      if (is_seen(entry)) entries_[next[entry.first]++] = entry.second;
-    constexpr std::size_t block = 256;
+    for (const auto& part : found)
+      for (const Found& one : part) entries_[next[one.cell]++] = one.entry;
+    sort_cells();
+  }
+
+  void sort_cells() {
+    constexpr std::size_t block = 1024;
     parallel_for(block_count(cell_count(), block), [&](std::size_t index) {
       const auto [first, last] = block_range(index, cell_count(), block);
       for (std::size_t cell = first; cell < last; ++cell) {
@@ -285,6 +268,8 @@ class FaceField {
   PixelRays rays_;
   std::array<double, 2> limits_;
   std::vector<std::array<Affine, 3>> weights_;
+  std::vector<std::int8_t> winding_;
+  std::vector<FaceBox> boxes_;
   std::array<double, 2> origin_{0, 0};
   double side_ = 1;
   std::size_t columns_ = 1;

@@ -1,10 +1,11 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <tapestry/geometry/mesh.hpp>
+#include <tuple>
 #include <vector>
 
 namespace tapestry::raster {
@@ -24,24 +25,26 @@ struct MeshEdges {
   std::vector<std::uint32_t> begin;  ///< first half-edge of each edge, and the end
 };
 
+/// For each position the first one with its coordinates; those that are NaN stay alone. A hash table with
+/// open addressing.
 [[nodiscard]] inline std::vector<std::int32_t> welded_positions(const geometry::Mesh& mesh) {
-  std::vector<std::int32_t> order(mesh.positions.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto& positions = mesh.positions;
-  const auto at = [&](std::int32_t index) -> const std::array<double, 3>& {
-    return positions[static_cast<std::size_t>(index)];
-  };
-  // NaN has no place in an order; such positions are left alone.
-  const auto middle = std::partition(order.begin(), order.end(), [&](std::int32_t index) {
-    return at(index)[0] == at(index)[0] && at(index)[1] == at(index)[1] && at(index)[2] == at(index)[2];
-  });
-  std::sort(order.begin(), middle,
-            [&](std::int32_t a, std::int32_t b) { return at(a) != at(b) ? at(a) < at(b) : a < b; });
-  std::vector<std::int32_t> welded(positions.size());
-  std::iota(welded.begin(), welded.end(), 0);
-  for (auto i = order.begin(); i != middle; ++i) {
-    if (i != order.begin() && at(*i) == at(*(i - 1)))
-      welded[static_cast<std::size_t>(*i)] = welded[static_cast<std::size_t>(*(i - 1))];
+  std::vector<std::int32_t> welded(mesh.positions.size());
+  const std::size_t size = std::bit_ceil(2 * mesh.positions.size() + 1);
+  std::vector<std::int32_t> table(size, -1);
+  for (std::size_t i = 0; i < welded.size(); ++i) {
+    const geometry::Vector3& position = mesh.positions[i];
+    std::uint64_t hash = 0;
+    for (const double coordinate : position) {
+      hash ^= std::bit_cast<std::uint64_t>(coordinate + 0.0);  // −0 is 0
+      hash *= 0x9E3779B97F4A7C15U;
+      hash ^= hash >> 32U;
+    }
+    std::size_t slot = hash & (size - 1);
+    while (table[slot] >= 0 && mesh.positions[static_cast<std::size_t>(table[slot])] != position)
+      slot = (slot + 1) & (size - 1);
+    const bool is_number = position == position;
+    if (is_number && table[slot] < 0) table[slot] = static_cast<std::int32_t>(i);
+    welded[i] = is_number ? table[slot] : static_cast<std::int32_t>(i);
   }
   return welded;
 }
@@ -49,29 +52,48 @@ struct MeshEdges {
 /// \pre every corner of every face exists, see require_corners()
 [[nodiscard]] inline MeshEdges mesh_edges(const geometry::Mesh& mesh) {
   struct Side {
-    std::uint64_t key;  // both ends
+    std::int32_t high;  // the greater end
     HalfEdge half_edge;
   };
   MeshEdges edges;
   edges.welded = welded_positions(mesh);
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.faces.size());
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    for (std::int32_t corner = 0; corner < 3; ++corner) {
-      const auto end = [&](std::int32_t k) {
-        const auto index = static_cast<std::size_t>(mesh.faces[face][static_cast<std::size_t>(k % 3)]);
-        return static_cast<std::uint32_t>(edges.welded[index]);
-      };
-      const auto [low, high] = std::minmax({end(corner), end(corner + 1)});
-      if (low == high) continue;
-      sides.push_back({std::uint64_t{low} << 32U | high, {static_cast<std::int32_t>(face), corner}});
+  const auto ends_of = [&](std::size_t face, std::size_t corner) {
+    const auto end = [&](std::size_t k) {
+      return edges.welded[static_cast<std::size_t>(mesh.faces[face][k % 3])];
+    };
+    return std::minmax({end(corner), end(corner + 1)});
+  };
+  const auto for_each_side = [&](auto visit) {
+    for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const auto [low, high] = ends_of(face, corner);
+        if (low != high)
+          visit(static_cast<std::size_t>(low),
+                Side{high, {static_cast<std::int32_t>(face), static_cast<std::int32_t>(corner)}});
+      }
     }
-  }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.key < b.key; });
+  };
+  // A counting sort by the lesser end, then each run, which is short, by the greater one.
+  std::vector<std::uint32_t> next(mesh.positions.size() + 1, 0);
+  for_each_side([&](std::size_t low, const Side&) { ++next[low + 1]; });
+  for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
+  std::vector<Side> sides(next.back());
+  for_each_side([&](std::size_t low, const Side& side) { sides[next[low]++] = side; });
   edges.half_edges.reserve(sides.size());
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    if (i == 0 || sides[i].key != sides[i - 1].key) edges.begin.push_back(static_cast<std::uint32_t>(i));
-    edges.half_edges.push_back(sides[i].half_edge);
+  std::size_t first = 0;
+  for (std::size_t low = 0; low < mesh.positions.size(); ++low) {
+    const std::size_t last = next[low];  // by now the end of its run
+    std::sort(sides.begin() + static_cast<std::ptrdiff_t>(first),
+              sides.begin() + static_cast<std::ptrdiff_t>(last), [](const Side& a, const Side& b) {
+                return std::tie(a.high, a.half_edge.face, a.half_edge.corner) <
+                       std::tie(b.high, b.half_edge.face, b.half_edge.corner);
+              });
+    for (std::size_t i = first; i < last; ++i) {
+      if (i == first || sides[i].high != sides[i - 1].high)
+        edges.begin.push_back(static_cast<std::uint32_t>(i));
+      edges.half_edges.push_back(sides[i].half_edge);
+    }
+    first = last;
   }
   edges.begin.push_back(static_cast<std::uint32_t>(sides.size()));
   return edges;

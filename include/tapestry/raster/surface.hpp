@@ -82,13 +82,15 @@ class SurfaceColour {
   [[nodiscard]] ColourSlope<3> slope(std::int32_t face, const std::array<double, 3>& b) const {
     const auto index = static_cast<std::size_t>(face);
     ColourSlope<3> slope = unlit_slope(index, b);
-    const Colour colour = unlit(index, b);
     const double light = lighting_.at(index, b);
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < 3; ++k) slope[c][k] *= lighting_.light_colour[c] * light;
     const std::array<double, 3> light_slope = lighting_.slope(index, b);
-    for (std::size_t c = 0; c < 3; ++c) {
+    if (light_slope == std::array<double, 3>{0, 0, 0}) return slope;
+    const Colour colour = unlit(index, b);
+    for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t k = 0; k < 3; ++k)
-        slope[c][k] = lighting_.light_colour[c] * (light * slope[c][k] + light_slope[k] * colour[c]);
-    }
+        slope[c][k] += lighting_.light_colour[c] * light_slope[k] * colour[c];
     return slope;
   }
 

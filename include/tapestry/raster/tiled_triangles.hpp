@@ -45,6 +45,7 @@ class TiledTriangles {
     auto vertices = std::make_unique_for_overwrite<ScreenVertex[]>(mesh.positions.size());
     project(mesh, Projection(camera, sample_rows, sample_columns), vertices.get());
     set_up(operation, mesh, camera, culling, vertices.get());
+    vertices.reset();
     deal_out();
   }
 
@@ -204,6 +205,10 @@ class TiledTriangles {
         for_each_tile(block.tiles[i],
                       [&](std::size_t tile) { triangles_[next[tile]++] = &block.triangles[i]; });
     });
+    for (Block& block : blocks_) {  // has served its purpose
+      block.tiles.reset();
+      block.counts = {};
+    }
   }
 
   const RasterKernels& kernels_;

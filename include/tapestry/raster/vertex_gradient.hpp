@@ -66,17 +66,6 @@ auto pixel_adjoint(const Array<T, 3>& render_adjoint) {
   };
 }
 
-/// add_interior() over the samples that are seen.
-template <std::floating_point T, class Model, class Colour>
-void add_seen_interior(const Surface<T, Model>& surface, const Colour& colour, const geometry::Camera& camera,
-                       const std::vector<geometry::Vector3>& positions_view,
-                       const Array<T, 3>& render_adjoint, std::size_t samples_per_axis,
-                       std::vector<geometry::Vector3>& positions_adjoint) {
-  const auto buffer =
-      visibility(surface.mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), samples_per_axis);
-  add_interior(surface, colour, camera, positions_view, buffer, render_adjoint, positions_adjoint);
-}
-
 }  // namespace detail
 
 /// Adds ∂L/∂positions, L being a function of the picture that render() makes of a surface, to
@@ -97,9 +86,9 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
                     const InteriorOnly& model) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  detail::add_seen_interior(surface, surface_colour(surface, camera), camera,
-                            positions_in_view(surface.mesh, camera), render_adjoint, model.samples_per_axis,
-                            positions_adjoint);
+  detail::add_interior(surface, surface_colour(surface, camera), camera,
+                       positions_in_view(surface.mesh, camera), render_adjoint, model.samples_per_axis,
+                       positions_adjoint);
 }
 
 template <std::floating_point T, class Model>
@@ -109,8 +98,8 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
   const auto colour = surface_colour(surface, camera);
   const auto positions_view = positions_in_view(surface.mesh, camera);
-  detail::add_seen_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
-                            positions_adjoint);
+  detail::add_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
+                       positions_adjoint);
   const MeshEdges edges = mesh_edges(surface.mesh);
   const FaceField field(surface.mesh, positions_view, camera, render_adjoint.shape(0),
                         render_adjoint.shape(1));
@@ -143,7 +132,7 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
   }
   detail::PixelMap(surface.mesh, positions_view, camera, buffer, colours, adjoints).add_to(positions_adjoint);
   if (model.interior)
-    detail::add_interior(surface, colour, camera, positions_view, buffer, render_adjoint, positions_adjoint);
+    detail::add_interior(surface, colour, camera, positions_view, render_adjoint, axis, positions_adjoint);
 }
 
 }  // namespace tapestry::raster

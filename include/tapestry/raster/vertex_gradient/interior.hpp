@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
@@ -106,23 +107,22 @@ inline void merge_faces(std::vector<FaceAdjoint>& faces) {
   faces.resize(kept);
 }
 
-/// The part of the gradient that comes from what faces show, their outlines held still.
+/// The part of the gradient that comes from what faces show, their outlines held still, sampled a band of
+/// rows at a time.
 template <std::floating_point T, class Model, class Colour>
 void add_interior(const Surface<T, Model>& surface, const Colour& colour, const geometry::Camera& camera,
-                  const std::vector<geometry::Vector3>& positions_view, const VisibilityBuffer& buffer,
-                  const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint) {
-  const FragmentWalk walk(
-      buffer, surface.mesh, positions_view, camera,
-      surface.layout.kind == TextureKind::cube ? FragmentGrain::sample : FragmentGrain::face);
-  constexpr std::size_t rows_a_band = 16;
-  std::vector<std::vector<FaceAdjoint>> bands(block_count(buffer.height, rows_a_band));
+                  const std::vector<geometry::Vector3>& positions_view, const Array<T, 3>& render_adjoint,
+                  std::size_t samples_per_axis, std::vector<geometry::Vector3>& positions_adjoint) {
+  const FragmentBands fragments("vertex_adjoint", surface.mesh, camera, render_adjoint.shape(0),
+                                render_adjoint.shape(1), samples_per_axis);
+  std::vector<std::vector<FaceAdjoint>> bands(fragments.band_count());
   parallel_for(bands.size(), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, buffer.height, rows_a_band);
-    walk.walk(begin, end, [&](const Fragment& fragment) {
+    fragments.visit_band(index, grain_of(surface.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
       const auto slope = colour.slope(fragment.face, fragment.barycentric);
-      const auto tinted = colour.tinted(fragment.face, fragment.barycentric);
+      std::array<double, 3> tinted{};
+      if constexpr (std::same_as<Model, Light>) tinted = colour.tinted(fragment.face, fragment.barycentric);
       FaceAdjoint part{fragment.face, 0, {}};
       std::array<double, 3> sum{};
       for (std::size_t c = 0; c < 3; ++c) {

@@ -22,13 +22,21 @@ class Intersections {
   explicit Intersections(const BoundaryScene<Colour, Adjoint>& scene) : scene_(scene) {}
 
   void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
+    const std::vector<Plane> planes = make_planes();
     constexpr std::size_t block = 64;
     std::vector<std::vector<VertexShare>> shares(block_count(scene_.field.cell_count(), block));
     parallel_for(shares.size(), [&](std::size_t index) {
       const auto [begin, end] = block_range(index, scene_.field.cell_count(), block);
-      std::vector<Plane> planes;
-      for (std::size_t cell = begin; cell < end; ++cell)
-        add_cell(scene_.field.cell(cell), planes, shares[index]);
+      std::vector<Plane> own;
+      std::vector<std::size_t> others;
+      for (std::size_t index_of_cell = begin; index_of_cell < end; ++index_of_cell) {
+        const FaceField::Cell cell = scene_.field.cell(index_of_cell);
+        own.clear();
+        for (const auto* entry = cell.begin; entry < cell.end; ++entry)
+          own.push_back(planes[static_cast<std::size_t>(entry->face)]);
+        others.resize(own.size());
+        add_cell(cell, own, others, shares[index]);
+      }
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
@@ -37,49 +45,89 @@ class Intersections {
   struct Pair {
     std::int32_t i;
     std::int32_t j;
-    Affine difference;  // D
-    double steepness;   // |∇D|
+    Affine difference;        // D
+    double steepness;         // |∇D|
+    std::int32_t hider = -1;  // the face that hid the last point that was hidden
   };
 
-  /// 1/z of a face's plane: at the cell's middle, and how far it goes up and down within the cell.
+  /// What is asked of a face before it is cut with another one.
   struct Plane {
-    double middle, a, b;
-    std::int32_t face;
-    std::array<std::int32_t, 3> corners;
-    [[nodiscard]] bool meets(const Plane& other) const {
-      bool found = false;
+    std::array<float, 3> low, high;       // its column, row and 1/z, rounded outwards
+    geometry::Vector3 n;                  // n·q = 1 for points q of its plane in view space
+    std::array<std::int32_t, 3> corners;  // welded
+
+    /// Whether the boxes overlap and no corner is shared. Without branches, which would be guessed wrong.
+    [[nodiscard]] int may_cut(const Plane& other) const {
+      int result = 1;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        result &= int{low[axis] <= other.high[axis]} & int{other.low[axis] <= high[axis]};
       for (const std::int32_t corner : other.corners)
-        found = found || corner == corners[0] || corner == corners[1] || corner == corners[2];
-      return found;
+        result &= int{corner != corners[0]} & int{corner != corners[1]} & int{corner != corners[2]};
+      return result;
     }
   };
 
-  [[nodiscard]] std::array<std::int32_t, 3> welded_corners(std::int32_t face) const {
-    std::array<std::int32_t, 3> corners{};
+  [[nodiscard]] Plane plane_of(std::int32_t face) const {
+    Plane plane{};
+    const FaceBox& box = scene_.field.box(face);
+    const auto outwards = [](double value, double way) {
+      return static_cast<float>(value + way * std::abs(value) * 1e-6);
+    };
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      plane.low[axis] = outwards(box.low[axis], -1);
+      plane.high[axis] = outwards(box.high[axis], 1);
+    }
+    plane.low[2] = outwards(box.inverse_depth_min, -1);
+    plane.high[2] = outwards(box.inverse_depth_max, 1);
+    const Affine f = scene_.field.inverse_depth(face);
+    const PixelRays& rays = scene_.field.rays();
+    plane.n = {f.a / rays.step[0], f.b / rays.step[1], 0};
+    plane.n[2] = f.c - plane.n[0] * rays.first[0] - plane.n[1] * rays.first[1];
     for (std::int32_t k = 0; k < 3; ++k)
-      corners[static_cast<std::size_t>(k)] =
+      plane.corners[static_cast<std::size_t>(k)] =
           scene_.edges.welded[static_cast<std::size_t>(corner_of(scene_.mesh, face, k))];
-    return corners;
+    return plane;
   }
 
-  void add_cell(const FaceField::Cell& cell, std::vector<Plane>& planes,
-                std::vector<VertexShare>& shares) const {
-    const double column = (cell.low[0] + cell.high[0]) / 2, row = (cell.low[1] + cell.high[1]) / 2;
-    const double half = (cell.high[0] - cell.low[0]) / 2;
-    planes.clear();
-    for (const auto* entry = cell.begin; entry < cell.end; ++entry) {
-      const Affine f = scene_.field.inverse_depth(entry->face);
-      planes.push_back({f.at(column, row), f.a * half, f.b * half, entry->face, welded_corners(entry->face)});
+  [[nodiscard]] std::vector<Plane> make_planes() const {
+    std::vector<Plane> planes(scene_.mesh.faces.size());
+    constexpr std::size_t block = 4096;
+    parallel_for(block_count(planes.size(), block), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, planes.size(), block);
+      for (std::size_t face = begin; face < end; ++face)
+        if (scene_.field.winding(static_cast<std::int32_t>(face)) != 0)
+          planes[face] = plane_of(static_cast<std::int32_t>(face));
+    });
+    return planes;
+  }
+
+  /// Whether all corners of a face lie on one side of a plane, by more than rounding may cause.
+  [[nodiscard]] bool is_beside(const Plane& face, const Plane& plane) const {
+    bool all_above = true, all_below = true;
+    for (const std::int32_t corner : face.corners) {
+      const double height =
+          geometry::dot(plane.n, scene_.positions_view[static_cast<std::size_t>(corner)]) - 1;
+      all_above &= height > 1e-9;
+      all_below &= height < -1e-9;
     }
-    for (std::size_t i = 0; i + 1 < planes.size(); ++i) {
-      const Plane& first = planes[i];
-      const double lowest = first.middle - std::abs(first.a) - std::abs(first.b);
-      for (std::size_t j = i + 1; j < planes.size(); ++j) {
-        const Plane& second = planes[j];
-        if (cell.begin[j].inverse_depth_max < lowest) break;
-        const double reach = std::abs(first.a - second.a) + std::abs(first.b - second.b);
-        if (std::abs(first.middle - second.middle) > reach || first.meets(second)) continue;
-        add_pair(cell, first.face, second.face, shares);
+    return all_above || all_below;
+  }
+
+  /// \param own     the planes of the cell's faces
+  /// \param others  as many
+  void add_cell(const FaceField::Cell& cell, const std::vector<Plane>& own, std::vector<std::size_t>& others,
+                std::vector<VertexShare>& shares) const {
+    for (std::size_t i = 0; i + 1 < own.size(); ++i) {
+      std::size_t count = 0;
+      for (std::size_t j = i + 1; j < own.size(); ++j) {
+        if (cell.begin[j].inverse_depth_max < cell.begin[i].inverse_depth_min) break;
+        others[count] = j;
+        count += static_cast<std::size_t>(own[i].may_cut(own[j]));
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t j = others[k];
+        if (!is_beside(own[i], own[j]) && !is_beside(own[j], own[i]))
+          add_pair(cell, cell.begin[i].face, cell.begin[j].face, shares);
       }
     }
   }
@@ -114,20 +162,35 @@ class Intersections {
     const auto end = [&](double t) {
       return std::array<double, 2>{point[0] + t * way[0], point[1] + t * way[1]};
     };
-    for_each_piece(
-        end(range[0]), end(range[1]), scene_.longest_piece,
-        [&](double column, double row, double length) { add_piece(pair, column, row, length, shares); });
+    const std::array<double, 2> from = end(range[0]), to = end(range[1]);
+    if (is_hidden_by_one(pair, from, to)) return;
+    for_each_piece(from, to, scene_.longest_piece, [&](double column, double row, double length) {
+      add_piece(pair, column, row, length, shares);
+    });
   }
 
-  void add_piece(const Pair& pair, double column, double row, double length,
+  [[nodiscard]] bool is_hidden(Pair& pair, double column, double row) const {
+    const double inverse_depth = scene_.field.inverse_depth(pair.i).at(column, row);
+    if (pair.hider >= 0 && scene_.field.hides(pair.hider, column, row, inverse_depth)) return true;
+    pair.hider = scene_.field.hider(column, row, inverse_depth,
+                                    [&](std::int32_t face) { return face == pair.i || face == pair.j; });
+    return pair.hider >= 0;
+  }
+
+  /// Whether one face hides the line from end to end.
+  [[nodiscard]] bool is_hidden_by_one(Pair& pair, const std::array<double, 2>& from,
+                                      const std::array<double, 2>& to) const {
+    if (!is_hidden(pair, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2)) return false;
+    const Affine inverse_depth = scene_.field.inverse_depth(pair.i);
+    return scene_.field.hides(pair.hider, from[0], from[1], inverse_depth.at(from[0], from[1])) &&
+           scene_.field.hides(pair.hider, to[0], to[1], inverse_depth.at(to[0], to[1]));
+  }
+
+  void add_piece(Pair& pair, double column, double row, double length,
                  std::vector<VertexShare>& shares) const {
     const std::array<double, 3> adjoint = scene_.adjoint_of(column, row);
     if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
-    const double depth = scene_.field.inverse_depth(pair.i).at(column, row) * (1 + 1e-9);
-    if (scene_.field
-            .nearest(column, row, depth, [&](std::int32_t face) { return face == pair.i || face == pair.j; })
-            .face >= 0)
-      return;  // hidden
+    if (is_hidden(pair, column, row)) return;
     const auto at_i = scene_.colour.at(pair.i, scene_.field.barycentric(pair.i, column, row));
     const auto at_j = scene_.colour.at(pair.j, scene_.field.barycentric(pair.j, column, row));
     double jump = 0;

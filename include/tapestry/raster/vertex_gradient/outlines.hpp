@@ -54,6 +54,8 @@ class Outlines {
     std::array<double, 2> normal;  // unit, in the picture, towards m·r > 0
     double steepness;              // |∂(m·r)/∂(column, row)|
     geometry::Vector3 m;
+    geometry::Vector3 depth;  // 1/z of the edge where it appears is depth·r
+    std::int32_t hider = -1;  // the face that hid the last point that was hidden
     [[nodiscard]] bool has(std::int32_t face) const {
       return std::any_of(own.begin(), own.end(), [&](const HalfEdge& half) { return half.face == face; });
     }
@@ -68,10 +70,10 @@ class Outlines {
     line.own = {scene_.edges.half_edges.data() + scene_.edges.begin[edge],
                 scene_.edges.begin[edge + 1] - scene_.edges.begin[edge]};
     const HalfEdge& first = line.own[0];
+    if (line.own.size() == 2 && is_smooth(line.own[0], line.own[1])) return;
     line.a = position(corner_of(scene_.mesh, first.face, first.corner));
     line.b = position(corner_of(scene_.mesh, first.face, first.corner + 1));
     std::array<double, 2> range{0, 1};
-    if (line.own.size() == 2 && is_smooth(line)) return;
     if (!usable(line.a) || !usable(line.b) || !cut_to_view(line.a, line.b, range)) return;
     line.m = geometry::cross(line.a, line.b);
     const PixelRays& rays = scene_.field.rays();
@@ -83,19 +85,50 @@ class Outlines {
       return rays.picture_point(
           geometry::add(line.a, geometry::scale(geometry::subtract(line.b, line.a), t)));
     };
+    // r = α·a + β·b there, so 1/z = α + β; solved by products with m.
+    line.depth = geometry::scale(geometry::cross(geometry::subtract(line.a, line.b), line.m),
+                                 -1 / geometry::dot(line.m, line.m));
+    const std::array<double, 2> from = end(range[0]), to = end(range[1]);
+    if (is_hidden_by_one(line, from, to)) return;
     // Of each half-edge, the derivatives with respect to its two ends, in the order of line.a and line.b.
     std::vector<std::array<geometry::Vector3, 2>> sums(line.own.size());
-    for_each_piece(
-        end(range[0]), end(range[1]), scene_.longest_piece,
-        [&](double column, double row, double length) { add_piece(line, column, row, length, sums); });
+    for_each_piece(from, to, scene_.longest_piece, [&](double column, double row, double length) {
+      add_piece(line, column, row, length, sums);
+    });
     for (std::size_t i = 0; i < sums.size(); ++i) add_half_edge(line, i, sums[i], shares);
   }
 
-  /// Whether two faces lie on either side of the edge and show the same along it.
-  [[nodiscard]] bool is_smooth(Line& line) const {
-    line.m = geometry::cross(line.a, line.b);
-    if (is_on_side(line, line.own[0], 1) != is_on_side(line, line.own[1], -1)) return false;
-    return scene_.colour.agrees(line.own[0], line.own[1]);
+  /// Whether two faces lie on either side of their edge in the picture and show the same along it.
+  [[nodiscard]] bool is_smooth(const HalfEdge& first, const HalfEdge& second) const {
+    const auto start = [&](const HalfEdge& half) {
+      return scene_.edges.welded[static_cast<std::size_t>(corner_of(scene_.mesh, half.face, half.corner))];
+    };
+    const int way = start(first) == start(second) ? -1 : 1;  // sides that run alike lie on the same side
+    const int both = scene_.field.winding(first.face) * scene_.field.winding(second.face);
+    return both == way && scene_.colour.agrees(first, second);
+  }
+
+  /// 1/z of the edge at a point where it appears.
+  [[nodiscard]] double inverse_depth_of(const Line& line, double column, double row) const {
+    return geometry::dot(line.depth, scene_.field.rays().at(column, row));
+  }
+
+  [[nodiscard]] bool is_hidden(Line& line, double column, double row) const {
+    const double inverse_depth = inverse_depth_of(line, column, row);
+    if (line.hider >= 0 && scene_.field.hides(line.hider, column, row, inverse_depth)) return true;
+    line.hider =
+        scene_.field.hider(column, row, inverse_depth, [&](std::int32_t face) { return line.has(face); });
+    return line.hider >= 0;
+  }
+
+  /// Whether one face hides the edge from end to end: it does if it hides both ends, since faces are convex.
+  [[nodiscard]] bool is_hidden_by_one(Line& line, const std::array<double, 2>& from,
+                                      const std::array<double, 2>& to) const {
+    if (!is_hidden(line, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2)) return false;
+    const auto is_hidden_at = [&](const std::array<double, 2>& point) {
+      return scene_.field.hides(line.hider, point[0], point[1], inverse_depth_of(line, point[0], point[1]));
+    };
+    return is_hidden_at(from) && is_hidden_at(to);
   }
 
   void add_half_edge(const Line& line, std::size_t i, const std::array<geometry::Vector3, 2>& sum,
@@ -128,13 +161,11 @@ class Outlines {
            keep(y * a[2] - a[1], y * b[2] - b[1]) && keep(y * a[2] + a[1], y * b[2] + b[1]);
   }
 
-  void add_piece(const Line& line, double column, double row, double length,
+  void add_piece(Line& line, double column, double row, double length,
                  std::vector<std::array<geometry::Vector3, 2>>& sums) const {
     const std::array<double, 3> adjoint = scene_.adjoint_of(column, row);
     if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
-    const double inverse_depth = inverse_depth_of(line, column, row);
-    const auto is_own = [&](std::int32_t face) { return line.has(face); };
-    if (scene_.field.is_hidden(column, row, inverse_depth, is_own)) return;
+    if (is_hidden(line, column, row)) return;
     const Side low = side_of(line, column, row, -1);
     const Side high = side_of(line, column, row, 1);
     if (low.half_edge < 0 && high.half_edge < 0) return;  // hidden
@@ -156,15 +187,6 @@ class Outlines {
       auto& sum = sums[static_cast<std::size_t>(shown->half_edge)];
       sum = {geometry::add(sum[0], at_a), geometry::add(sum[1], at_b)};
     }
-  }
-
-  /// 1/z of the edge at a point where it appears, q = a + t·(b − a) ∥ r: from the component across the edge's
-  /// greatest extent.
-  [[nodiscard]] double inverse_depth_of(const Line& line, double column, double row) const {
-    const geometry::Vector3 ray = scene_.field.rays().at(column, row);
-    // r = α·a + β·b, so 1/z = α + β; solved by products with m.
-    const geometry::Vector3 across = geometry::cross(geometry::subtract(line.a, line.b), line.m);
-    return geometry::dot(across, ray) / -geometry::dot(line.m, line.m);
   }
 
   [[nodiscard]] bool is_on_side(const Line& line, const HalfEdge& half, double sign) const {
