@@ -72,9 +72,7 @@ class Variable {
   }
 
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
-  [[nodiscard]] constexpr std::uint32_t generation_difference(detail::Link link) const {
-    return link_.generation_difference(link);
-  }
+  [[nodiscard]] constexpr std::uint64_t difference(detail::Link link) const { return link_.difference(link); }
   template <class Factor, class Sink>
   void push(Factor factor, Sink& sink) const {
     sink.add(link_, factor);
