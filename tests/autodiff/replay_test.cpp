@@ -76,6 +76,62 @@ TEST_CASE("a replay refuses inputs for which a comparison comes out otherwise", 
   CHECK(ignoring.statement_count() == guarded.statement_count() - 1);
 }
 
+TEST_CASE("chains of statements, each of which updates the result before, replay", "[autodiff][replay]") {
+  // each fits the chain at most times: but for where it reads the result twice, or an older one, or costs
+  // more
+  const auto chains = [](const auto* x) {
+    using S = std::remove_cvref_t<decltype(*x)>;
+    S sum = 0, product = 1, twice = x[0], older = x[1], costly = x[2];
+    for (std::size_t i = 0; i < 50; ++i) sum += x[i % 3];
+    for (std::size_t i = 0; i < 50; ++i) product *= x[i % 3];
+    for (std::size_t i = 0; i < 50; ++i) twice = twice + 0.125 * twice * x[i % 3];
+    S before = older;
+    for (std::size_t i = 0; i < 50; ++i) {
+      const S next = older + 0.125 * before;
+      before = older;
+      older = next;
+    }
+    const S half = costly;
+    for (std::size_t i = 0; i < 50; ++i) costly = costly - exp(-x[i % 3]);
+    for (std::size_t i = 0; i < 20; ++i) costly -= costly * 0.5 * half;
+    return std::vector<S>{sum, product, twice, older, costly, sum + product * twice - older * costly};
+  };
+  for (std::size_t root = 0; root < 6; ++root) {
+    const auto function = [&](const auto* x) { return chains(x)[root]; };
+    Replay<double> replay(function, std::vector<double>{1, 1, 1});
+    for (const auto& values : std::vector<std::vector<double>>{{1.125, 0.75, 1.5}, {0, 2, -1}, {1, 0.5, 1}}) {
+      Tape<double> tape;
+      const auto scope = tape.activate();
+      std::vector<Variable<double>> x(3);
+      tape.input(values, x);
+      const Variable<double> expected = function(x.data());
+      tape.reverse(expected);
+      std::vector<double> gradient(3);
+      for (int again = 0; again < 2; ++again) CHECK(replay.gradient(values, gradient) == expected.value());
+      for (std::size_t i = 0; i < 3; ++i)  // sums of 50 terms and fewer
+        CHECK(std::abs(gradient[i] - x[i].adjoint()) <= 1e-13 * (1 + std::abs(x[i].adjoint())));
+    }
+  }
+}
+
+TEST_CASE("a comparison with NaN is another one than any between numbers", "[autodiff][replay]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto larger = [](const auto* x) {
+    using S = std::remove_cvref_t<decltype(*x)>;
+    return x[0] > x[1] ? S(x[0]) : S(x[1]);
+  };
+  for (const auto& recorded : std::vector<std::vector<double>>{{1, 2}, {2, 1}, {1, 1}, {nan, 1}}) {
+    Replay<double> replay(larger, recorded);
+    for (const auto& values : std::vector<std::vector<double>>{{3, 4}, {4, 3}, {3, 3}, {nan, 3}, {3, nan}}) {
+      const auto order = [](const std::vector<double>& v) { return v[0] <=> v[1]; };
+      if (order(values) == order(recorded))
+        CHECK_NOTHROW(replay.value(values));
+      else
+        CHECK_THROWS_AS(replay.value(values), DomainError);
+    }
+  }
+}
+
 TEST_CASE("min, max and abs follow their arguments in a replay", "[autodiff][replay]") {
   Replay<double> replay([](const auto* x) { return max(x[0], x[1]) + 3 * abs(x[0]); },
                         std::vector<double>{2, 1});

@@ -64,7 +64,7 @@ class Constant {
   static constexpr OperandCounts operand_counts{};
   static constexpr bool always_pushes_all = true;
   [[nodiscard]] constexpr bool is_active() const { return false; }
-  [[nodiscard]] constexpr std::uint32_t generation_difference(Link) const { return 0; }
+  [[nodiscard]] constexpr std::uint64_t difference(Link) const { return 0; }
   template <class Factor, class Sink>
   constexpr void push(Factor, Sink&) const {}
   template <class Leaves>
@@ -107,9 +107,7 @@ class Unary {
   explicit Unary(const X& x) : x_(x), value_(Operation::value(x.value())) {}
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active(); }
-  [[nodiscard]] std::uint32_t generation_difference(Link link) const {
-    return detail::generation_difference(x_, link);
-  }
+  [[nodiscard]] std::uint64_t difference(Link link) const { return detail::difference(x_, link); }
   template <class Factor, class Sink>
   void push(Factor factor, Sink& sink) const {
     if constexpr (std::is_same_v<Slope, T>) {
@@ -154,8 +152,8 @@ class Binary {
   Binary(const X& x, const Y& y) : x_(x), y_(y), value_(Operation::value(x.value(), y.value())) {}
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active() || y_.is_active(); }
-  [[nodiscard]] std::uint32_t generation_difference(Link link) const {
-    return detail::generation_difference(x_, link) | detail::generation_difference(y_, link);
+  [[nodiscard]] std::uint64_t difference(Link link) const {
+    return detail::difference(x_, link) | detail::difference(y_, link);
   }
   template <class Factor, class Sink>
   void push(Factor factor, Sink& sink) const {

@@ -15,7 +15,7 @@
 
 namespace tapestry {
 
-/// Adjoints by up to Width roots at once: one sweep over the tape for all of them. Keeps its memory,
+/// Adjoints by up to Width roots at once: one sweep over the tape for all of them. Keeps its memory, at most
 /// Width · sizeof(T) bytes a statement, from sweep to sweep.
 ///
 ///   AdjointVectors<double, 8> adjoints;
@@ -25,10 +25,38 @@ namespace tapestry {
 template <std::floating_point T, std::size_t Width>
 class AdjointVectors {
  public:
-  /// Sweeps the tape; the adjoints that Tape::reverse() left there stay.
+  /// Sweeps the tape; the adjoints that Tape::reverse() left there stay. Keeps the adjoints of all variables.
   /// \throws DomainError if there are more than Width roots, or one is not on the tape, or the tape holds
   ///   operations with a pullback, such as those of arrays, which take one root at a time
-  void reverse(const Tape<T>& tape, std::span<const Variable<T>> roots) {
+  void reverse(const Tape<T>& tape, std::span<const Variable<T>> roots) { sweep(tape, roots, nullptr); }
+
+  /// The same, but need not keep any adjoints but those of the variables in `kept`, and so costs less: those
+  /// of a long tape fill much more memory than the tape.
+  /// \throws DomainError, too, if one of them is not on the tape
+  void reverse(const Tape<T>& tape, std::span<const Variable<T>> roots, std::span<const Variable<T>> kept) {
+    sweep(tape, roots, &kept);
+  }
+
+  /// d roots[k] / d variable for each k of the last reverse(): zeros where there was no root.
+  /// \throws DomainError if the variable is active but not on the tape that was swept, if the tape was
+  ///   cleared or rewound since, or if the adjoint was not kept
+  [[nodiscard]] std::array<T, Width> of(const Variable<T>& variable) const {
+    std::array<T, Width> adjoints{};
+    const detail::Link link = variable.link();
+    if (!link.is_active()) return adjoints;
+    if (!state_ || state_->next.generation() != generation_)
+      throw DomainError("AdjointVectors: no tape was swept, or it was cleared or rewound since");
+    state_->require_own(link);
+    if (link.index() >= adjoints_.size()) return adjoints;
+    if (!adjoints_.keeps(link.index()))
+      throw DomainError("AdjointVectors: the variable was not among those whose adjoints to keep");
+    if (const T* const found = adjoints_.of(link.index())) std::copy_n(found, Width, adjoints.begin());
+    return adjoints;
+  }
+
+ private:
+  void sweep(const Tape<T>& tape, std::span<const Variable<T>> roots,
+             const std::span<const Variable<T>>* kept) {
     const auto& state = tape.shared_state();
     if (roots.size() > Width)
       throw DomainError("AdjointVectors: " + std::to_string(roots.size()) + " roots, expected at most " +
@@ -42,34 +70,22 @@ class AdjointVectors {
       last = std::max(last, std::size_t(root.link().index()));
     }
     state_ = {};  // until the sweep is done
-    memory_.zero(last);
+    adjoints_.start(last, state->leading_input_count(), kept == nullptr);
+    if (kept != nullptr)
+      for (const Variable<T>& variable : *kept) {
+        state->require_own_if_active(variable.link());
+        adjoints_.keep(variable.link().index());
+      }
     for (std::size_t k = 0; k < roots.size(); ++k)
-      if (roots[k].is_active()) memory_.data()[roots[k].link().index() * Width + k] = T(1);
-    state->visit_backwards([&](const detail::StatementRun& run) {
-      detail::VectorSweep<T, Width>::run(run, last, memory_.data());
-    });
+      if (roots[k].is_active()) adjoints_.view().at(roots[k].link().index(), adjoints_)[k] = T(1);
+    state->visit_backwards(
+        [&](const detail::StatementRun& run) { detail::VectorSweep<T, Width>::run(run, last, adjoints_); });
+    adjoints_.pass(0, true);
     state_ = state;
     generation_ = state->next.generation();
   }
 
-  /// d roots[k] / d variable for each k of the last reverse(): zeros where there was no root.
-  /// \throws DomainError if the variable is active but not on the tape that was swept, or the tape was
-  /// cleared
-  ///   or rewound since
-  [[nodiscard]] std::array<T, Width> of(const Variable<T>& variable) const {
-    std::array<T, Width> adjoints{};
-    const detail::Link link = variable.link();
-    if (!link.is_active()) return adjoints;
-    if (!state_ || state_->next.generation() != generation_)
-      throw DomainError("AdjointVectors: no tape was swept, or it was cleared or rewound since");
-    state_->require_own(link);
-    if (link.index() < memory_.size())
-      std::copy_n(memory_.data() + link.index() * Width, Width, adjoints.begin());
-    return adjoints;
-  }
-
- private:
-  detail::AdjointMemory<T, Width> memory_;
+  detail::VectorAdjoints<T, Width> adjoints_;
   detail::Shared<detail::TapeState<T>> state_;
   std::uint32_t generation_ = 0;
 };
@@ -93,7 +109,7 @@ template <std::floating_point T>
   AdjointVectors<T, width> adjoints;
   for (std::size_t begin = 0; begin < roots.size(); begin += width) {
     const std::size_t count = std::min(width, roots.size() - begin);
-    adjoints.reverse(tape, roots.subspan(begin, count));
+    adjoints.reverse(tape, roots.subspan(begin, count), variables);
     for (std::size_t j = 0; j < variables.size(); ++j) {
       const auto column = adjoints.of(variables[j]);
       for (std::size_t k = 0; k < count; ++k) result[(begin + k) * variables.size() + j] = column[k];

@@ -96,13 +96,13 @@ template <class E>
   }
 }
 
-/// Zero if all variables of E are of the link's generation; not zero, too, for an E that does not tell.
+/// Below 2³² if all variables of E are of the link's generation; not below, too, for an E that does not tell.
 template <class E>
-[[nodiscard]] constexpr std::uint32_t generation_difference(const E& expression, Link link) {
+[[nodiscard]] constexpr std::uint64_t difference(const E& expression, Link link) {
   if constexpr (CountsOperands<E>) {
-    return expression.generation_difference(link);
+    return expression.difference(link);
   } else {
-    return 1;
+    return ~std::uint64_t(0);
   }
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/autodiff/tape_state.hpp>
+#include <utility>
 
 namespace tapestry::detail {
 
@@ -53,12 +55,29 @@ struct Operands {
   }
 };
 
+/// The exception that record_carefully() met on this thread.
+inline std::exception_ptr& recording_failure() {
+  static thread_local std::exception_ptr failure;
+  return failure;
+}
+[[noreturn, gnu::noinline, gnu::cold]] inline void throw_recording_failure() {
+  std::rethrow_exception(std::exchange(recording_failure(), nullptr));
+}
+
 /// A formula that the fast way cannot record: with passive or older variables, where there is no more room,
-/// or where no tape is active.
+/// or where no tape is active. It throws nothing: around a call that may throw, GCC keeps no floating-point
+/// number in a register where there is a destructor to run, and loops would wait for their own stores.
+/// \returns a passive link if it failed; throw_recording_failure() is to follow
 template <class T>
-[[nodiscard, gnu::noinline]] Link record_carefully(const Link* links, const T* partials, std::size_t count) {
-  return TapeState<T>::require_active().append_linear(
-      count, [links](std::size_t i) { return links[i]; }, partials);
+[[nodiscard, gnu::noinline, gnu::cold]] Link record_carefully(const Link* links, const T* partials,
+                                                              std::size_t count) noexcept {
+  try {
+    return TapeState<T>::require_active().append_linear(
+        count, [links](std::size_t i) { return links[i]; }, partials);
+  } catch (...) {
+    recording_failure() = std::current_exception();
+    return {};
+  }
 }
 
 /// Records a formula as one statement of the active tape, or not at all if it is passive. One comparison
@@ -71,9 +90,10 @@ template <class E>
   if constexpr (CountsOperands<E> && E::operand_bound * pair_words<T> < WriteHead::usual_words) {
     WriteHead& head = *TapeState<T>::active;
     Link next = head.next;
-    if (head.has_usual_room() && formula.generation_difference(next) == 0) [[likely]] {
+    if (head.has_usual_room() && formula.difference(next) >> 32U == 0) [[likely]] {
       if constexpr (E::always_pushes_all && counts.general <= largest_counts.general) {
         Word* const words = head.words;
+        __builtin_prefetch(words + prefetched_words, 1);
         const std::uintptr_t kinds_base = head.kinds_base;  // all read before the first word is written
         FastSink<T> sink(words, counts);
         formula.push(One{}, sink);
@@ -93,6 +113,8 @@ template <class E>
   Operands<T, E::operand_bound> operands;
   push_factor(formula, One{}, operands);
   link = record_carefully(operands.links, operands.partials, operands.count);
+  if (!link.is_active()) [[unlikely]]
+    throw_recording_failure();
 }
 
 }  // namespace tapestry::detail

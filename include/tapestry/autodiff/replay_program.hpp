@@ -3,7 +3,6 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <numeric>
 #include <tapestry/autodiff/expression.hpp>
@@ -34,6 +33,7 @@ struct ReplayOperation;
 template <class T>
 struct ReplayRun {
   const ReplayOperation<T>* operation;
+  bool is_chain;  ///< each statement's first operand is the result before its own, and no other operand is
   std::uint32_t count;
   std::uint32_t result;  ///< slot of the first statement
   std::size_t operand;
@@ -50,6 +50,7 @@ struct ReplayOperation {
   std::size_t constant_count;
   std::size_t partial_count;
   bool has_result;
+  bool can_chain;
 };
 
 /// A recording in the order in which it ran.
@@ -77,12 +78,15 @@ class ReplayProgram {
     const auto order = schedule(recording);
     std::vector<std::uint32_t> slot_of(recording.slots.size(), 0);
     number_slots(recording, order, slot_of);
+    const std::vector<bool> is_in_chain = find_chains(recording, order, slot_of);
     std::uint32_t result = first_result_;
-    for (const std::uint32_t s : order) {
-      const auto& statement = recording.statements[s];
+    for (std::size_t place = 0; place < order.size(); ++place) {
+      const auto& statement = recording.statements[order[place]];
       const auto& operation = *statement.operation;
-      if (runs_.empty() || runs_.back().operation != &operation)
-        runs_.push_back({&operation, 0, result, operands_.size(), constants_.size(), partial_count_});
+      if (runs_.empty() || runs_.back().operation != &operation ||
+          runs_.back().is_chain != is_in_chain[place])
+        runs_.push_back(
+            {&operation, is_in_chain[place], 0, result, operands_.size(), constants_.size(), partial_count_});
       ++runs_.back().count;
       result += operation.has_result;
       for (std::size_t i = 0; i < operation.operand_count; ++i)
@@ -108,14 +112,19 @@ class ReplayProgram {
 
   /// Computes all adjoints, that of `root` being `seed`.
   void backward(std::uint32_t root, T seed) {
-    adjoints_.resize(values_.size());
-    std::memset(adjoints_.data(), 0, adjoints_.size() * sizeof(T));
+    adjoints_.resize(values_.size(), T(0));
+    std::fill_n(adjoints_.data(), first_result_, T(0));  // each run leaves those of its results zero
     adjoints_[root] = seed;
     const ReplayArrays<T> arrays = this->arrays();
-    for (std::size_t i = runs_.size(); i-- > 0;) runs_[i].operation->backward(runs_[i], arrays);
+    for (std::size_t i = runs_.size(); i-- > 0;)
+      if (const auto& run = runs_[i]; !is_single_zero(run)) run.operation->backward(run, arrays);
   }
 
  private:
+  [[nodiscard]] bool is_single_zero(const ReplayRun<T>& run) const {
+    return run.count == 1 && run.operation->has_result && is_zero(adjoints_[run.result]);
+  }
+
   [[nodiscard]] ReplayArrays<T> arrays() {
     return {values_.data(), adjoints_.data(), operands_.data(), constants_.data(), partials_.data()};
   }
@@ -152,6 +161,32 @@ class ReplayProgram {
       depth = std::max(depth, depth_of_slot[recording.operands[statement.first_operand + i]]);
     if (statement.result != 0) depth_of_slot[statement.result] = depth + 1;
     return depth;
+  }
+
+  /// Whether the statement at each place of the order is one of several in a chain.
+  static std::vector<bool> find_chains(const Recording& recording, const std::vector<std::uint32_t>& order,
+                                       const std::vector<std::uint32_t>& slot_of) {
+    constexpr std::size_t shortest = 8;
+    std::vector<bool> is_in_chain(order.size(), false);
+    const auto operation = [&](std::size_t place) { return recording.statements[order[place]].operation; };
+    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end + 1) {
+      for (end = begin; end < order.size() && operation(end) == operation(begin); ++end)
+        if (!continues_chain(recording, order[end], slot_of)) break;
+      if (end - begin >= shortest)
+        for (std::size_t place = begin; place < end; ++place) is_in_chain[place] = true;
+      if (end > begin) --end;
+    }
+    return is_in_chain;
+  }
+
+  static bool continues_chain(const Recording& recording, std::size_t s,
+                              const std::vector<std::uint32_t>& slot_of) {
+    const auto& statement = recording.statements[s];
+    if (!statement.operation->can_chain) return false;
+    const std::uint32_t before = slot_of[statement.result] - 1;
+    for (std::size_t i = 0; i < statement.operation->operand_count; ++i)
+      if ((slot_of[recording.operands[statement.first_operand + i]] == before) != (i == 0)) return false;
+    return true;
   }
 
   void number_slots(const Recording& recording, const std::vector<std::uint32_t>& order,

@@ -3,9 +3,9 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/replay_program.hpp>
+#include <tapestry/autodiff/replay_statement.hpp>
 #include <tapestry/autodiff/tape_state.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
@@ -111,130 +111,6 @@ struct RecordedLeaves {
     recording.operands.push_back(link.index());
     ++operand_count;
   }
-};
-
-/// Makes a formula from the slots of a frame.
-template <class T>
-struct ReplayedLeaves {
-  const T* values;
-  const std::uint32_t* operand;
-  const T* constant;
-  [[nodiscard]] T next_constant() { return *constant++; }
-  [[nodiscard]] Replayable<T> next_variable() {
-    const std::uint32_t slot = *operand++;
-    return {values[slot], Link(slot, 0)};
-  }
-};
-
-template <class T>
-struct PartialsSink {
-  T* partial;
-  template <class Factor>
-  void add(Link, Factor factor) {
-    *partial++ = as_number<T>(factor);
-  }
-};
-
-template <class T>
-struct AdjointsSink {
-  T* adjoints;
-  T adjoint;
-  void add(Link link, One) { adjoints[link.index()] += adjoint; }
-  void add(Link link, MinusOne) { adjoints[link.index()] -= adjoint; }
-  void add(Link link, T partial) { adjoints[link.index()] += partial * adjoint; }
-};
-
-template <class E>
-struct LeafCounts;
-template <class T>
-struct LeafCounts<Replayable<T>> {
-  static constexpr std::size_t variables = 1, constants = 0;
-};
-template <class T>
-struct LeafCounts<Constant<T>> {
-  static constexpr std::size_t variables = 0, constants = 1;
-};
-template <class Operation, class X>
-struct LeafCounts<Unary<Operation, X>> : LeafCounts<X> {};
-template <class Operation, class X, class Y>
-struct LeafCounts<Binary<Operation, X, Y>> {
-  static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
-  static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants;
-};
-
-/// Statements of expression type E. Those with costly functions keep their partial derivatives from the way
-/// forwards; others compute them again, which needs no memory.
-template <class E>
-struct ReplayStatement {
-  using T = typename E::ExpressionScalar;
-  static constexpr std::size_t variables = LeafCounts<E>::variables;
-  static constexpr std::size_t constants = LeafCounts<E>::constants;
-  static constexpr bool keeps_partials = !is_cheap<E>() && pushes_all<E>();
-
-  static void forward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
-    ReplayedLeaves<T> leaves{arrays.values, arrays.operands + run.operand, arrays.constants + run.constant};
-    T* const values = arrays.values + run.result;
-    PartialsSink<T> partials{arrays.partials + run.partial};
-    for (std::size_t i = 0, count = run.count; i < count; ++i) {
-      const E formula = E::read(leaves);
-      values[i] = formula.value();
-      if constexpr (keeps_partials) formula.push(T(1), partials);
-    }
-  }
-
-  static void backward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
-    const T* const results = arrays.adjoints + run.result;
-    for (std::size_t i = run.count; i-- > 0;) {
-      const T adjoint = results[i];
-      if (adjoint == T(0)) [[unlikely]]
-        continue;
-      const std::uint32_t* const operands = arrays.operands + run.operand + i * variables;
-      if constexpr (keeps_partials) {
-        const T* const partials = arrays.partials + run.partial + i * variables;
-        for (std::size_t k = 0; k < variables; ++k) arrays.adjoints[operands[k]] += partials[k] * adjoint;
-      } else {
-        ReplayedLeaves<T> leaves{arrays.values, operands, arrays.constants + run.constant + i * constants};
-        AdjointsSink<T> sink{arrays.adjoints, adjoint};
-        E::read(leaves).push(One{}, sink);
-      }
-    }
-  }
-
-  static constexpr ReplayOperation<T> operation{
-      forward, backward, variables, constants, keeps_partials ? variables : 0, true};
-};
-
-/// How two numbers compare, as a number.
-struct ComparedAs {
-  template <class T>
-  static T value(T x, T y) {
-    return x < y ? T(-1) : x > y ? T(1) : x == y ? T(0) : T(2);
-  }
-};
-
-/// A comparison of two formulas, behind whose constants stands how it came out.
-template <class X, class Y>
-struct ReplayGuard {
-  using T = typename X::ExpressionScalar;
-  static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
-  static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants + 1;
-
-  static void forward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
-    ReplayedLeaves<T> leaves{arrays.values, arrays.operands + run.operand, arrays.constants + run.constant};
-    for (std::size_t i = 0; i < run.count; ++i) {
-      const T x = X::read(leaves).value();
-      const T y = Y::read(leaves).value();
-      if (ComparedAs::value(x, y) != leaves.next_constant()) [[unlikely]]
-        throw_otherwise(x, y);
-    }
-  }
-  static void backward(const ReplayRun<T>&, const ReplayArrays<T>&) {}
-  [[noreturn]] static void throw_otherwise(T x, T y) {
-    throw DomainError("Replay: the comparison of " + std::to_string(x) + " with " + std::to_string(y) +
-                      " comes out otherwise than when it was recorded; record again for these inputs");
-  }
-
-  static constexpr ReplayOperation<T> operation{forward, backward, variables, constants, 0, false};
 };
 
 template <class T, class X>

@@ -1,25 +1,28 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <tapestry/autodiff/huge_page_allocator.hpp>
+#include <tapestry/autodiff/pull_visitor.hpp>
 #include <tapestry/autodiff/scalar.hpp>
 #include <tapestry/autodiff/statement.hpp>
+#include <tapestry/autodiff/statement_walk.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
 
 namespace tapestry::detail {
 
-/// Adjoints of all statements, `Width` of each; keeps its memory from sweep to sweep.
-template <class T, std::size_t Width = 1>
+/// Adjoints of all statements; keeps its memory from sweep to sweep.
+template <class T>
 class AdjointMemory {
  public:
   /// Adjoints of statements 0 to `last`, all zero.
   /// \throws std::bad_alloc
   void zero(std::size_t last) {
-    const std::size_t count = (last + 1) * Width;
+    const std::size_t count = last + 1;
     if (count > capacity_) grow(count);
     std::memset(static_cast<void*>(memory_.get()), 0, count * sizeof(T));
-    size_ = last + 1;
+    size_ = count;
   }
   /// Forgets those of statements from `size` on.
   void truncate(std::size_t size) noexcept {
@@ -44,108 +47,91 @@ class AdjointMemory {
   std::size_t size_ = 0;
 };
 
-/// Runs statements backwards: each adds its adjoints · partial to the adjoints of its operands.
-/// A zero adjoint passes nothing on, not even through an infinite partial.
-template <class T>
+/// The part of a run of statements up to `root`; calls skip(kind) for each behind it.
+template <class T, class Skip>
+[[nodiscard]] StatementRun run_up_to(std::size_t root, const StatementRun& run, Skip skip) {
+  StatementRun part = run;
+  while (part.end_index > part.first_index && part.end_index > root + 1) {
+    const StatementKind kind = part.kinds[--part.end_index - part.first_index];
+    part.words_end -= words_before<T>(part.words_end, kind);
+    skip(kind);
+  }
+  return part;
+}
+
+/// Whether this processor multiplies and adds in one instruction, as code compiled for avx2 and fma does.
+[[nodiscard]] inline bool has_fused_multiply_add() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#else
+  return false;
+#endif
+}
+
+/// sum + factor · partial, rounded once if IsFused.
+template <bool IsFused, class T>
+[[nodiscard, gnu::always_inline]] inline T add_product(const T& sum, const T& factor, const T& partial) {
+  if constexpr (IsFused && std::same_as<T, double>) {
+    return __builtin_fma(factor, partial, sum);
+  } else if constexpr (IsFused && std::same_as<T, float>) {
+    return __builtin_fmaf(factor, partial, sum);
+  } else {
+    return sum + factor * partial;
+  }
+}
+
+/// Runs statements backwards.
+template <class Scalar>
 class ReverseSweep {
  public:
-  explicit ReverseSweep(T* adjoints) : adjoints_(adjoints) {}
+  explicit ReverseSweep(Scalar* adjoints) : adjoints_(adjoints) {}
 
   /// The statements of `run` up to `root`. Calls pull_back(index) for each record, skip_record() for each
   /// behind the root.
   template <class PullBack, class SkipRecord>
   void run(const StatementRun& run, std::size_t root, PullBack pull_back, SkipRecord skip_record) const {
-    T* const adjoints = adjoints_;
-    const Word* words = run.words_end;
-    const StatementKind* kind = run.kinds + (run.end_index - run.first_index);
-    std::size_t index = run.end_index;
-    for (; index > run.first_index && index > root + 1; --index) {
-      if (*--kind == StatementKind::record) skip_record();
-      words -= words_before<T>(words, *kind);
-    }
-    const T* from = adjoints + index;
-    while (kind != run.kinds) {
-      --from;
-      words = pull(*--kind, words, from, adjoints);
-      if (*kind == StatementKind::record) [[unlikely]]
-        pull_back(static_cast<std::size_t>(from - adjoints));
-    }
+    const StatementRun part = run_up_to<Scalar>(root, run, [&](StatementKind kind) {
+      if (kind == StatementKind::record) skip_record();
+    });
+#if defined(__x86_64__)
+    if constexpr (std::floating_point<Scalar>)
+      if (has_fused_multiply_add()) return sweep_fused(part, pull_back);
+#endif
+    sweep<false>(part, pull_back);
   }
 
  private:
-  static constexpr unsigned code(std::size_t plus, std::size_t minus, std::size_t general) {
-    return static_cast<unsigned>(kind_of({plus, minus, general}));
-  }
-
-  /// Passes on the adjoints at `from` of the statement whose words end at `end`. The frequent kinds each have
-  /// their own code, in which all counts are constants.
-  /// \returns where the words of the statement before end
-  [[gnu::always_inline]] static const Word* pull(StatementKind kind, const Word* end, const T* from,
-                                                 T* adjoints) {
-    switch (static_cast<unsigned>(kind)) {
-      case code(0, 0, 0):
-      case static_cast<unsigned>(StatementKind::record):
-        return end - 1;
-      case code(1, 0, 0):
-        return pull_counted<1, 0, 0>(end, from, adjoints);
-      case code(2, 0, 0):
-        return pull_counted<2, 0, 0>(end, from, adjoints);
-      case code(0, 1, 0):
-        return pull_counted<0, 1, 0>(end, from, adjoints);
-      case code(1, 1, 0):
-        return pull_counted<1, 1, 0>(end, from, adjoints);
-      case code(0, 0, 1):
-        return pull_counted<0, 0, 1>(end, from, adjoints);
-      case code(1, 0, 1):
-        return pull_counted<1, 0, 1>(end, from, adjoints);
-      case code(0, 1, 1):
-        return pull_counted<0, 1, 1>(end, from, adjoints);
-      case code(0, 0, 2):
-        return pull_counted<0, 0, 2>(end, from, adjoints);
-      case code(1, 0, 2):
-        return pull_counted<1, 0, 2>(end, from, adjoints);
-      case code(2, 0, 1):
-        return pull_counted<2, 0, 1>(end, from, adjoints);
-      case code(0, 0, 3):
-        return pull_counted<0, 0, 3>(end, from, adjoints);
-      case code(0, 0, 4):
-        return pull_counted<0, 0, 4>(end, from, adjoints);
-      case code(1, 0, 4):
-        return pull_counted<1, 0, 4>(end, from, adjoints);
-      default:
-        return pull_any(kind, end, from, adjoints);
+  template <bool IsFused>
+  struct Adjoints {
+    using T = Scalar;
+    using Value = Scalar;
+    T* adjoints;
+    [[gnu::always_inline]] T& own(Word index) const { return adjoints[index]; }
+    [[gnu::always_inline]] T& of(Word operand) const { return adjoints[operand]; }
+    [[gnu::always_inline]] static bool is_zero(const T& adjoint) { return detail::is_zero(adjoint); }
+    [[gnu::always_inline]] static void add_product(T& sum, const T& adjoint, const T& partial) {
+      sum = detail::add_product<IsFused>(sum, adjoint, partial);
     }
-  }
+    [[gnu::always_inline]] static void touch() {}
+    [[gnu::always_inline]] static void pass(Word) {}
+    [[gnu::always_inline]] static void pass_many(Word) {}
+  };
 
-  template <std::size_t Plus, std::size_t Minus, std::size_t General>
-  [[gnu::always_inline]] static const Word* pull_counted(const Word* end, const T* from, T* adjoints) {
-    constexpr OperandCounts counts{Plus, Minus, General};
-    const Word* const words = end - words_of<T>(counts);
-    pull_operands(counts, words, from, adjoints);
-    return words;
+  template <bool IsFused, class PullBack>
+  [[gnu::always_inline]] void sweep(const StatementRun& run, PullBack& pull_back) const {
+    using Visitor = PullVisitor<Adjoints<IsFused>, PullBack>;
+    Visitor visitor{{adjoints_}, run.end_index, pull_back};
+    StatementWalk<Scalar, Visitor>::run(run.words_end, run.kinds + (run.end_index - run.first_index),
+                                        visitor);
   }
-
-  [[gnu::noinline]] static const Word* pull_any(StatementKind kind, const Word* end, const T* from,
-                                                T* adjoints) {
-    const Word* const words = end - words_before<T>(end, kind);
-    const OperandCounts counts =
-        kind == StatementKind::many_pairs ? OperandCounts{0, 0, end[-1]} : counts_of(kind);
-    pull_operands(counts, words, from, adjoints);
-    return words;
+#if defined(__x86_64__)
+  template <class PullBack>
+  [[gnu::target("avx2,fma")]] void sweep_fused(const StatementRun& run, PullBack& pull_back) const {
+    sweep<true>(run, pull_back);
   }
+#endif
 
-  [[gnu::always_inline]] static void pull_operands(const OperandCounts& counts, const Word* words,
-                                                   const T* from, T* adjoints) {
-    const T adjoint = *from;
-    if (is_zero(adjoint)) [[unlikely]]
-      return;
-    for (std::size_t i = 0; i < counts.general; ++i, words += pair_words<T>)
-      adjoints[index_of_pair<T>(words)] += partial_of_pair<T>(words) * adjoint;
-    for (std::size_t i = 0; i < counts.plus; ++i) adjoints[*words++] += adjoint;
-    for (std::size_t i = 0; i < counts.minus; ++i) adjoints[*words++] -= adjoint;
-  }
-
-  T* adjoints_;
+  Scalar* adjoints_;
 };
 
 }  // namespace tapestry::detail

@@ -18,10 +18,8 @@ class Link {
     return static_cast<std::uint32_t>(bits_ >> 32U);
   }
   [[nodiscard]] constexpr bool is_active() const { return index() != 0; }
-  /// Zero if both are of one generation. Those of several links may be joined by |.
-  [[nodiscard]] constexpr std::uint32_t generation_difference(Link other) const {
-    return static_cast<std::uint32_t>((bits_ ^ other.bits_) >> 32U);
-  }
+  /// Below 2³² if both are of one generation. Those of several links may be joined by |.
+  [[nodiscard]] constexpr std::uint64_t difference(Link other) const { return bits_ ^ other.bits_; }
   /// The link of the following statement.
   constexpr Link& operator++() {
     ++bits_;
@@ -31,6 +29,10 @@ class Link {
  private:
   std::uint64_t bits_ = 0;
 };
+
+/// How far ahead of reading or writing them words are fetched: processors guess where a program that walks
+/// through memory in steps of many sizes goes on, but for one that walks slowly they guess too near.
+inline constexpr std::size_t prefetched_words = 1024;
 
 /// How many operands a statement has: of partial derivative 1, of −1, and of any other.
 struct OperandCounts {
@@ -46,9 +48,10 @@ struct OperandCounts {
 
 /// What stands on a tape for a statement: its operand counts in one byte, or what else it is.
 enum class StatementKind : std::uint8_t {
-  input = 0,          ///< no operands
-  many_pairs = 0xFE,  ///< general operands, their number in the word behind them
-  record = 0xFF,      ///< an operation with a pullback
+  input = 0,           ///< no operands
+  chunk_begin = 0xFD,  ///< no statement: stands before the first of a piece of memory
+  many_pairs = 0xFE,   ///< general operands, their number in the word behind them
+  record = 0xFF,       ///< an operation with a pullback
 };
 
 inline constexpr OperandCounts largest_counts{3, 3, 14};

@@ -31,8 +31,8 @@ struct WriteHead {
   }
 };
 
-/// A piece of a tape's memory: words, and behind them as many kinds. A statement has at least one word, so
-/// that there is a kind wherever there are words.
+/// A piece of a tape's memory: words, behind them chunk_begin, and then as many kinds. A statement has at
+/// least one word, so that there is a kind wherever there are words.
 struct Chunk {
   PageMemory memory;
   std::size_t word_count = 0;
@@ -41,14 +41,14 @@ struct Chunk {
 
   [[nodiscard]] Word* words() const { return reinterpret_cast<Word*>(memory.get()); }
   [[nodiscard]] StatementKind* kinds() const {
-    return reinterpret_cast<StatementKind*>(words() + word_count);
+    return reinterpret_cast<StatementKind*>(words() + word_count) + 1;
   }
 };
 
 /// The statements of one piece of the tape, the last one first.
 struct StatementRun {
   const Word* words_end;
-  const StatementKind* kinds;  ///< of the first of them
+  const StatementKind* kinds;  ///< of the first of them; behind chunk_begin
   std::uint32_t first_index;
   std::uint32_t end_index;
 };
@@ -101,6 +101,16 @@ class TapeMemory : public WriteHead {
 
   [[nodiscard]] std::size_t statement_count() const { return place().next_index - 1; }
 
+  /// Statements without operands before the first other one.
+  [[nodiscard]] std::size_t leading_input_count() const {
+    std::size_t count = 0;
+    visit_backwards([&](const StatementRun& run) {
+      const std::size_t here = input_count(run.kinds, run.end_index - run.first_index);
+      count = here + (here == run.end_index - run.first_index ? count : 0);
+    });
+    return count;
+  }
+
   /// Calls visit(StatementRun) for each piece, the last one first.
   template <class Visit>
   void visit_backwards(Visit visit) const {
@@ -125,10 +135,22 @@ class TapeMemory : public WriteHead {
     return {words_end, chunk.kinds(), chunk.first_index, end_index};
   }
 
+  /// Inputs among the first `count` statements, before any other.
+  static std::size_t input_count(const StatementKind* kinds, std::size_t count) {
+    std::size_t here = 0;
+    for (std::uint64_t eight = 0; here + sizeof(eight) <= count; here += sizeof(eight)) {
+      std::memcpy(&eight, kinds + here, sizeof(eight));
+      if (eight != 0) break;
+    }
+    while (here < count && kinds[here] == StatementKind::input) ++here;
+    return here;
+  }
+
   static Chunk allocate(std::size_t size) {
     Chunk chunk;
     chunk.memory = PageMemory(allocate_pages(size));
-    chunk.word_count = size / bytes_per_word;
+    chunk.word_count = (size - sizeof(StatementKind)) / bytes_per_word;
+    chunk.kinds()[-1] = StatementKind::chunk_begin;
     return chunk;
   }
 
@@ -139,7 +161,7 @@ class TapeMemory : public WriteHead {
     if (position == chunks_.size() || chunks_[position].word_count < needed) {
       std::size_t size = position == 0 ? first_size : 2 * chunks_[current_].word_count * bytes_per_word;
       if (size > largest_size) size = largest_size;
-      if (size < needed * bytes_per_word) size = needed * bytes_per_word;
+      if (size < (needed + 1) * bytes_per_word) size = (needed + 1) * bytes_per_word;
       Chunk chunk = allocate(size);
       chunks_.insert(chunks_.begin() + static_cast<std::ptrdiff_t>(position), std::move(chunk));
     }

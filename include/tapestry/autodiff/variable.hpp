@@ -31,11 +31,12 @@ class Variable {
   template <detail::ConstantOf<T> N>
   constexpr Variable(const N& value) : value_(static_cast<T>(value)) {}
 
-  /// Records the formula as one statement of the active tape; a passive formula records nothing.
-  /// \throws DomainError if the formula is active but no tape is, or it uses a variable not on the tape
+  /// Records the formula as one statement of the active tape; a passive formula records nothing. Always
+  /// inlined, as are updates: the formula then stays in registers. \throws DomainError if the formula is
+  /// active but no tape is, or it uses a variable not on the tape
   template <ScalarExpression E>
   requires(!std::same_as<E, Variable> && std::same_as<typename E::ExpressionScalar, T>)
-      Variable(const E& formula)
+      [[gnu::always_inline]] Variable(const E& formula)
       : value_(formula.value()) {
     detail::record_statement(formula, link_);
   }
@@ -55,26 +56,24 @@ class Variable {
   }
 
   template <detail::OperandBeside<T> Y>
-  Variable& operator+=(const Y& y) {
+  [[gnu::always_inline]] Variable& operator+=(const Y& y) {
     return *this = *this + y;
   }
   template <detail::OperandBeside<T> Y>
-  Variable& operator-=(const Y& y) {
+  [[gnu::always_inline]] Variable& operator-=(const Y& y) {
     return *this = *this - y;
   }
   template <detail::OperandBeside<T> Y>
-  Variable& operator*=(const Y& y) {
+  [[gnu::always_inline]] Variable& operator*=(const Y& y) {
     return *this = *this * y;
   }
   template <detail::OperandBeside<T> Y>
-  Variable& operator/=(const Y& y) {
+  [[gnu::always_inline]] Variable& operator/=(const Y& y) {
     return *this = *this / y;
   }
 
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
-  [[nodiscard]] constexpr std::uint32_t generation_difference(detail::Link link) const {
-    return link_.generation_difference(link);
-  }
+  [[nodiscard]] constexpr std::uint64_t difference(detail::Link link) const { return link_.difference(link); }
   template <class Factor, class Sink>
   void push(Factor factor, Sink& sink) const {
     sink.add(link_, factor);

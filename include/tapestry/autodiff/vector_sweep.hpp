@@ -1,60 +1,91 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <tapestry/autodiff/pull_visitor.hpp>
+#include <tapestry/autodiff/reverse_sweep.hpp>
 #include <tapestry/autodiff/statement.hpp>
+#include <tapestry/autodiff/statement_walk.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
+#include <tapestry/autodiff/vector_adjoints.hpp>
 
 namespace tapestry::detail {
 
-/// Runs statements backwards for Width seeds at once; see ReverseSweep. The adjoints of statement i begin at
-/// i · Width. Records, which take one seed at a time, are passed over.
-template <std::floating_point T, std::size_t Width>
-requires(Width > 1 && (Width & (Width - 1)) == 0) class VectorSweep {
+/// Runs statements backwards for Width seeds at once; see ReverseSweep. Records, which take one seed at a
+/// time, are passed over.
+template <std::floating_point Scalar, std::size_t Width>
+class VectorSweep {
  public:
-  /// \param adjoints  aligned to Width · sizeof(T)
-  static void run(const StatementRun& run, std::size_t root, T* adjoints) {
+  static void run(const StatementRun& run, std::size_t root, VectorAdjoints<Scalar, Width>& adjoints) {
+    const StatementRun part = run_up_to<Scalar>(root, run, [](StatementKind) {});
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512vl"))
-      return run_avx512(run, root, adjoints);
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return run_avx2(run, root, adjoints);
+      return run_avx512(part, adjoints);
+    if (has_fused_multiply_add()) return run_avx2(part, adjoints);
 #endif
-    sweep(run, root, adjoints);
+    sweep(part, adjoints);
   }
 
  private:
-  using Lanes [[gnu::vector_size(Width * sizeof(T)), gnu::may_alias]] = T;
+  using Lanes [[gnu::vector_size(Width * sizeof(Scalar)), gnu::may_alias]] = Scalar;
+
+  struct Adjoints {
+    using T = Scalar;
+    using Value = Lanes;
+    using Memory = VectorAdjoints<Scalar, Width>;
+    Memory& memory;
+    typename Memory::View view = memory.view();
+    bool is_touched = true;  ///< whether the block at hand may have an adjoint that is not zero
+
+    [[gnu::always_inline]] Lanes& own(Word index) { return as_lanes(view.in_window(index)); }
+    [[gnu::always_inline]] Lanes& of(Word operand) { return as_lanes(view.at(operand, memory)); }
+    [[gnu::always_inline]] static bool is_zero(const Lanes& adjoint) {
+      if (adjoint[0] != T(0)) [[likely]]
+        return false;
+      for (std::size_t k = 1; k < Width; ++k)
+        if (adjoint[k] != T(0)) return false;
+      return true;
+    }
+    [[gnu::always_inline]] static void add_product(Lanes& sum, const Lanes& adjoint, T partial) {
+      const Lanes added = sum + adjoint * partial;
+      sum = adjoint == Lanes{} ? sum : added;
+    }
+    [[gnu::always_inline]] void pass(Word index) {
+      if (index % Memory::block == 0) [[unlikely]]
+        leave(index);
+    }
+    [[gnu::always_inline]] void pass_many(Word index) {
+      touch();
+      leave(index);
+      touch();
+    }
+    [[gnu::always_inline]] void touch() { is_touched = true; }
+    [[gnu::always_inline]] void leave(Word index) {
+      memory.pass(index, is_touched);
+      view = memory.view();
+      is_touched = false;
+    }
+    [[gnu::always_inline]] static Lanes& as_lanes(T* adjoints) { return *reinterpret_cast<Lanes*>(adjoints); }
+  };
 
 #if defined(__x86_64__)
-  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] static void run_avx512(const StatementRun& run,
-                                                                               std::size_t root,
-                                                                               T* adjoints) {
-    sweep(run, root, adjoints);
+  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] static void run_avx512(
+      const StatementRun& run, VectorAdjoints<Scalar, Width>& adjoints) {
+    sweep(run, adjoints);
   }
-  [[gnu::target("avx2,fma")]] static void run_avx2(const StatementRun& run, std::size_t root, T* adjoints) {
-    sweep(run, root, adjoints);
+  [[gnu::target("avx2,fma")]] static void run_avx2(const StatementRun& run,
+                                                   VectorAdjoints<Scalar, Width>& adjoints) {
+    sweep(run, adjoints);
   }
 #endif
 
-  [[gnu::always_inline]] static inline void sweep(const StatementRun& run, std::size_t root, T* adjoints) {
-    auto* const lanes = reinterpret_cast<Lanes*>(adjoints);
-    const Word* words = run.words_end;
-    for (std::size_t index = run.end_index; index-- > run.first_index;) {
-      const StatementKind kind = run.kinds[index - run.first_index];
-      const Word* const end = words;
-      words -= words_before<T>(end, kind);
-      if (index > root || kind == StatementKind::input || kind == StatementKind::record) continue;
-      const OperandCounts counts =
-          kind == StatementKind::many_pairs ? OperandCounts{0, 0, end[-1]} : counts_of(kind);
-      const Lanes adjoint = lanes[index];
-      const Word* operand = words;
-      for (std::size_t i = 0; i < counts.general; ++i, operand += pair_words<T>) {
-        const Lanes product = adjoint * partial_of_pair<T>(operand);
-        lanes[index_of_pair<T>(operand)] += adjoint == Lanes{} ? Lanes{} : product;
-      }
-      for (std::size_t i = 0; i < counts.plus; ++i) lanes[*operand++] += adjoint;
-      for (std::size_t i = 0; i < counts.minus; ++i) lanes[*operand++] -= adjoint;
-    }
+  [[gnu::always_inline]] static inline void sweep(const StatementRun& run,
+                                                  VectorAdjoints<Scalar, Width>& adjoints) {
+    constexpr auto pass_over = [](std::size_t) {};
+    using Visitor = PullVisitor<Adjoints, decltype(pass_over)>;
+    Visitor visitor{{adjoints}, run.end_index, pass_over};
+    StatementWalk<Scalar, Visitor>::run(run.words_end, run.kinds + (run.end_index - run.first_index),
+                                        visitor);
   }
 };
 
