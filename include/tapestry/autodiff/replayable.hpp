@@ -28,6 +28,9 @@ struct ReplayRecorder {
 
 template <class E>
 [[nodiscard]] Link record_replayable(const E& formula);
+
+template <class Operation, class X, class Y, class Z>
+class Ternary;  // of functions/ternary.hpp
 }  // namespace detail
 
 /// The scalar of functions to be replayed. Like a Variable, but its operations are remembered by what they
@@ -161,6 +164,13 @@ struct LeafCounts<Binary<Operation, X, Y>> {
   static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
   static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants;
 };
+template <class Operation, class X, class Y, class Z>
+struct LeafCounts<Ternary<Operation, X, Y, Z>> {
+  static constexpr std::size_t variables =
+      LeafCounts<Binary<Operation, X, Y>>::variables + LeafCounts<Z>::variables;
+  static constexpr std::size_t constants =
+      LeafCounts<Binary<Operation, X, Y>>::constants + LeafCounts<Z>::constants;
+};
 
 /// Statements of expression type E. Those with costly functions keep their partial derivatives from the way
 /// forwards; others compute them again, which needs no memory.
@@ -247,7 +257,6 @@ template <class T, class X>
 }
 
 }  // namespace detail
-
 /// Called by comparisons of Replayable formulas.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
