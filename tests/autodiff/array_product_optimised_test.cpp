@@ -33,13 +33,14 @@ void check_product(std::size_t rows, std::size_t depth, std::size_t columns, boo
   long double worst = 0;
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < columns; ++j) {
-      long double sum = start(i, j);
-      for (std::size_t k = 0; k < depth; ++k) sum += static_cast<long double>(a(i, k)) * b(k, j);
+      auto sum = static_cast<long double>(start(i, j));
+      for (std::size_t k = 0; k < depth; ++k)
+        sum += static_cast<long double>(a(i, k)) * static_cast<long double>(b(k, j));
       worst = std::max(worst, std::abs(sum - static_cast<long double>(c(i, j))));
     }
   // A sum of depth + 1 terms of at most 1, each partial sum rounded: (depth + 1)² · ε / 2.
   const auto terms = static_cast<long double>(depth + 1);
-  CHECK(worst <= terms * terms * std::numeric_limits<T>::epsilon() / 2);
+  CHECK(worst <= terms * terms * static_cast<long double>(std::numeric_limits<T>::epsilon()) / 2);
 }
 
 template <class T, class Product>

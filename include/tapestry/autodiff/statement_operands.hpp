@@ -7,7 +7,8 @@ namespace tapestry::detail {
 /// Calls visit(index, partial) for each operand of the statement whose words end at `end`. A record has none.
 /// \returns where its words begin
 template <class T, class Visit>
-inline const Word* for_each_operand(const Word* end, StatementKind kind, Visit visit) {
+[[gnu::always_inline]] inline const Word* for_each_operand(const Word* end, StatementKind kind,
+                                                           Visit&& visit) {
   const Word* const words = end - words_before<T>(end, kind);
   if (kind == StatementKind::input || kind == StatementKind::record) return words;
   const OperandCounts counts =
