@@ -35,14 +35,22 @@ struct Variant {
   int threads = 1;              ///< that compute side by side; the seconds are of one of them
   double largest_error = 1e-6;  ///< beyond, it computes something else
 };
-const std::vector<Variant> all_variants = {
-    {"plain", "autodiff_tapestry"},          {"hand", "autodiff_tapestry"},
-    {"scalar", "autodiff_tapestry"},         {"scalar", "autodiff_tapestry", 2},
-    {"scalar-8-roots", "autodiff_tapestry"}, {"hessian-product", "autodiff_tapestry"},
-    {"replay", "autodiff_tapestry"},         {"replay-unguarded", "autodiff_tapestry"},
-    {"array", "autodiff_tapestry"},          {"array-float", "autodiff_tapestry", 1, 1e-2},
-    {"dual", "autodiff_tapestry"},           {"compressed", "autodiff_tapestry"},
-    {"peer:adolc", "autodiff_adolc"},        {"peer:adolc-fresh", "autodiff_adolc"}};
+const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
+                                           {"hand", "autodiff_tapestry"},
+                                           {"scalar", "autodiff_tapestry"},
+                                           {"scalar", "autodiff_tapestry", 2},
+                                           {"scalar-8-roots", "autodiff_tapestry"},
+                                           {"hessian-product", "autodiff_tapestry"},
+                                           {"replay", "autodiff_tapestry"},
+                                           {"replay-unguarded", "autodiff_tapestry"},
+                                           {"array", "autodiff_tapestry"},
+                                           {"array-float", "autodiff_tapestry", 1, 1e-2},
+                                           {"array-library-exp", "autodiff_tapestry"},
+                                           {"naive-float", "autodiff_tapestry", 1, 1e-2},
+                                           {"dual", "autodiff_tapestry"},
+                                           {"compressed", "autodiff_tapestry"},
+                                           {"peer:adolc", "autodiff_adolc"},
+                                           {"peer:adolc-fresh", "autodiff_adolc"}};
 
 /// Whether there is such a variant: long recurrences have no array form, and Jacobians have ways of their
 /// own.
@@ -186,12 +194,15 @@ void print(const Comparison& comparison) {
   std::fflush(stdout);
 }
 
+/// Variants that compute the gradient alone, or the sum of floats.
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
-  Panel panel{comparison.name, "gradients a second"};
-  for (const Result& result : comparison.results)
-    if (result.seconds && result.threads == 1 && result.variant != "plain" &&
-        result.variant != "scalar-8-roots")
-      panel.points.push_back(point_of(result, 1e-19, 1 / *result.seconds));
+  const bool is_sum = comparison.name == FloatSum::name;
+  Panel panel{comparison.name, is_sum ? "sums a second" : "gradients a second", {}, true};
+  for (const Result& result : comparison.results) {
+    const bool is_other = result.threads > 1 || result.variant == "scalar-8-roots" ||
+                          result.variant == "hessian-product" || (result.variant == "plain" && !is_sum);
+    if (result.seconds && !is_other) panel.points.push_back(point_of(result, 1e-19, 1 / *result.seconds));
+  }
   return panel;
 }
 
