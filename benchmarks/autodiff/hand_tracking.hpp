@@ -38,9 +38,9 @@ template <class S>
   const S length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
   const S x = axis[0] / length, y = axis[1] / length, z = axis[2] / length;
   const S s = sin(length), c = cos(length);
-  return {x * x + (1. - x * x) * c, x * y * (1. - c) - z * s, x * z * (1. - c) + y * s,
-          x * y * (1. - c) + z * s, y * y + (1. - y * y) * c, y * z * (1. - c) - x * s,
-          x * z * (1. - c) - y * s, z * y * (1. - c) + x * s, z * z + (1. - z * z) * c};
+  return {x * x + (1 - x * x) * c, x * y * (1 - c) - z * s, x * z * (1 - c) + y * s,
+          x * y * (1 - c) + z * s, y * y + (1 - y * y) * c, y * z * (1 - c) - x * s,
+          x * z * (1 - c) - y * s, z * y * (1 - c) + x * s, z * z + (1 - z * z) * c};
 }
 
 /// ½ Σ of squared distances between measured points and a posed hand: the hand tracking of the public ADBench

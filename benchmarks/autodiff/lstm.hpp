@@ -27,7 +27,7 @@ struct Lstm {
 
   template <class S>
   [[nodiscard]] static S logistic(const S& x) {
-    return 1. / (1. + exp(-x));
+    return 1 / (1 + exp(-x));
   }
 
   template <class S>

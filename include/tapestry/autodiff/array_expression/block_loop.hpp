@@ -8,26 +8,26 @@ namespace tapestry::detail {
 /// first-level cache.
 inline constexpr std::size_t array_block = 256;
 
-/// Calls body(i) for i < count, where the bodies may run in any order and side by side. Most of them run in a
-/// loop of constant length, which compilers make one of vectors even where they optimise little.
+/// Calls body(i) for `count` i from `first` on, a constant, where the bodies may run in any order and side by
+/// side.
+template <std::size_t count, class Body>
+[[gnu::always_inline]] inline void plain_group(std::size_t first, const Body& body) {
+#if defined(__clang__)
+#pragma clang loop vectorize(assume_safety)
+#elif defined(__GNUC__)
+#pragma GCC ivdep
+#endif
+  for (std::size_t i = 0; i < count; ++i) body(first + i);
+}
+
+/// Calls body(i) for i < count, likewise. Most run in loops of constant length, which compilers make loops of
+/// vectors even where they optimise little.
 template <class Body>
 [[gnu::always_inline]] inline void plain_block(std::size_t count, const Body& body) {
-  constexpr std::size_t group = 64;
   std::size_t first = 0;
-  for (; first + group <= count; first += group) {
-#if defined(__clang__)
-#pragma clang loop vectorize(assume_safety)
-#elif defined(__GNUC__)
-#pragma GCC ivdep
-#endif
-    for (std::size_t i = 0; i < group; ++i) body(first + i);
-  }
-#if defined(__clang__)
-#pragma clang loop vectorize(assume_safety)
-#elif defined(__GNUC__)
-#pragma GCC ivdep
-#endif
-  for (std::size_t i = first; i < count; ++i) body(i);
+  for (; first + 64 <= count; first += 64) plain_group<64>(first, body);
+  for (; first + 16 <= count; first += 16) plain_group<16>(first, body);
+  for (; first < count; ++first) body(first);
 }
 
 // Sanitizers make these loops large and slow to compile, and look at all memory in the plain one as well.
