@@ -1,11 +1,14 @@
 // autodiff: speed, error and memory of gradients, our tape beside ADOL-C, plain code and adjoints by hand
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <initializer_list>
 #include <iostream>
+#include <iterator>
 #include <regex>
 #include <string>
 #include <tapestry/autodiff.hpp>
@@ -15,6 +18,7 @@
 #include "../support/driver.hpp"
 #include "hand_adjoints.hpp"
 #include "objectives.hpp"
+#include "worker_program.hpp"
 #if __has_include(<shared_objectives.hpp>)
 #include <shared_objectives.hpp>
 #endif
@@ -24,18 +28,47 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A program beside the driver, and what it is told with --variant. Another way to write the objectives, such
-/// as with array operations, is another line here and another Computation in its program; one that cannot do
-/// an objective says so, and its cell stays empty.
+/// A program beside the driver, and what it is told with --variant.
 struct Variant {
   std::string name;
   std::string program;
+  int threads = 1;              ///< that compute side by side; the seconds are of one of them
+  double largest_error = 1e-6;  ///< beyond, it computes something else
 };
-const std::vector<Variant> variants = {
-    {"plain", "autodiff_tapestry"},        {"scalar", "autodiff_tapestry"},
-    {"replay", "autodiff_tapestry"},       {"replay-unguarded", "autodiff_tapestry"},
-    {"hand", "autodiff_tapestry"},         {"peer:adolc", "autodiff_adolc"},
-    {"peer:adolc-fresh", "autodiff_adolc"}};
+const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
+                                           {"hand", "autodiff_tapestry"},
+                                           {"scalar", "autodiff_tapestry"},
+                                           {"scalar", "autodiff_tapestry", 2},
+                                           {"scalar-8-roots", "autodiff_tapestry"},
+                                           {"hessian-product", "autodiff_tapestry"},
+                                           {"replay", "autodiff_tapestry"},
+                                           {"replay-unguarded", "autodiff_tapestry"},
+                                           {"array", "autodiff_tapestry"},
+                                           {"array-float", "autodiff_tapestry", 1, 1e-2},
+                                           {"array-library-exp", "autodiff_tapestry"},
+                                           {"naive-float", "autodiff_tapestry", 1, 1e-2},
+                                           {"dual", "autodiff_tapestry"},
+                                           {"compressed", "autodiff_tapestry"},
+                                           {"peer:adolc", "autodiff_adolc"},
+                                           {"peer:adolc-fresh", "autodiff_adolc"}};
+
+/// Whether there is such a variant: long recurrences have no array form, and Jacobians have ways of their
+/// own.
+[[nodiscard]] bool applies(const Variant& variant, const std::string& objective) {
+  const auto is_one_of = [](const std::string& name, std::initializer_list<const char*> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const bool is_of_jacobians = is_one_of(variant.name, {"dual", "compressed"});
+  if (objective == BundleJacobian::name)
+    return is_of_jacobians || is_one_of(variant.name, {"plain", "hand", "peer:adolc-fresh"}) ||
+           (variant.name == "scalar" && variant.threads == 1);
+  if (objective == FloatSum::name) return is_one_of(variant.name, {"plain", "naive-float", "array-float"});
+  if (variant.name == "naive-float") return false;
+  if (variant.name == "array-library-exp") return objective == Softmax::name;
+  if (variant.name.starts_with("array"))
+    return !is_one_of(objective, {Speelpenning::name, Recurrence::name, Lstm::name});
+  return !is_of_jacobians;
+}
 
 /// Value and gradient in long double, by hand.
 struct Reference {
@@ -47,7 +80,7 @@ template <class Objective>
 [[nodiscard]] Reference reference_of(const Objective& objective) {
   const auto start = objective.start();
   const std::vector<long double> x(start.begin(), start.end());
-  Reference reference{0, std::vector<long double>(x.size())};
+  Reference reference{0, std::vector<long double>(entry_count(objective))};
   reference.value = hand_adjoint(objective, x.data(), reference.gradient.data());
   return reference;
 }
@@ -86,6 +119,7 @@ template <class Objective>
 struct Comparison {
   std::string name;
   TapeSize tape{};
+  std::vector<Variant> variants{};
   std::vector<Result> results{};
   std::vector<Contestant> contestants{};
 };
@@ -94,14 +128,17 @@ template <class Objective>
 [[nodiscard]] Comparison compare(const Objective& objective, const Folders& folders,
                                  const Schedule& schedule) {
   Comparison comparison{objective.name, tape_size_of(objective)};
+  std::copy_if(all_variants.begin(), all_variants.end(), std::back_inserter(comparison.variants),
+               [&](const Variant& variant) { return applies(variant, objective.name); });
+  const auto& variants = comparison.variants;
   comparison.contestants.resize(variants.size());
   std::cerr << objective.name << std::endl;
   for (std::size_t i = 0; i < variants.size(); ++i) {
     const Variant& variant = variants[i];
-    comparison.results.push_back({objective.name, variant.name, 1});
-    comparison.contestants[i].start(
-        {folders.programs / variant.program, "--case", objective.name, "--variant", variant.name}, {},
-        folders.work);
+    comparison.results.push_back({objective.name, variant.name, variant.threads});
+    comparison.contestants[i].start({folders.programs / variant.program, "--case", objective.name,
+                                     "--variant", variant.name, "--threads", std::to_string(variant.threads)},
+                                    {}, folders.work);
   }
   run_rounds(comparison.contestants, schedule);
   const Reference reference = reference_of(objective);
@@ -112,8 +149,9 @@ template <class Objective>
       (void)worker.ask("save " + path);
       Result& result = comparison.results[i];
       result.error = error_of(reference, path);
-      if (!(*result.error < 1e-6)) throw Error(ErrorKind::numeric, "computes something else");
-      result.seconds = timing_of(contestant.seconds, 0).median;
+      if (!(*result.error <= variants[i].largest_error))
+        throw Error(ErrorKind::numeric, "computes something else");
+      result.seconds = timing_of(contestant.seconds, 0).median / variants[i].threads;
       result.memory_mib = contestant.peak_memory_mib;
     });
     contestant.worker.reset();
@@ -122,7 +160,7 @@ template <class Objective>
   return comparison;
 }
 
-/// Median seconds of a variant, or NaN.
+/// Median seconds of a variant on one thread, or NaN.
 [[nodiscard]] double seconds_of(const Comparison& comparison, const std::string& variant) {
   for (const Result& result : comparison.results)
     if (result.variant == variant && result.seconds) return *result.seconds;
@@ -130,32 +168,41 @@ template <class Objective>
 }
 
 void print(const Comparison& comparison) {
+  const double traced = seconds_of(comparison, "peer:adolc");
+  const double adolc = std::isnan(traced) ? seconds_of(comparison, "peer:adolc-fresh") : traced;
   const auto statements = static_cast<double>(comparison.tape.statements);
   std::printf("\n%s: %.0f statements, %.2f operands and %.1f bytes of tape a statement\n",
               comparison.name.c_str(), statements, static_cast<double>(comparison.tape.operands) / statements,
               static_cast<double>(comparison.tape.bytes) / statements);
-  std::printf("  %-18s %11s %8s %9s %8s %10s %10s %13s\n", "", "ms", "spread", "error", "MiB", "/ plain",
-              "/ hand", "1 / of ADOL-C");
+  std::printf("  %-18s %11s %8s %9s %8s %9s %9s %9s %13s\n", "", "ms", "spread", "error", "MiB", "/ plain",
+              "/ hand", "/ scalar", "1 / of ADOL-C");
   for (std::size_t i = 0; i < comparison.results.size(); ++i) {
     const Result& result = comparison.results[i];
+    std::string label = result.variant;
+    if (result.threads > 1) label += ", " + thread_title(result.threads);
     if (!result.seconds) {
-      std::printf("  %-18s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
+      std::printf("  %-18s %s\n", label.c_str(), comparison.contestants[i].failure.c_str());
       continue;
     }
     const double seconds = *result.seconds;
-    std::printf("  %-18s %11.5f %6.1f %% %9.1e %8.0f %10.2f %10.2f %13.2f\n", result.variant.c_str(),
+    std::printf("  %-18s %11.5f %6.1f %% %9.1e %8.0f %9.2f %9.2f %9.2f %13.2f\n", label.c_str(),
                 1e3 * seconds, 100 * timing_of(comparison.contestants[i].seconds, 0).spread, *result.error,
                 *result.memory_mib, seconds / seconds_of(comparison, "plain"),
-                seconds / seconds_of(comparison, "hand"), seconds_of(comparison, "peer:adolc") / seconds);
+                seconds / seconds_of(comparison, "hand"), seconds / seconds_of(comparison, "scalar"),
+                adolc / seconds);
   }
   std::fflush(stdout);
 }
 
+/// Variants that compute the gradient alone, or the sum of floats.
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
-  Panel panel{comparison.name, "gradients a second"};
-  for (const Result& result : comparison.results)
-    if (result.seconds && result.variant != "plain")
-      panel.points.push_back(point_of(result, 1e-19, 1 / *result.seconds));
+  const bool is_sum = comparison.name == FloatSum::name;
+  Panel panel{comparison.name, is_sum ? "sums a second" : "gradients a second", {}, true};
+  for (const Result& result : comparison.results) {
+    const bool is_other = result.threads > 1 || result.variant == "scalar-8-roots" ||
+                          result.variant == "hessian-product" || (result.variant == "plain" && !is_sum);
+    if (result.seconds && !is_other) panel.points.push_back(point_of(result, 1e-19, 1 / *result.seconds));
+  }
   return panel;
 }
 
@@ -206,6 +253,8 @@ int main(int argc, char** argv) {
       "with long double. Writes autodiff.csv and autodiff.svg.");
   benchmarks::DriverOptions options;
   options.schedule = {9, 0.1};
-  benchmarks::add_driver_options(app, options);
+  bool is_quick = false;
+  app.add_flag("--quick", is_quick, "Few and short turns: 3 of 0.02 seconds where not given");
+  benchmarks::add_driver_options(app, options, &is_quick, {3, 0.02});
   return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
 }

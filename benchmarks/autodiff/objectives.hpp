@@ -1,40 +1,25 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <random>
 #include <vector>
+
+#include "bundle_adjustment.hpp"
+#include "ciou.hpp"
+#include "float_sum.hpp"
+#include "hand_tracking.hpp"
+#include "lstm.hpp"
+#include "matmul_chain.hpp"
+#include "seeded.hpp"
 
 namespace tapestry::benchmarks {
 
-/// What is differentiated. Each objective has
-///
-///   start()              seeded inputs
-///   objective(x)         its value, for any scalar with arithmetic, comparisons, exp, log and tanh
-///   objective.adjoint(x, gradient)   adds its gradient by hand; returns its value
-///
-/// Definitions, sizes and seeds are those of the common set of objectives that the published figures of other
-/// tapes were measured on, so that ratios to a common peer compare.
-using std::exp;
-using std::log;
-using std::tanh;
-
-[[nodiscard]] inline std::vector<double> uniform(std::size_t count, double low, double high, unsigned seed) {
-  std::mt19937_64 generator(seed);
-  std::uniform_real_distribution<double> distribution(low, high);
-  std::vector<double> values(count);
-  for (double& value : values) value = distribution(generator);
-  return values;
-}
-
-template <class S>
-[[nodiscard]] S larger(const S& a, const S& b) {
-  return a > b ? a : b;
-}
-template <class S>
-[[nodiscard]] S smaller(const S& a, const S& b) {
-  return a < b ? a : b;
-}
+// What is differentiated. Each objective has
+//
+//   start()              seeded inputs
+//   objective(x)         its value, for any scalar with arithmetic, comparisons and the functions of
+//   seeded.hpp hand_adjoint(objective, x, gradient)   its gradient by hand; returns its value
+//
+// Definitions, sizes and seeds of those in this file are those of the common set of objectives that the
+// published figures of other tapes were measured on, so that ratios to a common peer compare.
 
 /// Log-likelihood of 1,000 points under a mixture of 25 Gaussians in 10 dimensions. Inputs: weights [k],
 /// means [k, d], and of each inverse covariance factor the logarithms of the diagonal, then the columns
@@ -225,6 +210,13 @@ void for_each_objective(Visit visit) {
   visit(Project());
   visit(Speelpenning());
   visit(Recurrence());
+  visit(HandTracking());
+  visit(Lstm());
+  visit(Ciou());
+  visit(MatmulChain());
+  visit(Bundle());
+  visit(BundleJacobian());
+  visit(FloatSum());
 }
 
 }  // namespace tapestry::benchmarks

@@ -2,79 +2,63 @@
 #include <cstddef>
 #include <memory>
 #include <string>
-#include <tapestry/autodiff.hpp>
-#include <tapestry/autodiff/replay.hpp>
-#include <vector>
+#include <type_traits>
 
-#include "hand_adjoints.hpp"
-#include "worker_program.hpp"
+#include "array_computation.hpp"
+#include "float_sum_computations.hpp"
+#include "jacobian_computations.hpp"
+#include "tape_computations.hpp"
 
 namespace tapestry::benchmarks {
 namespace {
 
+using Made = std::unique_ptr<Computation>;
+
+[[nodiscard]] Made make_jacobian(const BundleJacobian& objective, const std::string& variant) {
+  if (variant == "scalar") return std::make_unique<BlockSweeps>(objective);
+  if (variant == "dual") return std::make_unique<BlockDuals>(objective);
+  if (variant == "compressed") return std::make_unique<CompressedSweeps>(objective);
+  return nullptr;
+}
+
+[[nodiscard]] Made make_sum(const FloatSum& objective, const std::string& variant) {
+  if (variant == "naive-float") return std::make_unique<NaiveSum<float>>(objective);
+  if (variant == "plain") return std::make_unique<NaiveSum<double>>(objective);
+  if (variant == "array-float") return std::make_unique<CompensatedArraySum>(objective);
+  return nullptr;
+}
+
 template <class Objective>
-class PlainValue final : public Computation {
- public:
-  explicit PlainValue(const Objective& objective) : objective_(objective), x_(objective.start()) {}
-  void run() override { value_ = objective_(x_.data()); }
-
- private:
-  Objective objective_;
-  std::vector<double> x_;
-};
+[[nodiscard]] Made make_array(const Objective& objective, const std::string& variant) {
+  if constexpr (std::is_same_v<Objective, Softmax>) {
+    using Form = SoftmaxForm<double, Exponential::library>;
+    if (variant == "array-library-exp") return std::make_unique<ArrayTape<Softmax, double, Form>>(objective);
+  }
+  if constexpr (HasArrayForm<Objective>) {
+    if (variant == "array") return std::make_unique<ArrayTape<Objective, double>>(objective);
+    if (variant == "array-float") return std::make_unique<ArrayTape<Objective, float>>(objective);
+  }
+  return nullptr;
+}
 
 template <class Objective>
-class HandAdjoint final : public Computation {
- public:
-  explicit HandAdjoint(const Objective& objective) : objective_(objective), x_(objective.start()) {
-    gradient_.resize(x_.size());
+[[nodiscard]] Made make(const Objective& objective, const std::string& variant, std::ptrdiff_t threads) {
+  if (variant == "plain") return std::make_unique<PlainValue<Objective>>(objective);
+  if (variant == "hand") return std::make_unique<HandAdjoint<Objective>>(objective);
+  if constexpr (std::is_same_v<Objective, BundleJacobian>) {
+    return make_jacobian(objective, variant);
+  } else {
+    if (variant == "scalar" && threads > 1)
+      return std::make_unique<OnThreads<ScalarTape<Objective>>>(objective, threads);
+    if (variant == "scalar") return std::make_unique<ScalarTape<Objective>>(objective);
+    if (variant == "scalar-8-roots") return std::make_unique<VectorSweeps<Objective>>(objective);
+    if (variant == "hessian-product") return std::make_unique<HessianTimesVector<Objective>>(objective);
+    using Replayed = ReplayedRecording<Objective>;
+    if (variant == "replay") return std::make_unique<Replayed>(objective, Guards::record);
+    if (variant == "replay-unguarded") return std::make_unique<Replayed>(objective, Guards::ignore);
+    return make_array(objective, variant);
   }
-  void run() override { value_ = hand_adjoint(objective_, x_.data(), gradient_.data()); }
-
- private:
-  Objective objective_;
-  std::vector<double> x_;
-};
-
-/// Records and reverses, keeping the tape's memory from run to run.
-template <class Objective>
-class ScalarTape final : public Computation {
- public:
-  explicit ScalarTape(const Objective& objective)
-      : objective_(objective), x_(objective.start()), inputs_(x_.size()) {
-    gradient_.resize(x_.size());
-  }
-  void run() override {
-    const auto scope = tape_.activate();
-    tape_.clear();
-    tape_.input(x_, inputs_);
-    const Variable<double> result = objective_(inputs_.data());
-    value_ = result.value();
-    tape_.reverse(result);
-    tape_.adjoints(inputs_, gradient_);
-  }
-
- private:
-  Objective objective_;
-  std::vector<double> x_;
-  Tape<double> tape_;
-  std::vector<Variable<double>> inputs_;
-};
-
-/// Evaluates a recording made beforehand.
-template <class Objective>
-class ReplayedRecording final : public Computation {
- public:
-  ReplayedRecording(const Objective& objective, Guards guards)
-      : x_(objective.start()), replay_([&](const auto* x) { return objective(x); }, x_, guards) {
-    gradient_.resize(x_.size());
-  }
-  void run() override { value_ = replay_.gradient(x_, gradient_); }
-
- private:
-  std::vector<double> x_;
-  Replay<double> replay_;
-};
+}
 
 }  // namespace
 }  // namespace tapestry::benchmarks
@@ -82,16 +66,11 @@ class ReplayedRecording final : public Computation {
 int main(int argc, char** argv) {
   using namespace tapestry::benchmarks;
   return run_worker(argc, argv,
-                    []<class Objective>(const Objective& objective,
-                                        const std::string& variant) -> std::unique_ptr<Computation> {
-                      if (variant == "plain") return std::make_unique<PlainValue<Objective>>(objective);
-                      if (variant == "hand") return std::make_unique<HandAdjoint<Objective>>(objective);
-                      if (variant == "scalar") return std::make_unique<ScalarTape<Objective>>(objective);
-                      using Replayed = ReplayedRecording<Objective>;
-                      if (variant == "replay")
-                        return std::make_unique<Replayed>(objective, tapestry::Guards::record);
-                      if (variant == "replay-unguarded")
-                        return std::make_unique<Replayed>(objective, tapestry::Guards::ignore);
-                      return nullptr;
+                    [](const auto& objective, const std::string& variant, std::ptrdiff_t threads) -> Made {
+                      if constexpr (std::is_same_v<std::remove_cvref_t<decltype(objective)>, FloatSum>) {
+                        return make_sum(objective, variant);
+                      } else {
+                        return make(objective, variant, threads);
+                      }
                     });
 }

@@ -23,9 +23,12 @@ class Computation {
   Computation& operator=(const Computation&) = delete;
   virtual ~Computation() = default;
   virtual void run() = 0;
+  /// Brings value and gradient to where save() finds them, if run() did not.
+  virtual void finish() {}
   [[nodiscard]] std::string name() const { return "autodiff"; }
   /// Writes value and gradient, in double.
-  void save(const std::string& path) const {
+  virtual void save(const std::string& path) {
+    finish();
     std::ofstream file(path, std::ios::binary);
     file.write(reinterpret_cast<const char*>(&value_), sizeof value_);
     file.write(reinterpret_cast<const char*>(gradient_.data()),
@@ -38,20 +41,34 @@ class Computation {
   std::vector<double> gradient_{};
 };
 
+/// The derivatives of an objective: of a Jacobian, its entries.
+template <class Objective>
+[[nodiscard]] std::size_t entry_count(const Objective& objective) {
+  if constexpr (requires { Objective::entries; }) {
+    return Objective::entries;
+  } else {
+    return objective.start().size();
+  }
+}
+
 /// The main function of a program that computes objectives.
-/// \param make  make(objective, variant) returns the Computation, or null if there is no such variant
+/// \param make  make(objective, variant, threads) returns the Computation, or null if there is no such
+/// variant
 template <class Make>
 int run_worker(int argc, char** argv, Make make) {
   CLI::App app("Differentiates an objective again and again, for the benchmark that starts it.");
   std::string case_name;
   std::string variant;
   app.add_option("--case", case_name, "Objective")->required();
+  std::ptrdiff_t threads = 1;
   app.add_option("--variant", variant, "How it is differentiated");
+  app.add_option("--threads", threads, "How many of them are computed side by side")
+      ->check(CLI::Range(1, 1024));
   return examples::run_program(app, argc, argv, [&] {
     Replies replies;
     std::unique_ptr<Computation> computation;
     for_each_objective([&](const auto& objective) {
-      if (objective.name == case_name) computation = make(objective, variant);
+      if (objective.name == case_name) computation = make(objective, variant, threads);
     });
     if (!computation)
       throw Error(ErrorKind::usage, "there is no variant '" + variant + "' of '" + case_name + "'");

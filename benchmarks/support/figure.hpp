@@ -78,10 +78,10 @@ class PanelDrawing {
     step_ = round_step(largest_speed_, 4);
     top_speed_ = step_ * std::ceil(largest_speed_ * 1.08 / step_);
     if (!panel.is_speed_logarithmic) return;
-    double least_speed = largest_speed_;
-    for (const Point& point : panel.points) least_speed = std::min(least_speed, point.speed);
-    bottom_speed_ = std::pow(10, std::floor(std::log10(least_speed / 1.3)));
-    top_speed_ = std::pow(10, std::ceil(std::log10(largest_speed_ * 1.3)));
+    double smallest_speed = largest_speed_;
+    for (const Point& point : panel.points) smallest_speed = std::min(smallest_speed, point.speed);
+    bottom_decade_ = static_cast<int>(std::floor(std::log10(smallest_speed / 1.3)));
+    top_decade_ = std::max(static_cast<int>(std::ceil(std::log10(largest_speed_ * 1.3))), bottom_decade_ + 1);
   }
 
   [[nodiscard]] std::string svg() {
@@ -102,10 +102,12 @@ class PanelDrawing {
   }
   [[nodiscard]] double y(double speed) const {
     const double part = panel_.is_speed_logarithmic
-                            ? std::log10(speed / bottom_speed_) / std::log10(top_speed_ / bottom_speed_)
+                            ? (std::log10(speed) - bottom_decade_) / (top_decade_ - bottom_decade_)
                             : speed / top_speed_;
     return top_ + height - plot_bottom - part * (height - plot_top - plot_bottom);
   }
+  /// Where the axis of errors lies.
+  [[nodiscard]] double bottom() const { return top_ + height - plot_bottom; }
 
   void text(double x, double y, const char* style, const std::string& words) {
     svg_ += "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" class=\"" + style + "\">" + words +
@@ -117,30 +119,36 @@ class PanelDrawing {
   }
 
   void draw_axes() {
-    const double bottom = y(bottom_speed_);
     const double right = left_ + width - plot_right;
-    for (double speed = bottom_speed_; speed <= top_speed_ * 1.001;
-         speed = panel_.is_speed_logarithmic ? 10 * speed : speed + step_) {
-      line(left_ + plot_left, y(speed), right, y(speed), speed == bottom_speed_ ? "axis" : "grid");
-      char label[32];
-      std::snprintf(label, sizeof label, "%g", speed);
-      const int exponent = static_cast<int>(std::lround(std::log10(std::max(speed, 1e-30))));
-      text(left_ + plot_left - 5, y(speed) + 4, "tick end",
-           panel_.is_speed_logarithmic ? power_of_ten(exponent) : label);
+    if (panel_.is_speed_logarithmic) {
+      for (int decade = bottom_decade_; decade <= top_decade_; ++decade)
+        draw_speed(std::pow(10, decade), power_of_ten(decade), decade == bottom_decade_);
+    } else {
+      for (double speed = 0; speed <= top_speed_ * 1.001; speed += step_) {
+        char label[32];
+        std::snprintf(label, sizeof label, "%g", speed);
+        draw_speed(speed, label, speed == 0);
+      }
     }
+    const int label_step = (last_decade_ - first_decade_ + 5) / 6;  // labels that do not touch
     for (int decade = first_decade_; decade <= last_decade_; ++decade) {
       const double at = x(std::pow(10, decade));
-      line(at, top_ + plot_top, at, bottom, "grid");
-      text(at, bottom + 15, "tick middle", power_of_ten(decade));
+      line(at, top_ + plot_top, at, bottom(), "grid");
+      if ((decade - first_decade_) % label_step == 0)
+        text(at, bottom() + 15, "tick middle", power_of_ten(decade));
     }
-    text((left_ + plot_left + right) / 2, bottom + 31, "tick middle", "error, relative L2");
+    text((left_ + plot_left + right) / 2, bottom() + 31, "tick middle", "error, relative L2");
+  }
+  void draw_speed(double speed, const std::string& label, bool is_axis) {
+    line(left_ + plot_left, y(speed), left_ + width - plot_right, y(speed), is_axis ? "axis" : "grid");
+    text(left_ + plot_left - 5, y(speed) + 4, "tick end", label);
   }
 
   /// Stairs: between two points of the front nothing is faster than the one on the left.
   void draw_front() {
     const auto front = pareto_front(panel_.points);
     if (front.empty()) return;
-    std::string path = "M" + number(x(front.front().error)) + " " + number(y(bottom_speed_));
+    std::string path = "M" + number(x(front.front().error)) + " " + number(bottom());
     for (const Point& point : front) path += "V" + number(y(point.speed)) + "H" + next_x(front, point);
     svg_ += "<path d=\"" + path + "\" class=\"front\"/>\n";
   }
@@ -175,14 +183,14 @@ class PanelDrawing {
   /// Puts a label beside its point, or as near as there is room.
   void draw_label(const Point& point, const std::string& style, std::vector<Box>& taken) {
     const double label_width = 6.6 * static_cast<double>(point.label.size());
-    for (const double shift : {0.0, -13.0, 13.0, -26.0, 26.0, -39.0, 39.0}) {
+    for (const double shift : {0.0, -13.0, 13.0, -26.0, 26.0, -39.0, 39.0, -52.0, 52.0, -65.0, 65.0}) {
       for (const bool is_left : {false, true}) {
         const double begin = x(point.error) + (is_left ? -8 : 8);
         const double middle = y(point.speed) + shift;
         const Box box{is_left ? begin - label_width : begin, is_left ? begin : begin + label_width,
                       middle - 6, middle + 6};
         const bool is_inside =
-            box.left > left_ + plot_left && box.right < left_ + width && box.bottom < y(bottom_speed_) + 1;
+            box.left > left_ + plot_left && box.right < left_ + width && box.bottom < bottom() + 1;
         const bool is_free =
             std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return box.overlaps(other); });
         if (!is_inside || !is_free) continue;
@@ -199,10 +207,9 @@ class PanelDrawing {
   double top_;
   double largest_speed_ = 0;
   double top_speed_ = 1;
-  double bottom_speed_ = 0;
   double step_ = 1;
-  int first_decade_ = 0;
-  int last_decade_ = 1;
+  int first_decade_ = 0, last_decade_ = 1;  // of errors
+  int bottom_decade_ = 0, top_decade_ = 1;  // of speeds, on a logarithmic axis
   std::string svg_;
 };
 }  // namespace detail

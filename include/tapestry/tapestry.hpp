@@ -16,6 +16,8 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_memory.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/compressed_array_jacobian.hpp>
+#include <tapestry/autodiff/compressed_jacobian.hpp>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/dual_number.hpp>
@@ -24,7 +26,9 @@
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/autodiff/huge_page_allocator.hpp>
+#include <tapestry/autodiff/index_sets.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
+#include <tapestry/autodiff/jacobian_pattern.hpp>
 #include <tapestry/autodiff/operand_counts.hpp>
 #include <tapestry/autodiff/polygamma.hpp>
 #include <tapestry/autodiff/record.hpp>
@@ -38,6 +42,8 @@
 #include <tapestry/autodiff/segment.hpp>
 #include <tapestry/autodiff/shared.hpp>
 #include <tapestry/autodiff/statement.hpp>
+#include <tapestry/autodiff/statement_operands.hpp>
+#include <tapestry/autodiff/tangent_sweep.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/autodiff/tape_state.hpp>

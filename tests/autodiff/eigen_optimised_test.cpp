@@ -1,8 +1,10 @@
 #include <tapestry/autodiff/eigen.hpp>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -91,6 +93,20 @@ TEST_CASE("Cholesky decompositions of variables are differentiated", "[autodiff]
     const Matrix3<S> a = matrix_of(x);
     const Matrix3<S> positive = a * a.transpose();
     return S(positive.llt().solve(side_of(x)).squaredNorm() + positive.ldlt().solve(side_of(x)).sum());
+  });
+}
+
+TEST_CASE("eigenvalues and singular values of variables are differentiated", "[autodiff][eigen]") {
+  check_on_tape([]<class S>(const std::vector<S>& x) {
+    const Matrix3<S> a = matrix_of(x);
+    const Matrix3<S> symmetric = a + a.transpose();
+    const Eigen::SelfAdjointEigenSolver<Matrix3<S>> solver(symmetric);
+    const Vector3<S> turned = solver.eigenvectors().transpose() * side_of(x);
+    return S(exp(solver.eigenvalues()(0) / 8) + solver.eigenvalues()(2) * turned(1) * turned(1));
+  });
+  check_on_tape([]<class S>(const std::vector<S>& x) {
+    const Eigen::JacobiSVD<Matrix3<S>> svd(matrix_of(x));
+    return S(log(svd.singularValues()(0)) + svd.singularValues()(2));
   });
 }
 

@@ -183,6 +183,38 @@ TEST_CASE("derivatives of powers are within 4 ulp over their range", "[autodiff]
         points(-1e150, 1e150));
 }
 
+TEST_CASE("derivatives of lengths, fma, fmod and remainder are within 4 ulp over their range",
+          "[autodiff][accuracy]") {
+  for (const double y : {-3e5, 0.7, 1e150}) {
+    const auto wide = static_cast<Wide>(y);
+    const auto length = [=](Wide x, Wide z) { return std::hypot(std::hypot(x, wide), z); };
+    check_ulps(
+        "hypot", [=](auto x) { return hypot(x, y); }, [=](Wide x) { return x / std::hypot(x, wide); },
+        points(-1e300, 1e300));
+    check_ulps(
+        "hypot of three", [=](auto x) { return hypot(y, x, 2.5); },
+        [=](Wide x) { return x / length(x, 2.5L); }, points(-1e300, 1e300));
+    check_ulps(
+        "hypot of three, twice", [=](auto x) { return hypot(x, y, x); },
+        [=](Wide x) { return 2 * x / length(x, x); }, points(-1e300, 1e300));
+    check_ulps(
+        "fma by a factor", [=](auto x) { return fma(x, y, 3.0); }, [=](Wide) { return wide; },
+        points(-1e150, 1e150));
+    check_ulps(
+        "fma by the summand", [=](auto x) { return fma(y, 3.0, x); }, [=](Wide) { return 1; },
+        points(-1e150, 1e150));
+    check_ulps(
+        "fmod by x", [=](auto x) { return fmod(x, y); }, [](Wide) { return 1; }, points(-1e10, 1e10));
+  }
+  // The quotient of long doubles is right as long as it has at most 64 bits and no jump within a rounding.
+  check_ulps(
+      "fmod by y", [](auto y) { return fmod(1e6, y); }, [](Wide y) { return -std::trunc(1e6L / y); },
+      points(0.1, 1e5));
+  check_ulps(
+      "remainder by y", [](auto y) { return remainder(1e6, y); }, [](Wide y) { return -std::rint(1e6L / y); },
+      points(0.1, 1e5));
+}
+
 TEST_CASE("derivatives of the error functions are within 4 ulp over their range", "[autodiff][accuracy]") {
   const auto bell = [](Wide x) { return 2 * inv_sqrtpi * std::exp(-x * x); };
   check_ulps(

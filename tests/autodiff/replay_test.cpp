@@ -178,3 +178,26 @@ TEST_CASE("variables do not leave their recording, and a throwing function ends 
   CHECK(first.value(std::vector<double>{5}) == 10);
   CHECK_FALSE(Replayable<double>(Replayable<double>(2.0) * 3).is_active());
 }
+
+TEST_CASE("fma and hypot of three replay, with constants among their arguments", "[autodiff][replay]") {
+  const auto f = [](const auto* x) {
+    using S = std::remove_cvref_t<decltype(*x)>;
+    const S product = fma(x[0], x[1], x[2]), scaled = fma(2.0, product, x[0]);
+    return S(hypot(x[0], scaled * x[1], x[2]) + hypot(x[1], 3.0, product) + fma(x[2], x[2], 1.0));
+  };
+  Replay<double> replay(f, std::vector<double>{1, 2, 3});
+  CHECK(replay.statement_count() == 3);
+  std::vector<double> gradient(3);
+  for (const std::vector<double>& x : {std::vector<double>{1, 2, 3}, {-0.5, 4, 0.25}, {0, 0, 0}}) {
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    const std::vector<Variable<double>> inputs = {tape.input(x[0]), tape.input(x[1]), tape.input(x[2])};
+    const Variable<double> root = f(inputs.data());
+    tape.reverse(root);
+    CHECK(replay.gradient(x, gradient) == root.value());
+    for (std::size_t i = 0; i < 3; ++i) CHECK(gradient[i] == inputs[i].adjoint());
+  }
+  // By hand at (0, 4, 0): fma(x, y, z) = 0, and the first hypot is at its origin.
+  CHECK(replay.gradient(std::vector<double>{0, 4, 0}, gradient) == 6);
+  CHECK(gradient == std::vector<double>{0, 0.8, 0});
+}

@@ -75,9 +75,9 @@ inline void require_as_many(const char* operation, const char* what, std::size_t
 /// Records f on a tape of duals, calls `seed(i)` for the tangents of input i, sweeps back, and calls
 /// `take(i, adjoint of input i)`. Returns the root.
 template <class D, class Function, class T, class Seed, class Take>
-D sweep_duals(const Function& f, std::span<const T> x, Seed seed, Take take) {
-  Tape<D> tape;
+D sweep_duals(Tape<D>& tape, const Function& f, std::span<const T> x, Seed seed, Take take) {
   const auto scope = tape.activate();
+  tape.clear();
   std::vector<Variable<D>> inputs;
   inputs.reserve(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) inputs.push_back(tape.input(D(x[i], seed(i))));
@@ -88,23 +88,42 @@ D sweep_duals(const Function& f, std::span<const T> x, Seed seed, Take take) {
 }
 }  // namespace detail
 
-/// The Hessian at x times the direction v, and the gradient on the way: forward over reverse, one tape of
-/// duals, at about twice the cost of a gradient. \throws DomainError if there are not as many entries of v as
-/// of x
+/// The Hessian of one function times directions, and its gradient on the way: forward over reverse, on a tape
+/// of duals that is kept from call to call, at about twice the cost of a gradient.
+///
+///   HessianProducts products(f);
+///   const auto [value, gradient, product] = products(x, v);
+template <class Function, std::floating_point T = double>
+class HessianProducts {
+  using D = Dual<T, 1, Function>;
+
+ public:
+  explicit HessianProducts(Function f) : f_(std::move(f)) {}
+
+  /// \throws DomainError if there are not as many entries of v as of x
+  [[nodiscard]] HessianProduct<T> operator()(std::span<const T> x, std::span<const T> v) {
+    detail::require_as_many("hessian_product", "the direction", v.size(), x.size());
+    HessianProduct<T> result{T(0), std::vector<T>(x.size()), std::vector<T>(x.size())};
+    const D root = detail::sweep_duals<D>(
+        tape_, f_, x, [&](std::size_t i) { return std::array<T, 1>{v[i]}; },
+        [&](std::size_t i, const D& adjoint) {
+          result.gradient[i] = adjoint.value();
+          result.product[i] = adjoint.tangent();
+        });
+    result.value = root.value();
+    return result;
+  }
+
+ private:
+  Function f_;
+  Tape<D> tape_;
+};
+
+/// The same once, on a tape of its own. \throws DomainError if there are not as many entries of v as of x
 template <std::floating_point T = double, class Function>
 [[nodiscard]] HessianProduct<T> hessian_product(const Function& f, std::span<const std::type_identity_t<T>> x,
                                                 std::span<const std::type_identity_t<T>> v) {
-  detail::require_as_many("hessian_product", "the direction", v.size(), x.size());
-  using D = Dual<T, 1, Function>;
-  HessianProduct<T> result{T(0), std::vector<T>(x.size()), std::vector<T>(x.size())};
-  const D root = detail::sweep_duals<D>(
-      f, x, [&](std::size_t i) { return std::array<T, 1>{v[i]}; },
-      [&](std::size_t i, const D& adjoint) {
-        result.gradient[i] = adjoint.value();
-        result.product[i] = adjoint.tangent();
-      });
-  result.value = root.value();
-  return result;
+  return HessianProducts<Function, T>(f)(x, v);
 }
 
 /// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
@@ -114,13 +133,14 @@ template <std::floating_point T = double, class Function>
   using D = Dual<T, width, Function>;
   const std::size_t n = x.size();
   std::vector<T> result(n * n);
+  Tape<D> tape;
   for (std::size_t first = 0; first < n; first += width) {
     const auto seed = [&](std::size_t i) {
       std::array<T, width> tangents{};
       if (i >= first && i < first + width) tangents[i - first] = T(1);
       return tangents;
     };
-    detail::sweep_duals<D>(f, x, seed, [&](std::size_t i, const D& adjoint) {
+    detail::sweep_duals<D>(tape, f, x, seed, [&](std::size_t i, const D& adjoint) {
       for (std::size_t k = 0; k < width && first + k < n; ++k) result[i * n + first + k] = adjoint.tangent(k);
     });
   }

@@ -75,6 +75,13 @@ struct LeafCounts<Binary<Operation, X, Y>> {
   static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
   static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants;
 };
+template <class Operation, class X, class Y, class Z>
+struct LeafCounts<Ternary<Operation, X, Y, Z>> {
+  static constexpr std::size_t variables =
+      LeafCounts<Binary<Operation, X, Y>>::variables + LeafCounts<Z>::variables;
+  static constexpr std::size_t constants =
+      LeafCounts<Binary<Operation, X, Y>>::constants + LeafCounts<Z>::constants;
+};
 
 /// Statements of expression type E. Those with costly functions keep their partial derivatives from the way
 /// forwards; others compute them again, which needs no memory.

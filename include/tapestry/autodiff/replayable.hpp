@@ -28,6 +28,9 @@ struct ReplayRecorder {
 
 template <class E>
 [[nodiscard]] Link record_replayable(const E& formula);
+
+template <class Operation, class X, class Y, class Z>
+class Ternary;  // of functions/ternary.hpp
 }  // namespace detail
 
 /// The scalar of functions to be replayed. Like a Variable, but its operations are remembered by what they
@@ -123,7 +126,6 @@ template <class T, class X>
 }
 
 }  // namespace detail
-
 /// Called by comparisons of Replayable formulas.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>

@@ -128,7 +128,7 @@ class ViewCursor {
     values_ = step == 1 ? from : copy_;
     if (step == 1) return;
     T* const copy = copy_;
-    for_block(count, [=](std::size_t i) { copy[i] = from[static_cast<std::ptrdiff_t>(i) * step]; });
+    for (std::size_t i = 0; i < count; ++i) copy[i] = from[static_cast<std::ptrdiff_t>(i) * step];
   }
 
  protected:

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <memory>
 #include <tapestry/autodiff/array_expression/node_cursors.hpp>
 #include <tapestry/autodiff/record.hpp>
@@ -160,6 +161,42 @@ template <ArrayExpression E>
       [&](const auto&... leaves) { return record_scalar(static_cast<T>(sum.total()), pullback, leaves...); },
       node.leaves());
 }
+
+template <class E>
+inline constexpr bool is_matrix_view = false;
+template <class T, std::size_t Whole>
+inline constexpr bool is_matrix_view<ArrayView<T, Whole, 2>> = true;
+
+/// Whether neighbours in the whole array are neighbours in a column rather than in a row.
+template <class T, std::size_t Whole>
+[[nodiscard]] bool stands_on_its_side(const ArrayView<T, Whole, 2>& view) {
+  return view.strides()[0] != 0 && std::abs(view.strides()[0]) < std::abs(view.strides()[1]);
+}
+
+/// Calls visit(element of the whole array, element of the view) for all of a matrix on its side, column by
+/// column, so that the whole is gone through in order.
+template <class T, std::size_t Whole, class Visit>
+void for_each_on_its_side(const ArrayView<T, Whole, 2>& view, Visit visit) {
+  const std::size_t rows = view.shape()[0], columns = view.shape()[1];
+  for (std::size_t j = 0; j < columns; ++j) {
+    std::ptrdiff_t at = view.offset() + static_cast<std::ptrdiff_t>(j) * view.strides()[1];
+    for (std::size_t i = 0; i < rows; ++i, at += view.strides()[0]) visit(at, i * columns + j);
+  }
+}
+
+template <class T, std::size_t Whole>
+[[nodiscard]] ArrayVariable<T, 2> evaluate_on_its_side(const ArrayView<T, Whole, 2>& view) {
+  const auto value = shared_array<T, 2>(view.shape(), memory_for(view));
+  const T* const from = view.whole().value().data();
+  T* const to = value->data();
+  for_each_on_its_side(view, [=](std::ptrdiff_t at, std::size_t place) { to[place] = from[at]; });
+  const auto pullback = [view](const Array<T, 2>& value_adjoint, Array<T, Whole>* whole_adjoint) {
+    const T* const g = value_adjoint.data();
+    T* const whole = whole_adjoint->data();
+    for_each_on_its_side(view, [=](std::ptrdiff_t at, std::size_t place) { whole[at] += g[place]; });
+  };
+  return record_array(std::shared_ptr<const Array<T, 2>>(value), pullback, view.whole());
+}
 }  // namespace detail
 
 /// The value of a formula, computed in one pass over its elements and recorded as one operation, whose
@@ -167,6 +204,9 @@ template <ArrayExpression E>
 template <ArrayExpression E>
 [[nodiscard]] ArrayVariable<typename E::ArrayScalar, E::rank> evaluated(const E& node) {
   using T = typename E::ArrayScalar;
+  if constexpr (detail::is_matrix_view<E>) {
+    if (detail::stands_on_its_side(node)) return detail::evaluate_on_its_side(node);
+  }
   constexpr std::size_t rank = E::rank;
   constexpr std::size_t kept_count = E::kept_count - (detail::is_costly_node<E> ? 1 : 0);
   const auto value = detail::shared_array<T, rank>(node.shape(), detail::memory_for(node));

@@ -2,36 +2,12 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <tapestry/autodiff/array_expression/block_loop.hpp>
 #include <tapestry/autodiff/array_memory.hpp>  // count_of
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 
 namespace tapestry::detail {
-
-/// Elements of a row that are computed at once: small enough for all of an expression's blocks to stay in the
-/// first-level cache.
-inline constexpr std::size_t array_block = 256;
-
-/// Calls body(i) for i < count, at most a block, where the bodies may run in any order and side by side. A
-/// whole block has a loop of its own, of constant length.
-template <class Body>
-inline void for_block(std::size_t count, Body body) {
-  if (count == array_block) {
-#if defined(__clang__)
-#pragma clang loop vectorize(assume_safety)
-#elif defined(__GNUC__)
-#pragma GCC ivdep
-#endif
-    for (std::size_t i = 0; i < array_block; ++i) body(i);
-  } else {
-#if defined(__clang__)
-#pragma clang loop vectorize(assume_safety)
-#elif defined(__GNUC__)
-#pragma GCC ivdep
-#endif
-    for (std::size_t i = 0; i < count; ++i) body(i);
-  }
-}
 
 /// Steps between elements along each axis, in elements.
 template <std::size_t Rank>

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <tapestry/autodiff/array_functions/elementwise.hpp>
+#include <tapestry/autodiff/array_functions/product_kernel.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -10,44 +11,23 @@
 namespace tapestry {
 namespace detail {
 
-/// c[m, n] += a[m, k] · b[k, n], row by row.
+/// c[m, n] += a[m, k] · b[k, n]
 template <class T>
 void add_product(const Array<T, 2>& a, const Array<T, 2>& b, Array<T, 2>& c) {
-  const std::size_t columns = b.shape(1);
-  for (std::size_t i = 0; i < a.shape(0); ++i)
-    for (std::size_t k = 0; k < a.shape(1); ++k) {
-      const T factor = a(i, k);
-      const T* const from = b.data() + k * columns;
-      T* const to = c.data() + i * columns;
-      for (std::size_t j = 0; j < columns; ++j) to[j] += factor * from[j];
-    }
+  add_product<T>({a.data(), a.shape(1), 1, b.data(), c.data(), a.shape(0), a.shape(1), b.shape(1)});
 }
 
 /// c[m, n] += a[m, k] · b[n, k]ᵀ
 template <class T>
 void add_product_transposed(const Array<T, 2>& a, const Array<T, 2>& b, Array<T, 2>& c) {
-  const std::size_t depth = a.shape(1);
-  for (std::size_t i = 0; i < a.shape(0); ++i)
-    for (std::size_t j = 0; j < b.shape(0); ++j) {
-      const T* const row_a = a.data() + i * depth;
-      const T* const row_b = b.data() + j * depth;
-      T total = 0;
-      for (std::size_t k = 0; k < depth; ++k) total += row_a[k] * row_b[k];
-      c(i, j) += total;
-    }
+  const auto turned = transposed(b.data(), b.shape(0), b.shape(1));
+  add_product<T>({a.data(), a.shape(1), 1, turned.data(), c.data(), a.shape(0), a.shape(1), b.shape(0)});
 }
 
 /// c[m, n] += a[k, m]ᵀ · b[k, n]
 template <class T>
 void add_transposed_product(const Array<T, 2>& a, const Array<T, 2>& b, Array<T, 2>& c) {
-  const std::size_t columns = b.shape(1);
-  for (std::size_t k = 0; k < a.shape(0); ++k)
-    for (std::size_t i = 0; i < a.shape(1); ++i) {
-      const T factor = a(k, i);
-      const T* const from = b.data() + k * columns;
-      T* const to = c.data() + i * columns;
-      for (std::size_t j = 0; j < columns; ++j) to[j] += factor * from[j];
-    }
+  add_product<T>({a.data(), 1, a.shape(1), b.data(), c.data(), a.shape(1), a.shape(0), b.shape(1)});
 }
 
 template <class T>
@@ -87,7 +67,7 @@ template <class T>
 }  // namespace detail
 
 /// a · b of [M, K] and [K, N], giving [M, N]; one is an array variable or a formula, the other may be a plain
-/// array. Meant for small products: plain loops in one thread. \throws ShapeError if the inner extents differ
+/// array. In one thread. \throws ShapeError if the inner extents differ
 template <class A, class B>
 requires detail::ArrayPair<A, B>
 [[nodiscard]] auto matmul(const A& a, const B& b) {

@@ -1,10 +1,12 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/functions/power.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <type_traits>
 
 namespace tapestry {
 namespace detail {
@@ -44,17 +46,46 @@ class Ternary {
  public:
   using ExpressionScalar = typename X::ExpressionScalar;
   using T = ExpressionScalar;
+  static_assert(std::is_same_v<T, typename Y::ExpressionScalar> &&
+                    std::is_same_v<T, typename Z::ExpressionScalar>,
+                "variables of float and double do not mix");
   static constexpr std::size_t operand_bound = X::operand_bound + Y::operand_bound + Z::operand_bound;
+  template <class Factor>
+  static constexpr OperandCounts operand_counts =
+      counts_of_expression<X, Chained<Factor, T>>() + counts_of_expression<Y, Chained<Factor, T>>() +
+      counts_of_expression<Z, Chained<Factor, T>>();
+  static constexpr bool always_pushes_all =
+      !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>() && pushes_all<Z>();
+  static constexpr bool observes_comparisons = detail::observes_comparisons<X>() ||
+                                               detail::observes_comparisons<Y>() ||
+                                               detail::observes_comparisons<Z>();
+  static constexpr bool is_cheap = false;
+
   Ternary(const X& x, const Y& y, const Z& z)
       : x_(x), y_(y), z_(z), value_(Operation::value(x.value(), y.value(), z.value())) {}
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active() || y_.is_active() || z_.is_active(); }
-  template <class Sink>
-  void push(T factor, Sink& sink) const {
+  [[nodiscard]] std::uint64_t difference(Link link) const {
+    return detail::difference(x_, link) | detail::difference(y_, link) | detail::difference(z_, link);
+  }
+  template <class Factor, class Sink>
+  void push(Factor factor, Sink& sink) const {
     const std::array<T, 3> partials = Operation::partials(x_.value(), y_.value(), z_.value(), value_);
-    push_partial<Operation>(x_, factor, partials[0], sink);
-    push_partial<Operation>(y_, factor, partials[1], sink);
-    push_partial<Operation>(z_, factor, partials[2], sink);
+    if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, partials[0], sink);
+    if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, partials[1], sink);
+    if constexpr (Z::operand_bound != 0) push_partial<Operation>(z_, factor, partials[2], sink);
+  }
+  template <class Leaves>
+  void write(Leaves& leaves) const {
+    x_.write(leaves);
+    y_.write(leaves);
+    z_.write(leaves);
+  }
+  template <class Leaves>
+  [[nodiscard]] static Ternary read(Leaves& leaves) {
+    const X x = X::read(leaves);  // the order matters
+    const Y y = Y::read(leaves);
+    return Ternary(x, y, Z::read(leaves));
   }
 
  private:

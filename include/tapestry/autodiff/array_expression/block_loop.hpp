@@ -1,0 +1,67 @@
+#pragma once
+#include <cstddef>
+#include <tapestry/core/instruction_set.hpp>
+
+namespace tapestry::detail {
+
+/// Elements of a row that are computed at once: small enough for all of an expression's blocks to stay in the
+/// first-level cache.
+inline constexpr std::size_t array_block = 256;
+
+/// Calls body(i) for `count` i from `first` on, a constant, where the bodies may run in any order and side by
+/// side.
+template <std::size_t count, class Body>
+[[gnu::always_inline]] inline void plain_group(std::size_t first, const Body& body) {
+#if defined(__clang__)
+#pragma clang loop vectorize(assume_safety)
+#elif defined(__GNUC__)
+#pragma GCC ivdep
+#endif
+  for (std::size_t i = 0; i < count; ++i) body(first + i);
+}
+
+/// Calls body(i) for i < count, likewise. Most run in loops of constant length, which compilers make loops of
+/// vectors even where they optimise little.
+template <class Body>
+[[gnu::always_inline]] inline void plain_block(std::size_t count, const Body& body) {
+  std::size_t first = 0;
+  for (; first + 64 <= count; first += 64) plain_group<64>(first, body);
+  for (; first + 16 <= count; first += 16) plain_group<16>(first, body);
+  for (; first < count; ++first) body(first);
+}
+
+// Sanitizers make these loops large and slow to compile, and look at all memory in the plain one as well.
+#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
+template <class Body>
+[[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma"), gnu::noinline]] void avx512_block(std::size_t count,
+                                                                                       const Body& body) {
+  const Body own = body;
+  plain_block(count, own);
+}
+template <class Body>
+[[gnu::target("avx2,fma"), gnu::noinline]] void avx2_block(std::size_t count, const Body& body) {
+  const Body own = body;
+  plain_block(count, own);
+}
+
+/// plain_block() in the best instructions that this processor has, whatever the program was compiled for. A
+/// product and the sum that it goes into may be rounded once, so that last bits differ among processors.
+template <class Body>
+inline void for_block(std::size_t count, const Body& body) {
+  switch (best_instruction_set()) {
+    case InstructionSet::avx512:
+      return avx512_block(count, body);
+    case InstructionSet::avx2:
+      return avx2_block(count, body);
+    default:
+      plain_block(count, body);
+  }
+}
+#else
+template <class Body>
+inline void for_block(std::size_t count, const Body& body) {
+  plain_block(count, body);
+}
+#endif
+
+}  // namespace tapestry::detail

@@ -1,0 +1,171 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <tapestry/autodiff/index_sets.hpp>
+#include <tapestry/autodiff/jacobian.hpp>
+#include <tapestry/autodiff/jacobian_pattern.hpp>
+#include <tapestry/autodiff/statement_operands.hpp>
+#include <tapestry/autodiff/tangent_sweep.hpp>
+#include <tapestry/core/error.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry {
+
+/// Which of `variables` each of `roots` was computed from, as entries (root, variable): found in one backward
+/// pass over the tape, that hands sets of roots on. An operand counts even where its partial derivative is 0;
+/// the side that max(), min(), abs() or a comparison did not take does not, so that a pattern serves other
+/// recordings that choose the same.
+/// \throws DomainError if a root or a variable is not on the tape, or if it holds operations with a pullback,
+///   such as those of arrays, which do not tell; JacobianPattern may then be made by hand
+template <std::floating_point T>
+[[nodiscard]] JacobianPattern sparsity_pattern(const Tape<T>& tape, std::span<const Variable<T>> roots,
+                                               std::span<const Variable<T>> variables) {
+  const auto& state = *tape.shared_state();
+  detail::require_no_records("sparsity_pattern", state);
+  for (const auto& variable : variables) state.require_own_if_active(variable.link());
+  detail::IndexSets sets;
+  detail::PendingSets pending(state.statement_count() + 1);
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    state.require_own_if_active(roots[i].link());
+    if (roots[i].is_active())
+      pending.add(roots[i].link().index(), sets.single(static_cast<std::uint32_t>(i)));
+  }
+  std::vector<bool> is_wanted(state.statement_count() + 1, false);
+  for (const auto& variable : variables) is_wanted[variable.link().index()] = true;
+  std::vector<detail::IndexSets::Name> set_of(is_wanted.size(), 0);  // of those wanted
+  state.visit_backwards([&](const detail::StatementRun& run) {
+    const detail::Word* end = run.words_end;
+    for (std::size_t index = run.end_index; index-- > run.first_index;) {
+      const auto kind = run.kinds[index - run.first_index];
+      const auto set = pending.take(index, sets);
+      if (is_wanted[index]) set_of[index] = set;
+      end = detail::for_each_operand<T>(end, kind, [&](std::size_t operand, T) {
+        if (set != 0) pending.add(operand, set);
+      });
+    }
+  });
+  std::vector<JacobianPattern::Entry> entries;
+  for (std::size_t j = 0; j < variables.size(); ++j) {
+    if (!variables[j].is_active()) continue;
+    for (const auto root : sets.members(set_of[variables[j].link().index()])) entries.push_back({root, j});
+  }
+  return {roots.size(), variables.size(), std::move(entries)};
+}
+
+/// How a Jacobian of a known pattern is computed from few sweeps: backwards for rows that share no column, or
+/// forwards for columns that share no row, whichever takes fewer colours; backwards at a tie.
+class JacobianPlan {
+ public:
+  JacobianPlan() = default;
+  explicit JacobianPlan(JacobianPattern pattern)
+      : pattern_(std::move(pattern)),
+        rows_(colour_columns(pattern_.transposed())),
+        columns_(colour_columns(pattern_)),
+        goes_forward_(columns_.colour_count < rows_.colour_count) {}
+
+  [[nodiscard]] const JacobianPattern& pattern() const { return pattern_; }
+  [[nodiscard]] bool goes_forward() const { return goes_forward_; }
+  /// Directions that the sweeps take, eight of them each.
+  [[nodiscard]] std::size_t direction_count() const { return colouring().colour_count; }
+  /// Of the columns when it goes forward, else of the rows.
+  [[nodiscard]] const ColumnColouring& colouring() const { return goes_forward_ ? columns_ : rows_; }
+  /// Of the rows, whichever way it goes.
+  [[nodiscard]] const ColumnColouring& row_colouring() const { return rows_; }
+
+ private:
+  JacobianPattern pattern_;
+  ColumnColouring rows_, columns_;
+  bool goes_forward_ = false;
+};
+
+namespace detail {
+inline void require_pattern_of(const JacobianPattern& pattern, std::size_t roots, std::size_t variables,
+                               std::size_t values) {
+  if (pattern.row_count() != roots || pattern.column_count() != variables)
+    throw DomainError("compressed_jacobian: " + std::to_string(roots) + " roots and " +
+                      std::to_string(variables) + " variables, expected " +
+                      std::to_string(pattern.row_count()) + " and " + std::to_string(pattern.column_count()));
+  if (pattern.entry_count() != values)
+    throw DomainError("compressed_jacobian: room for " + std::to_string(values) + " entries, expected " +
+                      std::to_string(pattern.entry_count()));
+}
+
+template <class T>
+void compressed_forwards(const TapeState<T>& state, std::span<const Variable<T>> roots,
+                         std::span<const Variable<T>> variables, const JacobianPlan& plan,
+                         std::span<T> values) {
+  constexpr std::size_t width = 8;
+  const JacobianPattern& pattern = plan.pattern();
+  const auto& colour_of = plan.colouring().colour_of;
+  TangentVectors<T, width> tangents;
+  std::vector<std::size_t> directions(variables.size());
+  for (std::size_t first = 0; first < plan.direction_count(); first += width) {
+    for (std::size_t j = 0; j < directions.size(); ++j)
+      directions[j] = std::size_t(colour_of[j]) - first;  // of earlier colours it wraps around, beyond width
+    tangents.sweep(state, variables, directions);
+    for (std::size_t row = 0; row < roots.size(); ++row)
+      for (std::size_t e = pattern.row_begin(row); e < pattern.row_begin(row + 1); ++e)
+        if (const std::size_t direction = directions[pattern.column_of(e)]; direction < width)
+          values[e] = tangents.of(roots[row], direction);
+  }
+}
+
+/// Adjoints by sums of rows of the same colour, eight colours a sweep.
+template <class T>
+void compressed_backwards(const TapeState<T>& state, std::span<const Variable<T>> roots,
+                          std::span<const Variable<T>> variables, const JacobianPlan& plan,
+                          std::span<T> values) {
+  constexpr std::size_t width = 8;
+  const JacobianPattern& pattern = plan.pattern();
+  const auto& colour_of = plan.colouring().colour_of;
+  VectorAdjoints<T, width> adjoints;
+  std::size_t last = 0;
+  for (const auto& root : roots) last = std::max(last, std::size_t(root.link().index()));
+  const std::size_t input_count = state.leading_input_count();
+  for (std::size_t first = 0; first < plan.direction_count(); first += width) {
+    adjoints.start(last, input_count, false);
+    for (const auto& variable : variables) adjoints.keep(variable.link().index());
+    const auto lane_of = [&](std::size_t row) { return std::size_t(colour_of[row]) - first; };
+    for (std::size_t row = 0; row < roots.size(); ++row)
+      if (lane_of(row) < width && roots[row].is_active())
+        adjoints.view().at(roots[row].link().index(), adjoints)[lane_of(row)] += T(1);
+    state.visit_backwards([&](const StatementRun& run) { VectorSweep<T, width>::run(run, last, adjoints); });
+    adjoints.pass(0, true);
+    const auto adjoint_of = [&](const Link& link, std::size_t lane) {
+      const T* const found =
+          link.is_active() && link.index() < adjoints.size() ? adjoints.of(link.index()) : nullptr;
+      return found == nullptr ? T(0) : found[lane];
+    };
+    for (std::size_t row = 0; row < roots.size(); ++row)
+      for (std::size_t e = pattern.row_begin(row); e < pattern.row_begin(row + 1); ++e)
+        if (lane_of(row) < width)
+          values[e] = adjoint_of(variables[pattern.column_of(e)].link(), lane_of(row));
+  }
+}
+}  // namespace detail
+
+/// The entries of d roots / d variables that the plan's pattern names, in its order, of what the tape holds.
+/// Entries that the pattern wrongly leaves out are added to others.
+/// \throws DomainError if a root or a variable is not on the tape, or it holds operations with a pullback, or
+///   there are not as many roots, variables and values as the pattern has
+template <std::floating_point T>
+void compressed_jacobian(const Tape<T>& tape, std::span<const Variable<T>> roots,
+                         std::span<const Variable<T>> variables, const JacobianPlan& plan,
+                         std::span<T> values) {
+  const auto& state = *tape.shared_state();
+  detail::require_no_records("compressed_jacobian", state);
+  detail::require_pattern_of(plan.pattern(), roots.size(), variables.size(), values.size());
+  for (const auto& root : roots) state.require_own_if_active(root.link());
+  for (const auto& variable : variables) state.require_own_if_active(variable.link());
+  if (plan.goes_forward()) {
+    detail::compressed_forwards<T>(state, roots, variables, plan, values);
+  } else {
+    detail::compressed_backwards<T>(state, roots, variables, plan, values);
+  }
+}
+
+}  // namespace tapestry

@@ -1,0 +1,71 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tapestry/autodiff/compressed_array_jacobian.hpp>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/raster/texture_operator.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/simple_mesh.hpp"
+
+namespace raster = tapestry::raster;
+using tapestry::Array;
+using tapestry::JacobianPattern;
+using tapestry::JacobianPlan;
+using tapestry::Tape;
+
+TEST_CASE("the compressed Jacobian of a picture by its texels is the operator itself", "[raster][sparsity]") {
+  const auto mesh = tapestry::test::random_triangles(40, 5);
+  const std::size_t height = 24, width = 30;
+  const raster::TextureLayout layout{raster::TextureKind::cube, 0, 0, 1, 3};
+  const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
+  const auto picture =
+      raster::texture_operator<double>(mesh, std::vector<std::uint8_t>(mesh.faces.size(), 1),
+                                       tapestry::geometry::Camera{}, height, width, layout, warm, 2);
+  const auto start = tapestry::test::random_array<double>({picture.texel_count, 3}, 1);
+
+  // Channel c of pixel p depends on channel c of its texels.
+  std::vector<JacobianPattern::Entry> entries;
+  for (std::size_t row = 0; row < picture.pixels.size(); ++row)
+    for (std::size_t i = picture.row_begin[row]; i < picture.row_begin[row + 1]; ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        entries.push_back(
+            {picture.pixels[row] * std::size_t(3) + c, picture.texels_of[i] * std::size_t(3) + c});
+  const JacobianPlan plan(JacobianPattern(height * width * 3, start.size(), entries));
+  REQUIRE(plan.pattern().entry_count() > 500);
+
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto texels = tape.input(start);
+  const auto pullback = [&](const Array<double, 3>& g, Array<double, 2>* texels_adjoint) {
+    raster::render_adjoint(picture, g, *texels_adjoint);
+  };
+  const tapestry::ArrayVariable<double, 3> render =
+      tapestry::record_array(raster::render(picture, start), pullback, texels);
+  std::vector<double> values(plan.pattern().entry_count());
+  tapestry::compressed_jacobian<double>(tape, render, texels, plan, values);
+
+  std::vector<double> dense(render.size() * start.size());  // by differences: the picture is linear in texels
+  Array<double, 2> unit = tapestry::zeros<double, 2>(start.shape());
+  const auto dark = raster::render(picture, unit);
+  for (std::size_t j = 0; j < start.size(); ++j) {
+    unit.data()[j] = 1;
+    const auto lit = raster::render(picture, unit);
+    unit.data()[j] = 0;
+    for (std::size_t i = 0; i < lit.size(); ++i) dense[i * start.size() + j] = lit.data()[i] - dark.data()[i];
+  }
+  double worst = 0;
+  for (std::size_t row = 0; row < render.size(); ++row)
+    for (std::size_t e = plan.pattern().row_begin(row); e < plan.pattern().row_begin(row + 1); ++e) {
+      double& entry = dense[row * start.size() + plan.pattern().column_of(e)];
+      worst = std::max(worst, std::abs(entry - values[e]));
+      entry = 0;
+    }
+  CHECK(worst <= 1e-14);
+  CHECK(std::all_of(dense.begin(), dense.end(), [](double rest) { return rest == 0; }));
+  CHECK(plan.row_colouring().colour_count < start.size() / 3);
+}
