@@ -52,8 +52,7 @@ const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
                                            {"peer:adolc", "autodiff_adolc"},
                                            {"peer:adolc-fresh", "autodiff_adolc"}};
 
-/// Whether there is such a variant: long recurrences have no array form, and Jacobians have ways of their
-/// own.
+/// Whether there is such a variant: long recurrences have no array form, Jacobians have other ways.
 [[nodiscard]] bool applies(const Variant& variant, const std::string& objective) {
   const auto is_one_of = [](const std::string& name, std::initializer_list<const char*> names) {
     return std::find(names.begin(), names.end(), name) != names.end();

@@ -42,6 +42,14 @@ TEST_CASE("the policies of exp keep the errors that they document", "[autodiff][
   CHECK(worst_error<Exponential::vector, float>(-86, 88.7) <= 2 * ulpf);
 }
 
+TEST_CASE("exp by vectors ends where it says", "[autodiff][exponential]") {
+  using tapestry::detail::vector_exp;
+  CHECK(vector_exp(-707.5) == Approx(std::exp(-707.5)).epsilon(1e-15));
+  CHECK(vector_exp(-707.6) == 0);
+  CHECK(vector_exp(-86.8F) == Approx(std::exp(-86.8F)).epsilon(1e-6));
+  CHECK(vector_exp(-86.9F) == 0);
+}
+
 TEMPLATE_TEST_CASE("exp by vectors at its special points", "[autodiff][exponential]", float, double) {
   using T = TestType;
   const T infinity = std::numeric_limits<T>::infinity(), nan = std::numeric_limits<T>::quiet_NaN();

@@ -84,3 +84,13 @@ TEST_CASE("a product of matrices on the tape satisfies the adjoint identity", "[
   for (std::size_t i = 0; i < b.size(); ++i) right += b.adjoint().data()[i] * b_step.data()[i];
   CHECK(std::abs(left - right) <= 1e-12);
 }
+
+TEST_CASE("columns that are alike have sums that are alike, to the bit", "[autodiff][product]") {
+  constexpr std::size_t rows = 5, depth = 40, columns = 2 * 16 + 16 + 3;
+  std::vector<float> a(rows * depth), b(depth * columns), c(rows * columns, 1e8F);
+  for (std::size_t i = 0; i < a.size(); ++i) a[i] = static_cast<float>(i % 7) - 3;
+  for (std::size_t i = 0; i < b.size(); ++i) b[i] = 1 + static_cast<float>(i / columns % 3);
+  tapestry::detail::add_product(tapestry::detail::ProductArguments<float>{a.data(), depth, 1, b.data(),
+                                                                          c.data(), rows, depth, columns});
+  for (std::size_t i = 0; i < c.size(); ++i) CHECK(c[i] == c[i / columns * columns]);
+}

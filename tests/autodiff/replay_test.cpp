@@ -77,8 +77,7 @@ TEST_CASE("a replay refuses inputs for which a comparison comes out otherwise", 
 }
 
 TEST_CASE("chains of statements, each of which updates the result before, replay", "[autodiff][replay]") {
-  // each fits the chain at most times: but for where it reads the result twice, or an older one, or costs
-  // more
+  // each fits the chain, but for where it reads the result twice, or an older one, or costs more
   const auto chains = [](const auto* x) {
     using S = std::remove_cvref_t<decltype(*x)>;
     S sum = 0, product = 1, twice = x[0], older = x[1], costly = x[2];

@@ -162,3 +162,44 @@ TEST_CASE("roots that are inputs, and roots before others, have adjoints of many
   CHECK(adjoints.of(x[299]) == std::array<double, 4>{2, 0, 16, 0});
   CHECK(adjoints.of(x[100]) == std::array<double, 4>{});
 }
+
+TEST_CASE("adjoints that cancel far from where they began are zero", "[autodiff][reverse_sweep]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(2.0);
+  const auto skip = [&](int count) {
+    for (int i = 0; i < count; ++i) static_cast<void>(Variable<double>(x * 1.5));
+  };
+  skip(68);
+  const Variable<double> v = 2 * x;
+  skip(70);
+  const Variable<double> w = -v;
+  skip(3000);  // v is then behind the window, w is read in it
+  const Variable<double> u = v + x;
+  const Variable<double> root = u + w;
+  AdjointVectors<double, 8> adjoints;
+  adjoints.reverse(tape, std::vector<Variable<double>>{root});
+  CHECK(adjoints.of(v)[0] == 0);
+  CHECK(adjoints.of(w)[0] == 1);
+  CHECK(adjoints.of(x)[0] == 1);
+}
+
+TEST_CASE("adjoints of many roots may be moved, and what is left used again", "[autodiff][reverse_sweep]") {
+  LinearProgram large(3, 5000, 12, 1);
+  LinearProgram small(3, 10, 5, 2);
+  const auto root_of = [](const LinearProgram& program) {
+    return std::vector<Variable<double>>{program.variables().back()};
+  };
+  AdjointVectors<double, 8> a, b;
+  a.reverse(large.tape(), root_of(large));
+  b.reverse(small.tape(), root_of(small));
+  const double expected = a.of(large.variables()[0])[0];
+  b = std::move(a);
+  CHECK(b.of(large.variables()[0])[0] == expected);
+  a.reverse(large.tape(), root_of(large));
+  CHECK(a.of(large.variables()[0])[0] == expected);
+  AdjointVectors<double, 8> c = std::move(a);
+  a.reverse(large.tape(), root_of(large));
+  CHECK(a.of(large.variables()[0])[0] == expected);
+  CHECK(c.of(large.variables()[0])[0] == expected);
+}

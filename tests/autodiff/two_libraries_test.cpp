@@ -12,9 +12,9 @@ using tapestry::Variable;
 namespace {
 void nothing() {}
 void record_cubic() { cubic_record(2, nothing); }
-/// A statement on whatever tape this program has active.
-void record_here() { static_cast<void>(Variable<double>(Variable<double>(3.0) * 2.0)); }
-void record_cubic_around_program() { cubic_record(2, record_here); }
+const Variable<double>* own_input = nullptr;
+/// A statement on this program's tape.
+void record_here() { static_cast<void>(Variable<double>(*own_input * 2.0)); }
 }  // namespace
 
 TEST_CASE("two libraries and the program record on their own tapes in turn", "[autodiff][tape]") {
@@ -34,19 +34,24 @@ TEST_CASE("two libraries and the program record on their own tapes in turn", "[a
   CHECK(cubic_statements() == 2);
 }
 
-TEST_CASE("a library that is called in the middle of another's recording leaves it alone",
+TEST_CASE("what the program and another library record in the middle of a library's recording stays theirs",
           "[autodiff][tape]") {
   Tape<double> tape;
   const auto scope = tape.activate();
   const Variable<double> x = tape.input(5.0);
-  quadratic_record(7, record_cubic_around_program);
+  own_input = &x;
+  quadratic_record(7, record_here);  // hides its symbols: this tape is still the program's active one
+  CHECK(tape.statement_count() == 2);
+  CHECK(quadratic_statements() == 2);
+  quadratic_record(7, record_cubic);
   const Variable<double> root = x * x;  // on this tape again
   CHECK(quadratic_slope() == 14);
   CHECK(cubic_slope() == 12);
   tape.reverse(root);
   CHECK(x.adjoint() == 10);
   CHECK(quadratic_statements() == 2);
-  CHECK(tape.statement_count() == 2);
+  CHECK(cubic_statements() == 2);
+  CHECK(tape.statement_count() == 3);
 }
 
 TEST_CASE("libraries on several threads stay apart", "[autodiff][tape]") {

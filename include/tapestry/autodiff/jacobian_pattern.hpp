@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <string>
@@ -23,8 +24,12 @@ class JacobianPattern {
   JacobianPattern() = default;
 
   /// \param entries  in any order; one may be named more than once
-  /// \throws DomainError if one lies outside
-  JacobianPattern(std::size_t rows, std::size_t columns, std::vector<Entry> entries) : columns_(columns) {
+  /// \throws DomainError if one lies outside, or there are 2³² rows or columns or more
+  JacobianPattern(std::size_t rows, std::size_t columns, std::vector<Entry> entries)
+      : rows_(rows), columns_(columns) {
+    if (std::max(rows, columns) > std::numeric_limits<Index>::max())
+      throw DomainError("JacobianPattern: " + std::to_string(rows) + " rows and " + std::to_string(columns) +
+                        " columns, expected below 2^32");
     for (const Entry& entry : entries)
       if (entry.row >= rows || entry.column >= columns)
         throw DomainError("JacobianPattern: entry (" + std::to_string(entry.row) + ", " +
@@ -42,7 +47,7 @@ class JacobianPattern {
     std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
   }
 
-  [[nodiscard]] std::size_t row_count() const { return begins_.size() - 1; }
+  [[nodiscard]] std::size_t row_count() const { return rows_; }
   [[nodiscard]] std::size_t column_count() const { return columns_; }
   [[nodiscard]] std::size_t entry_count() const { return columns_of_.size(); }
 
@@ -57,7 +62,8 @@ class JacobianPattern {
 
   [[nodiscard]] JacobianPattern transposed() const {
     JacobianPattern turned;
-    turned.columns_ = row_count();
+    turned.rows_ = columns_;
+    turned.columns_ = rows_;
     turned.begins_.assign(columns_ + 1, 0);
     for (const Index column : columns_of_) ++turned.begins_[column + 1];
     std::partial_sum(turned.begins_.begin(), turned.begins_.end(), turned.begins_.begin());
@@ -69,6 +75,7 @@ class JacobianPattern {
   }
 
  private:
+  std::size_t rows_ = 0;
   std::size_t columns_ = 0;
   std::vector<std::size_t> begins_ = {0};  // of rows, and the end
   std::vector<Index> columns_of_;

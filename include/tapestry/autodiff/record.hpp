@@ -58,6 +58,14 @@ void require_own_slots(const TapeState<T>& state, const Slots&... slots) {
   (state.require_own_if_active(slots.link), ...);
 }
 
+/// \throws DomainError unless a record of inputs with these links could be made now
+template <class T, class... Links>
+void require_recordable(const Links&... links) {
+  if (!(links.is_active() || ...)) return;
+  const TapeState<T>& state = TapeState<T>::require_active();
+  (state.require_own_if_active(links), ...);
+}
+
 /// An operation whose result is an array.
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 class ArrayRecord final : public TapeRecord<T> {

@@ -14,6 +14,8 @@ template <std::floating_point T>
 class Replayable;
 
 namespace detail {
+template <class Operation, class X, class Y, class Z>
+class Ternary;  // of functions/ternary.hpp
 
 /// Makes a formula from the slots of a frame.
 template <class T>
@@ -64,12 +66,6 @@ struct LeafCounts<Constant<T>> {
 };
 template <class Operation, class X>
 struct LeafCounts<Unary<Operation, X>> : LeafCounts<X> {};
-/// Whether E has the form x ∘ y of a variable and something else, as in x = x ∘ y.
-template <class E>
-inline constexpr bool is_update = false;
-template <class Operation, std::floating_point T, class Y>
-inline constexpr bool is_update<Binary<Operation, Replayable<T>, Y>> = true;
-
 template <class Operation, class X, class Y>
 struct LeafCounts<Binary<Operation, X, Y>> {
   static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
@@ -82,6 +78,12 @@ struct LeafCounts<Ternary<Operation, X, Y, Z>> {
   static constexpr std::size_t constants =
       LeafCounts<Binary<Operation, X, Y>>::constants + LeafCounts<Z>::constants;
 };
+
+/// Whether E has the form x ∘ y of a variable and something else, as in x = x ∘ y.
+template <class E>
+inline constexpr bool is_update = false;
+template <class Operation, std::floating_point T, class Y>
+inline constexpr bool is_update<Binary<Operation, Replayable<T>, Y>> = true;
 
 /// Statements of expression type E. Those with costly functions keep their partial derivatives from the way
 /// forwards; others compute them again, which needs no memory.

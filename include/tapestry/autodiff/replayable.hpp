@@ -28,9 +28,6 @@ struct ReplayRecorder {
 
 template <class E>
 [[nodiscard]] Link record_replayable(const E& formula);
-
-template <class Operation, class X, class Y, class Z>
-class Ternary;  // of functions/ternary.hpp
 }  // namespace detail
 
 /// The scalar of functions to be replayed. Like a Variable, but its operations are remembered by what they

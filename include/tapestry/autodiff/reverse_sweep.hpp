@@ -16,6 +16,10 @@ namespace tapestry::detail {
 template <class T>
 class AdjointMemory {
  public:
+  AdjointMemory() = default;
+  AdjointMemory(const AdjointMemory&) = delete;
+  AdjointMemory& operator=(const AdjointMemory&) = delete;
+
   /// Adjoints of statements 0 to `last`, all zero.
   /// \throws std::bad_alloc
   void zero(std::size_t last) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <tapestry/autodiff/huge_page_allocator.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::detail {
@@ -18,6 +19,23 @@ template <std::floating_point T, std::size_t Width>
 requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
  public:
   static constexpr std::size_t block = 64;  ///< statements
+
+  VectorAdjoints() = default;
+  VectorAdjoints(VectorAdjoints&& other) noexcept { swap(other); }
+  VectorAdjoints& operator=(VectorAdjoints&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  void swap(VectorAdjoints& other) noexcept {
+    std::swap(memory_, other.memory_);
+    std::swap(window_memory_, other.window_memory_);
+    is_written_.swap(other.is_written_);
+    is_kept_.swap(other.is_kept_);
+    std::swap(capacity_, other.capacity_);
+    std::swap(floor_, other.floor_);
+    std::swap(top_, other.top_);
+    std::swap(size_, other.size_);
+  }
 
   /// All of statements 0 to `last` are zero, and the window is at the last. Statements 1 to `input_count`,
   /// which have no operands, need no window. \throws std::bad_alloc
@@ -109,7 +127,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
     if (bottom < floor_) bottom = floor_;
     for (; top_ + 1 > bottom; --top_, is_touched = true) {
       T* const here = window_block(top_);
-      if (is_kept_[top_] != 0 && is_touched && (is_written_[top_] != 0 || !is_zero_block(here))) {
+      if (is_kept_[top_] != 0 && (is_written_[top_] != 0 || (is_touched && !is_zero_block(here)))) {
         is_written_[top_] = 1;
         std::memcpy(all() + top_ * (block * Width), here, block_bytes);
       }

@@ -27,7 +27,10 @@ class VectorSweep {
   }
 
  private:
-  using Lanes [[gnu::vector_size(Width * sizeof(Scalar)), gnu::may_alias]] = Scalar;
+  using Lanes[[
+    gnu::vector_size(Width * sizeof(Scalar)), gnu::may_alias,
+    gnu::aligned(Width * sizeof(Scalar) < 64 ? Width * sizeof(Scalar) : 64)
+  ]] = Scalar;
 
   struct Adjoints {
     using T = Scalar;

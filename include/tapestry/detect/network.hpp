@@ -121,15 +121,20 @@ class Network {
     return other;
   }
 
+  /// \throws ShapeError unless images are [N, 3, H, W] of the network's extents, N at least 1
+  void require_images(const Array<T, 4>& images) const {
+    if (images.shape(0) == 0) throw ShapeError("Network::forward: a batch of no images");
+    require_shape("Network::forward", "images", images,
+                  {images.shape(0), graph_.config.channels, graph_.height, graph_.width});
+  }
+
   /// Logits of every head for a batch of pictures.
   ///
   /// \param images  [N, 3, H, W], RGB in [0, 1], N at least 1
   /// \param pass    takes the logits, and what `mode` says is kept
   /// \throws ShapeError unless images have the network's extents
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const {
-    if (images.shape(0) == 0) throw ShapeError("Network::forward: a batch of no images");
-    require_shape("Network::forward", "images", images,
-                  {images.shape(0), graph_.config.channels, graph_.height, graph_.width});
+    require_images(images);
     const auto weights = cache_.forward(graph_, parameters_, mode != Mode::training);
     pass.mode = mode;
     pass.images = images.shape(0);

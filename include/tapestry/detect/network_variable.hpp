@@ -24,8 +24,7 @@ template <class T>
 ///
 /// \param network  must outlive the tape's last reverse(), unchanged
 /// \param images   [N, 3, H, W], RGB in [0, 1]
-/// \param pass     memory to use, for loops that record again and again; it must not be used for anything
-/// else
+/// \param pass     memory to use, for loops that record again and again: not to be used for anything else
 ///                 before the tape's last reverse(), and logits of an earlier call with it are gone. Null
 ///                 takes new memory.
 /// \throws ShapeError as Network::forward(); DomainError if images are on no active tape
@@ -44,16 +43,18 @@ template <std::floating_point T>
 }
 
 /// The same in training mode, differentiable by the parameters, too: batch normalisation uses the batch's
-/// statistics. The network takes over the parameters' values; running statistics get no adjoint, see
-/// Network::update_running_statistics().
+/// statistics. The network takes over the parameters' values, which must stay until the tape's last
+/// reverse(); running statistics get no adjoint, see Network::update_running_statistics().
 ///
 /// \param parameters  [network.layout().count], in its order
-/// \throws ShapeError also if there are not as many parameters
+/// \throws ShapeError also if there are not as many parameters; whatever is thrown, they are not taken over
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& images,
                                                        const ArrayVariable<T, 1>& parameters,
                                                        std::shared_ptr<Pass<T>> pass = nullptr) {
+  network.require_images(images.value());
   require_shape("forward", "parameters", parameters.value(), {network.layout().count});
+  tapestry::detail::require_recordable<T>(images.link(), parameters.link());
   std::copy_n(parameters.value().data(), parameters.size(), network.parameters().data());
   if (!pass) pass = std::make_shared<Pass<T>>();
   network.forward(images.value(), *pass, Mode::training);

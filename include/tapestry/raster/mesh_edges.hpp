@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
 #include <tuple>
 #include <vector>
 

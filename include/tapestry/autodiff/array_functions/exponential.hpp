@@ -13,9 +13,9 @@ namespace tapestry {
 
 /// How arrays compute exp.
 ///   library  as std::exp, an element at a time
-///   vector   a vector at a time, which takes an eighth of the time; relative error below 2 ε. Results below
-///   the
-///            smallest normal number are 0; infinities and NaN are as ever.
+///   vector   a vector at a time, which takes an eighth of the time; relative error below 2 ε. Below −707.5,
+///            of float below −86.8, it gives 0; infinities and NaN are as ever.
+///
 /// Fewer terms (error 4e-7) take 0.51 ns an element in place of 0.68 in double, and 0.25 in place of 0.27 in
 /// float: too little for a third way.
 enum class Exponential { library, vector };

@@ -34,12 +34,12 @@ template <class X, class IsBetter>
     places[line] = best;
     value.data()[line] = from[best];
   });
-  const auto pullback = [places = std::move(places)](const Array<T, rank - 1>& value_adjoint,
-                                                     Array<T, rank>* x_adjoint) {
+  auto pullback = [places = std::move(places)](const Array<T, rank - 1>& value_adjoint,
+                                               Array<T, rank>* x_adjoint) {
     for (std::size_t line = 0; line < places.size(); ++line)
       x_adjoint->data()[places[line]] += value_adjoint.data()[line];
   };
-  return record_array(std::move(value), pullback, variable);
+  return record_array(std::move(value), std::move(pullback), variable);
 }
 
 /// Whether a is nearer to an end than b; a NaN is the nearest of all.

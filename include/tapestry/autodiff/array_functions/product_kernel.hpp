@@ -42,9 +42,11 @@ class ProductTiles {
     const std::size_t count = p.columns - first;
     for (std::size_t k = 0; k < p.depth; ++k)
       for (std::size_t j = 0; j < count; ++j) b[k * lanes + j] = p.b[k * p.columns + first + j];
+    for (std::size_t i = 0; i < p.rows; ++i)
+      for (std::size_t j = 0; j < count; ++j) c[i * lanes + j] = p.c[i * p.columns + first + j];
     run_columns<1>(p, b, lanes, c, lanes);
     for (std::size_t i = 0; i < p.rows; ++i)
-      for (std::size_t j = 0; j < count; ++j) p.c[i * p.columns + first + j] += c[i * lanes + j];
+      for (std::size_t j = 0; j < count; ++j) p.c[i * p.columns + first + j] = c[i * lanes + j];
   }
 
   template <std::size_t Vectors>
