@@ -72,7 +72,7 @@ class ArrayForm<Gmm, T> {
   std::vector<std::size_t> below_;
 };
 
-template <class T, Exponential policy>
+template <class T, Exponential Policy>
 class SoftmaxForm {
  public:
   explicit SoftmaxForm(const Softmax&) {
@@ -81,7 +81,7 @@ class SoftmaxForm {
   }
   static Extents<2> extents() { return {Softmax::cells, Softmax::classes}; }
   Variable<T> operator()(const ArrayVariable<T, 2>& z) const {
-    return sum(logsumexp_along<policy>(z, 1)) - sum(gather(z, labels_));
+    return sum(logsumexp_along<Policy>(z, 1)) - sum(gather(z, labels_));
   }
 
  private:

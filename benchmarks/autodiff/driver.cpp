@@ -150,7 +150,8 @@ template <class Objective>
       result.error = error_of(reference, path);
       if (!(*result.error <= variants[i].largest_error))
         throw Error(ErrorKind::numeric, "computes something else");
-      result.seconds = timing_of(contestant.seconds, 0).median / variants[i].threads;
+      const int computations = variants[i].threads == 1 ? 1 : variants[i].threads * computations_a_wait;
+      result.seconds = timing_of(contestant.seconds, 0).median / computations;
       result.memory_mib = contestant.peak_memory_mib;
     });
     contestant.worker.reset();

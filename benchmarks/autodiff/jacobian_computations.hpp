@@ -104,12 +104,10 @@ class CompressedSweeps final : public JacobianComputation {
     for (const auto& residual : residuals_) value_ += residual.value();
   }
   void finish() override {
-    const auto& pattern = plan_.pattern();
-    for (std::size_t row = 0; row < B::residuals; ++row) {
+    plan_.pattern().visit([&](std::size_t row, std::size_t column, std::size_t entry) {
       const std::size_t o = row < 2 * B::observations ? row / 2 : row - 2 * B::observations;
-      for (std::size_t e = pattern.row_begin(row); e < pattern.row_begin(row + 1); ++e)
-        gradient_[place_of(row, o, pattern.column_of(e))] = jacobian_[e];
-    }
+      gradient_[place_of(row, o, column)] = jacobian_[entry];
+    });
   }
 
  private:

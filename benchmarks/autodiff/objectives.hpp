@@ -200,6 +200,10 @@ struct Recurrence {
   }
 };
 
+/// How often each of several threads computes an objective until it waits for the others: waking threads
+/// takes as long as the smallest objectives.
+inline constexpr int computations_a_wait = 8;
+
 /// Calls visit(objective) for every objective.
 template <class Visit>
 void for_each_objective(Visit visit) {

@@ -3,6 +3,7 @@
 #include <barrier>
 #include <cstddef>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
@@ -40,57 +41,59 @@ class HandAdjoint final : public Computation {
   std::vector<double> x_;
 };
 
-/// Records and reverses, keeping the tape's memory from run to run.
+/// An objective that is recorded anew in each run, on a tape that keeps its memory.
 template <class Objective>
-class ScalarTape final : public Computation {
- public:
-  explicit ScalarTape(const Objective& objective)
+class RecordedObjective : public Computation {
+ protected:
+  explicit RecordedObjective(const Objective& objective)
       : objective_(objective), x_(objective.start()), inputs_(x_.size()) {
     gradient_.resize(x_.size());
   }
-  void run() override {
+  [[nodiscard]] Variable<double> record() {
     const auto scope = tape_.activate();
     tape_.clear();
     tape_.input(x_, inputs_);
     const Variable<double> result = objective_(inputs_.data());
     value_ = result.value();
-    tape_.reverse(result);
-    tape_.adjoints(inputs_, gradient_);
+    return result;
   }
+
+  Tape<double> tape_;
+  std::vector<Variable<double>> inputs_;
 
  private:
   Objective objective_;
   std::vector<double> x_;
-  Tape<double> tape_;
-  std::vector<Variable<double>> inputs_;
 };
 
-/// Records, and sweeps back for eight roots at once, all of them the result.
 template <class Objective>
-class VectorSweeps final : public Computation {
+class ScalarTape final : public RecordedObjective<Objective> {
  public:
-  explicit VectorSweeps(const Objective& objective)
-      : objective_(objective), x_(objective.start()), inputs_(x_.size()) {}
+  explicit ScalarTape(const Objective& objective) : RecordedObjective<Objective>(objective) {}
   void run() override {
-    const auto scope = tape_.activate();
-    tape_.clear();
-    tape_.input(x_, inputs_);
-    const Variable<double> result = objective_(inputs_.data());
-    value_ = result.value();
-    const std::vector<Variable<double>> roots(8, result);
-    adjoints_.reverse(tape_, roots);
+    this->tape_.reverse(this->record());
+    this->tape_.adjoints(this->inputs_, this->gradient_);
+  }
+};
+
+/// Sweeps back for eight roots at once, all of them the result, and takes the mean of what they give.
+template <class Objective>
+class VectorSweeps final : public RecordedObjective<Objective> {
+ public:
+  explicit VectorSweeps(const Objective& objective) : RecordedObjective<Objective>(objective) {}
+  void run() override {
+    const std::vector<Variable<double>> roots(8, this->record());
+    adjoints_.reverse(this->tape_, roots);
   }
   void finish() override {
-    gradient_.clear();
-    for (const auto& input : inputs_) gradient_.push_back(adjoints_.of(input)[7]);
+    for (std::size_t i = 0; i < this->inputs_.size(); ++i) {
+      const auto adjoints = adjoints_.of(this->inputs_[i]);
+      this->gradient_[i] = std::accumulate(adjoints.begin(), adjoints.end(), 0.0) / 8;
+    }
   }
 
  private:
-  Objective objective_;
-  std::vector<double> x_;
-  Tape<double> tape_;
   AdjointVectors<double, 8> adjoints_;
-  std::vector<Variable<double>> inputs_;
 };
 
 /// The Hessian times a vector, and the gradient on the way.
@@ -132,7 +135,8 @@ class ReplayedRecording final : public Computation {
   Replay<double> replay_;
 };
 
-/// As many copies of a computation as threads, one on each. The calling thread waits for all.
+/// As many copies of a computation as threads, one on each, computed computations_a_wait times. The calling
+/// thread waits for all.
 template <class Inner>
 class OnThreads final : public Computation {
  public:
@@ -142,7 +146,7 @@ class OnThreads final : public Computation {
     for (const auto& computation : computations_)
       threads_.emplace_back([this, &computation] {
         for (start_.arrive_and_wait(); !is_over_; start_.arrive_and_wait()) {
-          computation->run();
+          for (int i = 0; i < computations_a_wait; ++i) computation->run();
           end_.arrive_and_wait();
         }
       });

@@ -17,12 +17,12 @@ using tapestry::test::random_array;
 
 namespace {
 /// The largest relative error of the values, and of the derivatives, against long double.
-template <Exponential policy, class T>
+template <Exponential Policy, class T>
 long double worst_error(double low, double high) {
   Tape<T> tape;
   const auto scope = tape.activate();
   const auto x = tape.input(random_array<T>({20000}, 1, low, high));
-  const ArrayVariable<T, 1> y = tapestry::exp<policy>(x);
+  const ArrayVariable<T, 1> y = tapestry::exp<Policy>(x);
   tape.reverse(sum(y));
   long double worst = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {

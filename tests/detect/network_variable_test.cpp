@@ -85,6 +85,27 @@ Array<double, 1> parameters_of(const detect::Network<double>& network) {
   std::copy(values.begin(), values.end(), parameters.data());
   return parameters;
 }
+/// Of first · Σ logits[0] + second · Σ logits[1], without a tape.
+template <class T>
+Array<T, 4> weighted_adjoint(const detect::Network<T>& network, const Array<T, 4>& images, T first,
+                             T second) {
+  detect::Pass<T> pass;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  auto adjoint = tapestry::zeros<T, 4>(images.shape());
+  network.input_adjoint(pass,
+                        {tapestry::filled<T, 4>(pass.logits[0].shape(), first),
+                         tapestry::filled<T, 4>(pass.logits[1].shape(), second)},
+                        adjoint);
+  return adjoint;
+}
+
+template <class F, std::size_t Rank>
+void check_along(const F& value, const Array<double, Rank>& at, const Array<double, Rank>& direction,
+                 const Array<double, Rank>& adjoint) {
+  const double expected = tapestry::test::central_difference(value, at, direction);
+  CHECK(tapestry::test::dot(adjoint, direction) ==
+        Approx(expected).epsilon(1e-8).margin(tapestry::test::central_difference_tolerance(value(at))));
+}
 }  // namespace
 
 TEST_CASE("a network on the tape is its input adjoint, bit for bit", "[detect][network][tape]") {
@@ -101,12 +122,7 @@ TEST_CASE("a network on the tape is its input adjoint, bit for bit", "[detect][n
   network.forward(images, pass, detect::Mode::input_gradient);
   CHECK((logits[0].value() == pass.logits[0]));
   CHECK((logits[1].value() == pass.logits[1]));
-  auto adjoint = tapestry::zeros<float, 4>(images.shape());
-  network.input_adjoint(pass,
-                        {tapestry::filled<float, 4>(pass.logits[0].shape(), 1),
-                         tapestry::filled<float, 4>(pass.logits[1].shape(), 2)},
-                        adjoint);
-  CHECK((input.adjoint() == adjoint));
+  CHECK((input.adjoint() == weighted_adjoint(network, images, 1.F, 2.F)));
 }
 
 TEST_CASE("the gradient through a network on the tape agrees with central differences",
@@ -120,11 +136,8 @@ TEST_CASE("the gradient through a network on the tape agrees with central differ
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   const auto input = tape.input(images);
-  const auto result = total(forward(network, input));
-  tape.reverse(result);
-  const double expected = tapestry::test::central_difference(value, images, direction);
-  CHECK(tapestry::test::dot(input.adjoint(), direction) ==
-        Approx(expected).epsilon(1e-8).margin(tapestry::test::central_difference_tolerance(result.value())));
+  tape.reverse(total(forward(network, input)));
+  check_along(value, images, direction, input.adjoint());
 }
 
 TEST_CASE("parameters on the tape get their adjoints in training mode", "[detect][network][tape][gradient]") {
@@ -136,27 +149,21 @@ TEST_CASE("parameters on the tape get their adjoints in training mode", "[detect
     return total(forward(network, ArrayVariable<double, 4>(images), ArrayVariable<double, 1>(parameters)))
         .value();
   };
-  const double expected = tapestry::test::central_difference(value, start, direction);
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   const auto parameters = tape.input(start);
   const bool wants_images = GENERATE(false, true);
   const auto input = wants_images ? tape.input(images) : ArrayVariable<double, 4>(images);
-  const auto result = total(forward(network, input, parameters));
-  tape.reverse(result);
-  CHECK(tapestry::test::dot(parameters.adjoint(), direction) ==
-        Approx(expected).epsilon(1e-8).margin(tapestry::test::central_difference_tolerance(result.value())));
+  tape.reverse(total(forward(network, input, parameters)));
+  const Array<double, 1> adjoint = parameters.adjoint();
   CHECK((parameters_of(network) == start));
+  check_along(value, start, direction, adjoint);
   if (!wants_images) return;
   const auto image_direction = random_array<double, 4>({3, 3, 8, 8}, 7);
   const auto image_value = [&](const Array<double, 4>& x) {
     return total(forward(network, ArrayVariable<double, 4>(x), ArrayVariable<double, 1>(start))).value();
   };
-  const double image_expected = tapestry::test::central_difference(image_value, images, image_direction);
-  CHECK(tapestry::test::dot(input.adjoint(), image_direction) ==
-        Approx(image_expected)
-            .epsilon(1e-8)
-            .margin(tapestry::test::central_difference_tolerance(result.value())));
+  check_along(image_value, images, image_direction, input.adjoint());
 }
 
 TEST_CASE("a head that nothing depends on changes nothing", "[detect][network][tape]") {
@@ -167,14 +174,7 @@ TEST_CASE("a head that nothing depends on changes nothing", "[detect][network][t
   const auto input = tape.input(images);
   const auto logits = forward(network, input);
   tape.reverse(sum(logits[1]));
-  detect::Pass<double> pass;
-  network.forward(images, pass, detect::Mode::input_gradient);
-  auto adjoint = tapestry::zeros<double, 4>(images.shape());
-  network.input_adjoint(pass,
-                        {tapestry::zeros<double, 4>(pass.logits[0].shape()),
-                         tapestry::filled<double, 4>(pass.logits[1].shape(), 1)},
-                        adjoint);
-  CHECK((input.adjoint() == adjoint));
+  CHECK((input.adjoint() == weighted_adjoint(network, images, 0.0, 1.0)));
 }
 
 TEST_CASE("a network's record may be reversed again", "[detect][network][tape]") {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
@@ -20,20 +21,16 @@ using tapestry::Array;
 using tapestry::geometry::Camera;
 using tapestry::geometry::Mesh;
 using tapestry::geometry::Vector3;
+using tapestry::test::atlas;
+using tapestry::test::cube;
+using tapestry::test::every_face;
 using tapestry::test::random_array;
 using tapestry::test::triangle_soup;
+using tapestry::test::trilinear;
+using tapestry::test::vertex;
+using tapestry::test::warm;
 
 namespace {
-
-const raster::TextureLayout atlas{TextureKind::atlas, 8, 16, 2, 0};
-const raster::TextureLayout trilinear{TextureKind::atlas, 8, 16, 2, 0, raster::TextureFilter::trilinear};
-const raster::TextureLayout cube{TextureKind::cube, 0, 0, 1, 3};
-const raster::TextureLayout vertex{TextureKind::vertex, 0, 0, 1, 0};
-const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
-
-std::vector<std::uint8_t> every_face(const Mesh& mesh) {
-  return std::vector<std::uint8_t>(mesh.faces.size(), 1);
-}
 
 Array<double, 3> picture_of(const Mesh& mesh, const raster::TextureLayout& layout, std::size_t height,
                             std::size_t width, std::uint64_t seed = 1) {

@@ -3,6 +3,7 @@
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
@@ -13,13 +14,13 @@ TEST_CASE("a principal point beside the picture's centre shows a window of the l
           "[raster][camera]") {
   // Faces of one texel each, so that all of a sample's colour is which face it shows, and how it is lit.
   const auto mesh = tapestry::test::random_triangles(150, 1, 0.6);
-  const std::vector<std::uint8_t> painted(mesh.faces.size(), 1);
+  const auto painted = tapestry::test::every_face(mesh);
   const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 1};
   const auto texels = tapestry::test::random_array<double>({mesh.faces.size(), 3}, 2);
-  const raster::Light light{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
   const auto draw = [&](const geometry::Camera& camera, std::size_t height, std::size_t width) {
     return raster::render(
-        raster::texture_operator<double>(mesh, painted, camera, height, width, cube, light, 2), texels);
+        raster::texture_operator<double>(mesh, painted, camera, height, width, cube, tapestry::test::warm, 2),
+        texels);
   };
   const auto whole = draw(geometry::Camera{}, 64, 64);
   // Rows 8 … 39 and columns 24 … 63 of it: the same focal length, the centre at column 32 − 24, row 32 − 8.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
@@ -21,11 +22,9 @@ using tapestry::Tape;
 TEST_CASE("the compressed Jacobian of a picture by its texels is the operator itself", "[raster][sparsity]") {
   const auto mesh = tapestry::test::random_triangles(40, 5);
   const std::size_t height = 24, width = 30;
-  const raster::TextureLayout layout{raster::TextureKind::cube, 0, 0, 1, 3};
-  const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
   const auto picture =
-      raster::texture_operator<double>(mesh, std::vector<std::uint8_t>(mesh.faces.size(), 1),
-                                       tapestry::geometry::Camera{}, height, width, layout, warm, 2);
+      raster::texture_operator<double>(mesh, tapestry::test::every_face(mesh), tapestry::geometry::Camera{},
+                                       height, width, tapestry::test::cube, tapestry::test::warm, 2);
   const auto start = tapestry::test::random_array<double>({picture.texel_count, 3}, 1);
 
   // Channel c of pixel p depends on channel c of its texels.

@@ -7,6 +7,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
+#include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
@@ -16,24 +17,21 @@ using tapestry::Array;
 using tapestry::geometry::Camera;
 using tapestry::geometry::Mesh;
 using tapestry::geometry::Vector3;
+using tapestry::test::atlas;
+using tapestry::test::cube;
 using tapestry::test::dot;
+using tapestry::test::every_face;
 using tapestry::test::random_array;
 using tapestry::test::random_triangles;
+using tapestry::test::solid;
 using tapestry::test::triangle_soup;
+using tapestry::test::trilinear;
+using tapestry::test::vertex;
+using tapestry::test::warm;
 
 namespace {
 
-const raster::TextureLayout atlas{TextureKind::atlas, 8, 16, 2, 0};
-const raster::TextureLayout cube{TextureKind::cube, 0, 0, 1, 3};
-const raster::TextureLayout trilinear{TextureKind::atlas, 8, 16, 2, 0, raster::TextureFilter::trilinear};
-const raster::TextureLayout vertex{TextureKind::vertex, 0, 0, 1, 0};
-const raster::TextureLayout solid{TextureKind::solid, 0, 0, 1, 0};
 const raster::Light unlit{1, 0, {0, 0, 1}, {1, 1, 1}};
-const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
-
-std::vector<std::uint8_t> every_face(const Mesh& mesh) {
-  return std::vector<std::uint8_t>(mesh.faces.size(), 1);
-}
 
 /// A square of two faces over the whole picture; its uv are those of the picture.
 Mesh screen() {

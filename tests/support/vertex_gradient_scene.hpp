@@ -8,16 +8,13 @@
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <vector>
 
+#include "paint.hpp"
 #include "random_array.hpp"
 #include "simple_mesh.hpp"
 
 namespace tapestry::test {
 
-inline const raster::TextureLayout solid{raster::TextureKind::solid, 0, 0, 1, 0};
-inline const raster::TextureLayout vertex{raster::TextureKind::vertex, 0, 0, 1, 0};
 inline const raster::TextureLayout small_atlas{raster::TextureKind::atlas, 5, 7, 1, 0};
-inline const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 4};
-inline const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
 inline constexpr std::size_t side = 16;  // pixels; at depth 1 a unit of the world spans 8 of them
 
 /// A mesh with its paint.
@@ -26,7 +23,7 @@ struct Scene {
   geometry::Mesh mesh;
   raster::TextureLayout layout = solid;
   Model light{};
-  std::vector<std::uint8_t> painted = std::vector<std::uint8_t>(mesh.faces.size(), 1);
+  std::vector<std::uint8_t> painted = every_face(mesh);
   Array<double, 2> texels = random_array<double>({layout.texel_count(mesh), 3}, 11, 0.1);
 
   [[nodiscard]] raster::Surface<double, Model> surface() const {

@@ -12,8 +12,7 @@ namespace tapestry {
 /// elements in row-major order. The pattern is made by whoever knows the operations: a tape cannot look into
 /// their pullbacks. Entries that it wrongly leaves out are added to others.
 /// \throws DomainError if there are not as many elements and values as the pattern has, or root or variable
-/// is
-///   not on the tape
+///   is not on the tape
 template <std::floating_point T, std::size_t RootRank, std::size_t Rank>
 void compressed_jacobian(Tape<T>& tape, const ArrayVariable<T, RootRank>& root,
                          const ArrayVariable<T, Rank>& variable, const JacobianPlan& plan,
@@ -28,11 +27,9 @@ void compressed_jacobian(Tape<T>& tape, const ArrayVariable<T, RootRank>& root,
       seed.data()[row] = colouring.colour_of[row] == colour ? T(1) : T(0);
     tape.reverse(root, seed);
     const T* const adjoint = variable.adjoint().data();
-    for (std::size_t row = 0; row < root.size(); ++row) {
-      if (colouring.colour_of[row] != colour) continue;
-      for (std::size_t e = pattern.row_begin(row); e < pattern.row_begin(row + 1); ++e)
-        values[e] = adjoint[pattern.column_of(e)];
-    }
+    pattern.visit([&](std::size_t row, std::size_t column, std::size_t e) {
+      if (colouring.colour_of[row] == colour) values[e] = adjoint[column];
+    });
   }
 }
 

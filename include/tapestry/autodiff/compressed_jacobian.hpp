@@ -107,10 +107,9 @@ void compressed_forwards(const TapeState<T>& state, std::span<const Variable<T>>
     for (std::size_t j = 0; j < directions.size(); ++j)
       directions[j] = std::size_t(colour_of[j]) - first;  // of earlier colours it wraps around, beyond width
     tangents.sweep(state, variables, directions);
-    for (std::size_t row = 0; row < roots.size(); ++row)
-      for (std::size_t e = pattern.row_begin(row); e < pattern.row_begin(row + 1); ++e)
-        if (const std::size_t direction = directions[pattern.column_of(e)]; direction < width)
-          values[e] = tangents.of(roots[row], direction);
+    pattern.visit([&](std::size_t row, std::size_t column, std::size_t e) {
+      if (directions[column] < width) values[e] = tangents.of(roots[row], directions[column]);
+    });
   }
 }
 
@@ -123,27 +122,17 @@ void compressed_backwards(const TapeState<T>& state, std::span<const Variable<T>
   const JacobianPattern& pattern = plan.pattern();
   const auto& colour_of = plan.colouring().colour_of;
   VectorAdjoints<T, width> adjoints;
-  std::size_t last = 0;
-  for (const auto& root : roots) last = std::max(last, std::size_t(root.link().index()));
-  const std::size_t input_count = state.leading_input_count();
   for (std::size_t first = 0; first < plan.direction_count(); first += width) {
-    adjoints.start(last, input_count, false);
-    for (const auto& variable : variables) adjoints.keep(variable.link().index());
     const auto lane_of = [&](std::size_t row) { return std::size_t(colour_of[row]) - first; };
-    for (std::size_t row = 0; row < roots.size(); ++row)
-      if (lane_of(row) < width && roots[row].is_active())
-        adjoints.view().at(roots[row].link().index(), adjoints)[lane_of(row)] += T(1);
-    state.visit_backwards([&](const StatementRun& run) { VectorSweep<T, width>::run(run, last, adjoints); });
-    adjoints.pass(0, true);
+    sweep_vectors<T, width>(state, roots, &variables, adjoints, lane_of);
     const auto adjoint_of = [&](const Link& link, std::size_t lane) {
       const T* const found =
           link.is_active() && link.index() < adjoints.size() ? adjoints.of(link.index()) : nullptr;
       return found == nullptr ? T(0) : found[lane];
     };
-    for (std::size_t row = 0; row < roots.size(); ++row)
-      for (std::size_t e = pattern.row_begin(row); e < pattern.row_begin(row + 1); ++e)
-        if (lane_of(row) < width)
-          values[e] = adjoint_of(variables[pattern.column_of(e)].link(), lane_of(row));
+    pattern.visit([&](std::size_t row, std::size_t column, std::size_t e) {
+      if (lane_of(row) < width) values[e] = adjoint_of(variables[column].link(), lane_of(row));
+    });
   }
 }
 }  // namespace detail

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <tapestry/autodiff/dual_number.hpp>
 #include <tapestry/autodiff/operand_counts.hpp>
 #include <tapestry/autodiff/scalar.hpp>
@@ -72,7 +73,7 @@ class Constant {
     leaves.add_constant(value_);
   }
   template <class Leaves>
-  [[nodiscard]] static Constant read(Leaves& leaves) {
+  [[nodiscard, gnu::always_inline]] static Constant read(Leaves& leaves) {
     return Constant(leaves.next_constant());
   }
 
@@ -80,14 +81,23 @@ class Constant {
   T value_;
 };
 
+/// A sink that takes plain products, among them NaN where a factor 0 meets an infinite partial, and sees to
+/// these itself: loops over formulas then have no branches.
+template <class Sink>
+concept TakesPlainProducts = Sink::takes_plain_products;
+
 /// \param factor, partial  numbers, One or MinusOne
 template <class Operation, class Operand, class Factor, class Partial, class Sink>
 void push_partial(const Operand& operand, const Factor& factor, const Partial& partial, Sink& sink) {
-  if constexpr (SkipsZero<Operation>) {
-    if (is_zero(partial)) return;
+  if constexpr (TakesPlainProducts<Sink>) {
+    push_factor(operand, chain_slopes(factor, partial, std::multiplies<>()), sink);
+  } else {
+    if constexpr (SkipsZero<Operation>) {
+      if (is_zero(partial)) return;
+    }
+    const auto multiply = [](const auto& a, const auto& b) { return chain(a, b); };
+    push_factor(operand, chain_slopes(factor, partial, multiply), sink);
   }
-  const auto multiply = [](const auto& a, const auto& b) { return chain(a, b); };
-  push_factor(operand, chain_slopes(factor, partial, multiply), sink);
 }
 
 /// f(x), where Operation has value(x) and partial(x, f(x)).
@@ -121,7 +131,7 @@ class Unary {
     x_.write(leaves);
   }
   template <class Leaves>
-  [[nodiscard]] static Unary read(Leaves& leaves) {
+  [[nodiscard, gnu::always_inline]] static Unary read(Leaves& leaves) {
     return Unary(X::read(leaves));
   }
 
@@ -166,7 +176,7 @@ class Binary {
     y_.write(leaves);
   }
   template <class Leaves>
-  [[nodiscard]] static Binary read(Leaves& leaves) {
+  [[nodiscard, gnu::always_inline]] static Binary read(Leaves& leaves) {
     const X x = X::read(leaves);  // the order matters
     return Binary(x, Y::read(leaves));
   }
@@ -191,95 +201,6 @@ class Binary {
   Y y_;
   T value_;
 };
-
-/// Two operands that make a formula: both expressions, or one of them and a constant.
-template <class X, class Y>
-concept ExpressionOperands = (ScalarExpression<X> && ScalarExpression<Y>) ||
-                             (ScalarExpression<X> &&
-                              ConstantOf<Y, typename std::remove_cvref_t<X>::ExpressionScalar>) ||
-                             (ScalarExpression<Y> &&
-                              ConstantOf<X, typename std::remove_cvref_t<Y>::ExpressionScalar>);
-
-/// Two operands of which one is a Dual, and the other the same Dual or a constant beside it.
-template <class X, class Y>
-concept DualOperands = (DualNumber<X> &&
-                        (std::same_as<X, Y> || std::convertible_to<Y, typename X::value_type>)) ||
-                       (DualNumber<Y> && std::convertible_to<X, typename Y::value_type>);
-
-/// The operands of a differentiable function of two.
-template <class X, class Y>
-concept FormulaOperands = ExpressionOperands<X, Y> || DualOperands<X, Y>;
-
-/// The scalar type of a formula of x and y.
-template <class X, class Y>
-struct FormulaScalar;
-template <ScalarExpression X, class Y>
-struct FormulaScalar<X, Y> {
-  using type = typename X::ExpressionScalar;
-};
-template <class X, ScalarExpression Y>
-requires(!ScalarExpression<X>) struct FormulaScalar<X, Y> {
-  using type = typename Y::ExpressionScalar;
-};
-template <class X, class Y>
-requires DualOperands<X, Y>
-struct FormulaScalar<X, Y> {
-  static constexpr bool is_x = [] {
-    if constexpr (DualNumber<X>) {
-      return std::convertible_to<Y, X>;
-    } else {
-      return false;
-    }
-  }();
-  using type = std::conditional_t<is_x, X, Y>;
-};
-template <class X, class Y>
-using ScalarOf = typename FormulaScalar<X, Y>::type;
-
-template <class Operation, Differentiable X>
-[[nodiscard]] auto make_unary(const X& x) {
-  if constexpr (DualNumber<X>) {
-    return dual_unary<Operation>(x);
-  } else {
-    return Unary<Operation, X>(x);
-  }
-}
-
-/// A constant takes the other operand's scalar type.
-template <class Operation, class X, class Y>
-requires FormulaOperands<X, Y>
-[[nodiscard]] auto make_binary(const X& x, const Y& y) {
-  using T = ScalarOf<X, Y>;
-  if constexpr (DualOperands<X, Y>) {
-    return dual_binary<Operation, T>(x, y);
-  } else if constexpr (!ScalarExpression<X>) {
-    return Binary<Operation, Constant<T>, Y>(Constant<T>(static_cast<T>(x)), y);
-  } else if constexpr (!ScalarExpression<Y>) {
-    return Binary<Operation, X, Constant<T>>(x, Constant<T>(static_cast<T>(y)));
-  } else {
-    return Binary<Operation, X, Y>(x, y);
-  }
-}
-
-/// The number of type T that an operand stands for, whatever it carries.
-template <std::floating_point T, class X>
-[[nodiscard]] T value_of(const X& x) {
-  if constexpr (Number<X>) {
-    return static_cast<T>(x);
-  } else {
-    return value_of<T>(x.value());
-  }
-}
-
-/// The number beneath a differentiable scalar.
-template <Differentiable X>
-[[nodiscard]] auto base_value(const X& x) {
-  if constexpr (ScalarExpression<X>) {
-    return value_of<Base<typename X::ExpressionScalar>>(x);
-  } else {
-    return value_of<Base<X>>(x);
-  }
-}
 
 }  // namespace detail
 }  // namespace tapestry

@@ -15,6 +15,33 @@
 
 namespace tapestry {
 
+namespace detail {
+/// One sweep over the tape, in which root k is the seed of direction lane_of(k), or of none if that is Width
+/// or more. Keeps all adjoints, or those of the variables in `kept`.
+/// \throws DomainError if a root or a variable to keep is not on the tape
+template <std::floating_point T, std::size_t Width, class LaneOf>
+void sweep_vectors(const TapeState<T>& state, std::span<const Variable<T>> roots,
+                   const std::span<const Variable<T>>* kept, VectorAdjoints<T, Width>& adjoints,
+                   LaneOf lane_of) {
+  std::size_t last = 0;
+  for (const Variable<T>& root : roots) {
+    state.require_own_if_active(root.link());
+    last = std::max(last, std::size_t(root.link().index()));
+  }
+  adjoints.start(last, state.leading_input_count(), kept == nullptr);
+  if (kept != nullptr)
+    for (const Variable<T>& variable : *kept) {
+      state.require_own_if_active(variable.link());
+      adjoints.keep(variable.link().index());
+    }
+  for (std::size_t k = 0; k < roots.size(); ++k)
+    if (const std::size_t lane = lane_of(k); lane < Width && roots[k].is_active())
+      adjoints.view().at(roots[k].link().index(), adjoints)[lane] += T(1);
+  state.visit_backwards([&](const StatementRun& run) { VectorSweep<T, Width>::run(run, last, adjoints); });
+  adjoints.pass(0, true);
+}
+}  // namespace detail
+
 /// Adjoints by up to Width roots at once: one sweep over the tape for all of them. Keeps its memory, at most
 /// Width · sizeof(T) bytes a statement, from sweep to sweep.
 ///
@@ -64,23 +91,8 @@ class AdjointVectors {
     if (state->record_count() > 0)
       throw DomainError(
           "AdjointVectors: the tape holds operations with a pullback; reverse one root at a time");
-    std::size_t last = 0;
-    for (const Variable<T>& root : roots) {
-      state->require_own_if_active(root.link());
-      last = std::max(last, std::size_t(root.link().index()));
-    }
     state_ = {};  // until the sweep is done
-    adjoints_.start(last, state->leading_input_count(), kept == nullptr);
-    if (kept != nullptr)
-      for (const Variable<T>& variable : *kept) {
-        state->require_own_if_active(variable.link());
-        adjoints_.keep(variable.link().index());
-      }
-    for (std::size_t k = 0; k < roots.size(); ++k)
-      if (roots[k].is_active()) adjoints_.view().at(roots[k].link().index(), adjoints_)[k] = T(1);
-    state->visit_backwards(
-        [&](const detail::StatementRun& run) { detail::VectorSweep<T, Width>::run(run, last, adjoints_); });
-    adjoints_.pass(0, true);
+    detail::sweep_vectors<T, Width>(*state, roots, kept, adjoints_, [](std::size_t k) { return k; });
     state_ = state;
     generation_ = state->next.generation();
   }

@@ -51,12 +51,15 @@ class JacobianPattern {
   [[nodiscard]] std::size_t column_count() const { return columns_; }
   [[nodiscard]] std::size_t entry_count() const { return columns_of_.size(); }
 
-  /// The first entry of a row; that of row_count() is entry_count().
-  [[nodiscard]] std::size_t row_begin(std::size_t row) const { return begins_[row]; }
-  [[nodiscard]] std::size_t column_of(std::size_t entry) const { return columns_of_[entry]; }
   /// The columns of a row's entries.
   [[nodiscard]] std::span<const Index> row(std::size_t row) const {
     return {columns_of_.data() + begins_[row], begins_[row + 1] - begins_[row]};
+  }
+  /// visit(row, column, number) for each entry, in order.
+  template <class Visit>
+  void visit(Visit visit) const {
+    for (std::size_t r = 0; r < rows_; ++r)
+      for (std::size_t e = begins_[r]; e < begins_[r + 1]; ++e) visit(r, std::size_t(columns_of_[e]), e);
   }
   [[nodiscard]] bool operator==(const JacobianPattern&) const = default;
 

@@ -66,23 +66,41 @@ void require_recordable(const Links&... links) {
   (state.require_own_if_active(links), ...);
 }
 
-/// An operation whose result is an array.
-template <class T, std::size_t Rank, class Pullback, class... Slots>
-class ArrayRecord final : public TapeRecord<T> {
+/// An operation whose result is an array; it owns the result's adjoint.
+template <class T, std::size_t Rank>
+class ArrayResultRecord : public TapeRecord<T> {
  public:
-  ArrayRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, Slots... slots)
-      : adjoint_(std::move(adjoint)), pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
-  ~ArrayRecord() override { adjoint_->detach(); }
-  void pull_back(T* adjoints, std::size_t) override {
+  explicit ArrayResultRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint) : adjoint_(std::move(adjoint)) {}
+  ArrayResultRecord(const ArrayResultRecord&) = delete;
+  ArrayResultRecord& operator=(const ArrayResultRecord&) = delete;
+  ~ArrayResultRecord() override { adjoint_->detach(); }
+  void pull_back(T* adjoints, std::size_t) final {
     if (!adjoint_->is_touched()) return;
-    std::apply([&](const auto&... slots) { pullback_(adjoint_->read(), slots.adjoint(adjoints)...); },
-               slots_);
+    pull_back_array(adjoint_->read(), adjoints);
     if (adjoint_.use_count() == 1) adjoint_->release();  // consumed, and no variable is left to ask for it
   }
-  void forget_adjoint() noexcept override { adjoint_->forget(); }
+  void forget_adjoint() noexcept final { adjoint_->forget(); }
 
  private:
+  virtual void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) = 0;
+
   std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint_;
+};
+
+/// One of a few inputs of any kinds.
+template <class T, std::size_t Rank, class Pullback, class... Slots>
+class ArrayRecord final : public ArrayResultRecord<T, Rank> {
+ public:
+  ArrayRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, Slots... slots)
+      : ArrayResultRecord<T, Rank>(std::move(adjoint)),
+        pullback_(std::move(pullback)),
+        slots_(std::move(slots)...) {}
+
+ private:
+  void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
+    std::apply([&](const auto&... slots) { pullback_(adjoint, slots.adjoint(scalar_adjoints)...); }, slots_);
+  }
+
   Pullback pullback_;
   std::tuple<Slots...> slots_;
 };

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/formula.hpp>
 #include <tapestry/autodiff/replay_program.hpp>
 #include <tapestry/autodiff/replay_statement.hpp>
 #include <tapestry/autodiff/tape_state.hpp>
@@ -112,15 +113,6 @@ struct RecordedLeaves {
     ++operand_count;
   }
 };
-
-template <class T, class X>
-[[nodiscard]] auto as_expression(const X& x) {
-  if constexpr (ScalarExpression<X>) {
-    return x;
-  } else {
-    return Constant<T>(static_cast<T>(x));
-  }
-}
 
 }  // namespace detail
 /// Called by comparisons of Replayable formulas.

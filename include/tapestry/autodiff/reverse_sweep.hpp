@@ -9,6 +9,7 @@
 #include <tapestry/autodiff/statement.hpp>
 #include <tapestry/autodiff/statement_walk.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
+#include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {
 
@@ -63,15 +64,6 @@ template <class T, class Skip>
   return part;
 }
 
-/// Whether this processor multiplies and adds in one instruction, as code compiled for avx2 and fma does.
-[[nodiscard]] inline bool has_fused_multiply_add() {
-#if defined(__x86_64__)
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#else
-  return false;
-#endif
-}
-
 /// sum + factor · partial, rounded once if IsFused.
 template <bool IsFused, class T>
 [[nodiscard, gnu::always_inline]] inline T add_product(const T& sum, const T& factor, const T& partial) {
@@ -99,7 +91,7 @@ class ReverseSweep {
     });
 #if defined(__x86_64__)
     if constexpr (std::floating_point<Scalar>)
-      if (has_fused_multiply_add()) return sweep_fused(part, pull_back);
+      if (best_instruction_set() != InstructionSet::portable) return sweep_fused(part, pull_back);
 #endif
     sweep<false>(part, pull_back);
   }

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/statement_walk.hpp>
 #include <tapestry/autodiff/tape_memory.hpp>
 #include <tapestry/autodiff/vector_adjoints.hpp>
+#include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {
 
@@ -18,10 +19,14 @@ class VectorSweep {
   static void run(const StatementRun& run, std::size_t root, VectorAdjoints<Scalar, Width>& adjoints) {
     const StatementRun part = run_up_to<Scalar>(root, run, [](StatementKind) {});
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-      return run_avx512(part, adjoints);
-    if (has_fused_multiply_add()) return run_avx2(part, adjoints);
+    switch (best_instruction_set()) {
+      case InstructionSet::avx512:
+        return run_avx512(part, adjoints);
+      case InstructionSet::avx2:
+        return run_avx2(part, adjoints);
+      default:
+        break;
+    }
 #endif
     sweep(part, adjoints);
   }

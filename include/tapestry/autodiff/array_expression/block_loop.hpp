@@ -8,16 +8,16 @@ namespace tapestry::detail {
 /// first-level cache.
 inline constexpr std::size_t array_block = 256;
 
-/// Calls body(i) for `count` i from `first` on, a constant, where the bodies may run in any order and side by
+/// Calls body(i) for Count i from `first` on, where the bodies may run in any order and side by
 /// side.
-template <std::size_t count, class Body>
+template <std::size_t Count, class Body>
 [[gnu::always_inline]] inline void plain_group(std::size_t first, const Body& body) {
 #if defined(__clang__)
 #pragma clang loop vectorize(assume_safety)
 #elif defined(__GNUC__)
 #pragma GCC ivdep
 #endif
-  for (std::size_t i = 0; i < count; ++i) body(first + i);
+  for (std::size_t i = 0; i < Count; ++i) body(first + i);
 }
 
 /// Calls body(i) for i < count, likewise. Most run in loops of constant length, which compilers make loops of

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <tapestry/autodiff/array_expression/evaluate.hpp>
 #include <tapestry/autodiff/array_expression/node.hpp>
+#include <tapestry/autodiff/formula.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <type_traits>
 

@@ -106,9 +106,9 @@ struct VectorExp {
 };
 
 /// to[i] = exp(from[i] − shift), for elements `step` apart.
-template <Exponential policy, class T>
+template <Exponential Policy, class T>
 void exponentials(const T* from, T* to, T shift, std::size_t count, std::size_t step) {
-  if constexpr (policy == Exponential::library) {
+  if constexpr (Policy == Exponential::library) {
     for (std::size_t i = 0; i < count; ++i) to[i * step] = std::exp(from[i * step] - shift);
   } else if (step == 1) {
     struct Body {
@@ -124,10 +124,10 @@ void exponentials(const T* from, T* to, T shift, std::size_t count, std::size_t 
 }
 }  // namespace detail
 
-/// exp of each element in the way that the policy says; the derivative is the value, error and all.
-template <Exponential policy, DifferentiableArray X>
+/// exp of each element in the way that Policy says; the derivative is the value, error and all.
+template <Exponential Policy, DifferentiableArray X>
 [[nodiscard]] auto exp(const X& x) {
-  if constexpr (policy == Exponential::library) {
+  if constexpr (Policy == Exponential::library) {
     return detail::array_unary<detail::Exp>(x);
   } else {
     return detail::array_unary<detail::VectorExp>(x);

@@ -17,23 +17,21 @@ namespace detail {
 /// An operation of any number of inputs of one kind, whose result is an array. The tape calls
 /// pullback(value_adjoint, adjoints), with a null among the adjoints for each passive input.
 template <class T, std::size_t Rank, class Slot, class Pullback>
-class JoinRecord final : public TapeRecord<T> {
+class JoinRecord final : public ArrayResultRecord<T, Rank> {
  public:
   JoinRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, std::vector<Slot> slots)
-      : adjoint_(std::move(adjoint)), pullback_(std::move(pullback)), slots_(std::move(slots)) {}
-  ~JoinRecord() override { adjoint_->detach(); }
-  void pull_back(T* adjoints, std::size_t) override {
-    if (!adjoint_->is_touched()) return;
-    std::vector<decltype(slots_.front().adjoint(adjoints))> input_adjoints;
-    input_adjoints.reserve(slots_.size());
-    for (const Slot& slot : slots_) input_adjoints.push_back(slot.adjoint(adjoints));
-    pullback_(adjoint_->read(), input_adjoints);
-    if (adjoint_.use_count() == 1) adjoint_->release();  // as ArrayRecord
-  }
-  void forget_adjoint() noexcept override { adjoint_->forget(); }
+      : ArrayResultRecord<T, Rank>(std::move(adjoint)),
+        pullback_(std::move(pullback)),
+        slots_(std::move(slots)) {}
 
  private:
-  std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint_;
+  void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
+    std::vector<decltype(slots_.front().adjoint(scalar_adjoints))> input_adjoints;
+    input_adjoints.reserve(slots_.size());
+    for (const Slot& slot : slots_) input_adjoints.push_back(slot.adjoint(scalar_adjoints));
+    pullback_(adjoint, input_adjoints);
+  }
+
   Pullback pullback_;
   std::vector<Slot> slots_;
 };

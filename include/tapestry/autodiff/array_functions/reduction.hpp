@@ -84,14 +84,14 @@ template <class T>
 
 /// weights[i] = exp(line[i] − largest) / Σ …, and log Σ exp. Where the largest is infinite, those equal to it
 /// share 1 equally.
-template <Exponential policy, class T>
+template <Exponential Policy, class T>
 [[nodiscard]] T softmax_line(const T* line, T* weights, std::size_t count, std::size_t step) {
   const T top = largest_of_line(line, count, step);
   CompensatedSum sum;
   if (std::isinf(top)) {
     for (std::size_t i = 0; i < count; ++i) weights[i * step] = line[i * step] == top ? T(1) : T(0);
   } else {
-    exponentials<policy>(line, weights, top, count, step);
+    exponentials<Policy>(line, weights, top, count, step);
   }
   sum.add(count, [=](std::size_t i) { return weights[i * step]; });
   const auto share = static_cast<T>(1 / sum.total());
@@ -102,14 +102,14 @@ template <Exponential policy, class T>
 
 /// log Σ exp x over all elements, without overflow; −∞ for none. The derivatives are the softmax of x; where
 /// the maximum is infinite, the elements equal to it share 1 equally.
-/// \tparam policy  how the exponentials are computed; below exp(−707), in double, a share is 0
-template <Exponential policy = Exponential::vector, DifferentiableArray X>
+/// \tparam Policy  how the exponentials are computed; below exp(−707), in double, a share is 0
+template <Exponential Policy = Exponential::vector, DifferentiableArray X>
 [[nodiscard]] auto logsumexp(const X& x) {
   using T = detail::ArrayScalarType<X>;
   const ArrayVariable<T, X::rank> variable(x);
   const auto weights = detail::array_like(variable);
   const T value =
-      detail::softmax_line<policy>(variable.value().data(), weights->data(), variable.size(), std::size_t(1));
+      detail::softmax_line<Policy>(variable.value().data(), weights->data(), variable.size(), std::size_t(1));
   const auto pullback = [weights](T value_adjoint, Array<T, X::rank>* x_adjoint) {
     T* const to = x_adjoint->data();
     for (std::size_t i = 0; i < weights->size(); ++i) to[i] += value_adjoint * weights->data()[i];
@@ -155,7 +155,7 @@ void for_each_line(const AxisLayout& layout, Visit visit) {
 
 /// log Σ exp along one axis, which goes; each line as logsumexp(). \throws ShapeError if there is no such
 /// axis
-template <Exponential policy = Exponential::vector, DifferentiableArray X>
+template <Exponential Policy = Exponential::vector, DifferentiableArray X>
 [[nodiscard]] auto logsumexp_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;
   constexpr std::size_t rank = X::rank;
@@ -164,7 +164,7 @@ template <Exponential policy = Exponential::vector, DifferentiableArray X>
   Array<T, rank - 1> value(detail::without_axis(variable.shape(), axis));
   const auto weights = detail::array_like(variable);
   detail::for_each_line(layout, [&](std::size_t first, std::size_t line) {
-    value.data()[line] = detail::softmax_line<policy>(variable.value().data() + first,
+    value.data()[line] = detail::softmax_line<Policy>(variable.value().data() + first,
                                                       weights->data() + first, layout.count, layout.inner);
   });
   const auto pullback = [layout, weights](const Array<T, rank - 1>& value_adjoint,
@@ -182,7 +182,7 @@ template <Exponential policy = Exponential::vector, DifferentiableArray X>
 
 /// exp x / Σ exp along one axis, without overflow. The pullback, y·(g − Σ g·y), sums in double.
 /// \throws ShapeError if there is no such axis
-template <Exponential policy = Exponential::vector, DifferentiableArray X>
+template <Exponential Policy = Exponential::vector, DifferentiableArray X>
 [[nodiscard]] auto softmax_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;
   constexpr std::size_t rank = X::rank;
@@ -190,7 +190,7 @@ template <Exponential policy = Exponential::vector, DifferentiableArray X>
   const auto layout = detail::layout_around("softmax_along", variable.shape(), axis);
   const auto value = detail::array_like(variable);
   detail::for_each_line(layout, [&](std::size_t first, std::size_t) {
-    static_cast<void>(detail::softmax_line<policy>(variable.value().data() + first, value->data() + first,
+    static_cast<void>(detail::softmax_line<Policy>(variable.value().data() + first, value->data() + first,
                                                    layout.count, layout.inner));
   });
   const auto pullback = [layout, value](const Array<T, rank>& value_adjoint, Array<T, rank>* x_adjoint) {

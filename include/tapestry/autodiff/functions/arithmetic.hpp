@@ -1,6 +1,7 @@
 #pragma once
 #include <compare>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/formula.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,6 +1,7 @@
 #pragma once
 #include <limits>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/formula.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 
 namespace tapestry {

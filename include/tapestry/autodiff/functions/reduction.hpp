@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <tapestry/autodiff/formula.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <type_traits>

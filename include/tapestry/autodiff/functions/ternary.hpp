@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/formula.hpp>
 #include <tapestry/autodiff/functions/power.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
@@ -82,7 +83,7 @@ class Ternary {
     z_.write(leaves);
   }
   template <class Leaves>
-  [[nodiscard]] static Ternary read(Leaves& leaves) {
+  [[nodiscard, gnu::always_inline]] static Ternary read(Leaves& leaves) {
     const X x = X::read(leaves);  // the order matters
     const Y y = Y::read(leaves);
     return Ternary(x, y, Z::read(leaves));
@@ -95,20 +96,11 @@ class Ternary {
   T value_;
 };
 
-template <class T, class X>
-[[nodiscard]] auto as_operand(const X& x) {
-  if constexpr (ScalarExpression<X>) {
-    return x;
-  } else {
-    return Constant<T>(static_cast<T>(x));
-  }
-}
-
 template <class Operation, class T, class X, class Y, class Z>
 [[nodiscard]] auto expression_ternary(const X& x, const Y& y, const Z& z) {
-  const auto a = as_operand<T>(x);
-  const auto b = as_operand<T>(y);
-  const auto c = as_operand<T>(z);
+  const auto a = as_expression<T>(x);
+  const auto b = as_expression<T>(y);
+  const auto c = as_expression<T>(z);
   return Ternary<Operation, std::remove_const_t<decltype(a)>, std::remove_const_t<decltype(b)>,
                  std::remove_const_t<decltype(c)>>(a, b, c);
 }

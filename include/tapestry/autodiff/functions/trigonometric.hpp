@@ -1,5 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/formula.hpp>
 #include <tapestry/autodiff/scalar_functions.hpp>
 
 namespace tapestry {
