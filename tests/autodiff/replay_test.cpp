@@ -152,6 +152,19 @@ TEST_CASE("a zero adjoint passes no infinite partial in a replay", "[autodiff][r
   CHECK(gradient[0] == 1);
 }
 
+TEST_CASE("the side that min() does not take passes no infinite partial within a formula in a replay",
+          "[autodiff][replay]") {
+  Replay<double> replay([](const auto* x) { return 2 * min(x[0], x[1] / x[2]) + x[1]; },
+                        std::vector<double>{1, 1, 0.5});
+  std::vector<double> gradient(3);
+  CHECK(replay.gradient(std::vector<double>{3, 1, 0}, gradient) == 7);
+  CHECK(gradient == std::vector<double>{2, 1, 0});
+  CHECK(replay.gradient(std::vector<double>{3, 1, 1}, gradient) == 3);
+  CHECK(gradient == std::vector<double>{0, 3, -2});
+  CHECK(std::isnan(replay.gradient(std::vector<double>{3, 1, NAN}, gradient)));
+  CHECK(std::isnan(gradient[2]));  // a real NaN stays one
+}
+
 TEST_CASE("functions without a formula, or of nothing, replay", "[autodiff][replay]") {
   Replay<float> identity([](const auto* x) { return x[1]; }, std::vector<float>{1, 2});
   std::vector<float> gradient(2);

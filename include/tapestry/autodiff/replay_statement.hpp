@@ -1,11 +1,14 @@
 #pragma once
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tapestry/autodiff/expression.hpp>
+#include <tapestry/autodiff/placed_formula.hpp>
 #include <tapestry/autodiff/replay_program.hpp>
 #include <tapestry/core/error.hpp>
+#include <type_traits>
 #include <utility>
 
 namespace tapestry {
@@ -14,69 +17,30 @@ template <std::floating_point T>
 class Replayable;
 
 namespace detail {
-template <class Operation, class X, class Y, class Z>
-class Ternary;  // of functions/ternary.hpp
+/// f(k) for each place of a formula with so many variables, k a constant.
+template <std::size_t Variables, class Function>
+[[gnu::always_inline]] inline void for_each_place(const Function& f) {
+  [&]<std::size_t... Places>(std::index_sequence<Places...>) {
+    (f(std::integral_constant<std::size_t, Places>()), ...);
+  }
+  (std::make_index_sequence<Variables>());
+}
 
-/// Makes a formula from the slots of a frame.
-template <class T>
-struct ReplayedLeaves {
-  const T* values;
-  const std::uint32_t* operand;
+/// What one statement of a frame reads.
+template <class T, std::size_t Variables>
+struct ReplayOperands {
+  std::array<T, Variables> values;
   const T* constant;
-  const T* first = nullptr;  ///< the value of the first variable, if it is at hand
-  [[nodiscard]] T next_constant() { return *constant++; }
-  [[nodiscard]] Replayable<T> next_variable() {
-    const std::uint32_t slot = *operand++;
-    const T* const value = first == nullptr ? values + slot : std::exchange(first, nullptr);
-    return {*value, Link(slot, 0)};
+
+  [[gnu::always_inline]] ReplayOperands(const T* all, const std::uint32_t* slots, const T* first_constant)
+      : constant(first_constant) {
+    for_each_place<Variables>([&](auto k) { values[k] = all[slots[k]]; });
   }
-};
-
-template <class T>
-struct PartialsSink {
-  T* partial;
-  template <class Factor>
-  void add(Link, Factor factor) {
-    *partial++ = as_number<T>(factor);
+  [[nodiscard, gnu::always_inline]] T next_constant() { return *constant++; }
+  template <std::size_t Place>
+  [[nodiscard, gnu::always_inline]] T variable() const {
+    return values[Place];
   }
-};
-
-template <class T>
-struct AdjointsSink {
-  T* adjoints;
-  T adjoint;
-  T* first = nullptr;  ///< the adjoint of the first variable, if it is at hand
-  void add(Link link, One) { next(link) += adjoint; }
-  void add(Link link, MinusOne) { next(link) -= adjoint; }
-  void add(Link link, T partial) { next(link) += chain(adjoint, partial); }
-
- private:
-  T& next(Link link) { return first == nullptr ? adjoints[link.index()] : *std::exchange(first, nullptr); }
-};
-
-template <class E>
-struct LeafCounts;
-template <class T>
-struct LeafCounts<Replayable<T>> {
-  static constexpr std::size_t variables = 1, constants = 0;
-};
-template <class T>
-struct LeafCounts<Constant<T>> {
-  static constexpr std::size_t variables = 0, constants = 1;
-};
-template <class Operation, class X>
-struct LeafCounts<Unary<Operation, X>> : LeafCounts<X> {};
-template <class Operation, class X, class Y>
-struct LeafCounts<Binary<Operation, X, Y>> {
-  static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
-  static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants;
-};
-template <class Operation, class X, class Y, class Z>
-struct LeafCounts<Ternary<Operation, X, Y, Z>> {
-  static constexpr std::size_t variables =
-      LeafCounts<Binary<Operation, X, Y>>::variables + LeafCounts<Z>::variables;
-  static constexpr std::size_t constants =
-      LeafCounts<Binary<Operation, X, Y>>::constants + LeafCounts<Z>::constants;
 };
 
 /// Whether E has the form x ∘ y of a variable and something else, as in x = x ∘ y.
@@ -90,30 +54,28 @@ inline constexpr bool is_update<Binary<Operation, Replayable<T>, Y>> = true;
 template <class E>
 struct ReplayStatement {
   using T = typename E::ExpressionScalar;
+  using Formula = typename Placed<E>::type;
   static constexpr std::size_t variables = LeafCounts<E>::variables;
   static constexpr std::size_t constants = LeafCounts<E>::constants;
   static constexpr bool keeps_partials = !is_cheap<E>() && pushes_all<E>();
   static constexpr bool can_chain = is_update<E> && pushes_all<E>();
 
   static void forward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
-    ReplayedLeaves<T> leaves{arrays.values, arrays.operands + run.operand, arrays.constants + run.constant};
     T* const values = arrays.values + run.result;
-    PartialsSink<T> partials{arrays.partials + run.partial};
-    const auto compute = [&](std::size_t i) {
-      const E formula = E::read(leaves);
-      if constexpr (keeps_partials) formula.push(T(1), partials);
-      return values[i] = formula.value();
-    };
     if constexpr (can_chain)
       if (run.is_chain) {
         T last = values[-1];
         for (std::size_t i = 0, count = run.count; i < count; ++i) {
-          leaves.first = &last;
-          last = compute(i);
+          Operands operands = operands_of(run, arrays, i);
+          operands.values[0] = last;
+          values[i] = last = compute(operands, run, arrays, i);
         }
         return;
       }
-    for (std::size_t i = 0, count = run.count; i < count; ++i) compute(i);
+    for (std::size_t i = 0, count = run.count; i < count; ++i) {
+      Operands operands = operands_of(run, arrays, i);
+      values[i] = compute(operands, run, arrays, i);
+    }
   }
 
   static void backward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
@@ -122,34 +84,85 @@ struct ReplayStatement {
       if (run.is_chain) {
         T adjoint = results[run.count - 1];
         for (std::size_t i = run.count; i-- > 0;) {
-          T before = results[static_cast<std::ptrdiff_t>(i) - 1];
+          const T before = results[static_cast<std::ptrdiff_t>(i) - 1];
           results[i] = T(0);
-          pull(run, arrays, i, AdjointsSink<T>{arrays.adjoints, adjoint, &before});
-          adjoint = before;
+          const Pushed pushed = pull(run, arrays, i, adjoint);
+          adjoint = before + pushed[0];
+          add<1>(run, arrays, i, pushed);
         }
         results[-1] = adjoint;
         return;
       }
     for (std::size_t i = run.count; i-- > 0;) {
       const T adjoint = std::exchange(results[i], T(0));
-      pull(run, arrays, i, AdjointsSink<T>{arrays.adjoints, adjoint});
-    }
-  }
-
-  [[gnu::always_inline]] static inline void pull(const ReplayRun<T>& run, const ReplayArrays<T>& arrays,
-                                                 std::size_t i, AdjointsSink<T> sink) {
-    const std::uint32_t* const operands = arrays.operands + run.operand + i * variables;
-    if constexpr (keeps_partials) {
-      const T* const partials = arrays.partials + run.partial + i * variables;
-      for (std::size_t k = 0; k < variables; ++k) sink.add(Link(operands[k], 0), partials[k]);
-    } else {
-      ReplayedLeaves<T> leaves{arrays.values, operands, arrays.constants + run.constant + i * constants};
-      E::read(leaves).push(One{}, sink);
+      add<0>(run, arrays, i, pull(run, arrays, i, adjoint));
     }
   }
 
   static constexpr ReplayOperation<T> operation{
       forward, backward, variables, constants, keeps_partials ? variables : 0, true, can_chain};
+
+ private:
+  using Operands = ReplayOperands<T, variables>;
+  using Pushed = std::array<T, variables>;
+
+  [[gnu::always_inline]] static inline Operands operands_of(const ReplayRun<T>& run,
+                                                            const ReplayArrays<T>& arrays, std::size_t i) {
+    return {arrays.values, arrays.operands + run.operand + i * variables,
+            arrays.constants + run.constant + i * constants};
+  }
+
+  [[gnu::always_inline]] static inline T compute(Operands& operands, const ReplayRun<T>& run,
+                                                 const ReplayArrays<T>& arrays, std::size_t i) {
+    const Formula formula = Formula::read(operands);
+    if constexpr (keeps_partials) {
+      PlacedSink<T, variables, false> sink{T(1)};
+      formula.push(T(1), sink);
+      T* const partials = arrays.partials + run.partial + i * variables;
+      for_each_place<variables>([&](auto k) { partials[k] = sink.pushed[k]; });
+    }
+    return formula.value();
+  }
+
+  /// What statement i passes on. Plain products are tried first: they need no branches. Only where they come
+  /// out as NaN may it be that a zero has met an infinite partial, which it does not pass.
+  [[gnu::always_inline]] static inline Pushed pull(const ReplayRun<T>& run, const ReplayArrays<T>& arrays,
+                                                   std::size_t i, T adjoint) {
+    Pushed pushed;
+    if constexpr (keeps_partials) {
+      const T* const partials = arrays.partials + run.partial + i * variables;
+      for_each_place<variables>([&](auto k) { pushed[k] = chain(adjoint, partials[k]); });
+    } else {
+      pushed = products<true>(run, arrays, i, adjoint);
+      T sum = 0;
+      for_each_place<variables>([&](auto k) { sum += pushed[k]; });
+      if (sum != sum) [[unlikely]]
+        pushed = careful_products(run, arrays, i, adjoint);
+    }
+    return pushed;
+  }
+  [[gnu::noinline, gnu::cold]] static Pushed careful_products(const ReplayRun<T>& run,
+                                                              const ReplayArrays<T>& arrays, std::size_t i,
+                                                              T adjoint) {
+    return products<false>(run, arrays, i, adjoint);
+  }
+  template <bool IsPlain>
+  [[gnu::always_inline]] static inline Pushed products(const ReplayRun<T>& run, const ReplayArrays<T>& arrays,
+                                                       std::size_t i, T adjoint) {
+    Operands operands = operands_of(run, arrays, i);
+    PlacedSink<T, variables, IsPlain> sink{adjoint};
+    Formula::read(operands).push(One{}, sink);
+    return sink.pushed;
+  }
+
+  template <std::size_t First>
+  [[gnu::always_inline]] static inline void add(const ReplayRun<T>& run, const ReplayArrays<T>& arrays,
+                                                std::size_t i, const Pushed& pushed) {
+    const std::uint32_t* const slots = arrays.operands + run.operand + i * variables;
+    for_each_place<variables>([&](auto k) {
+      if (k >= First) arrays.adjoints[slots[k]] += pushed[k];
+    });
+  }
 };
 
 /// How two numbers compare, as a number: −1, 0, 1, or 2 if one is not a number. Without branches, since
@@ -166,20 +179,24 @@ struct ComparedAs {
 template <class X, class Y>
 struct ReplayGuard {
   using T = typename X::ExpressionScalar;
+  using Left = typename Placed<X>::type;
+  using Right = typename Placed<Y, LeafCounts<X>::variables>::type;
   static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
   static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants + 1;
 
   static void forward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
-    ReplayedLeaves<T> leaves{arrays.values, arrays.operands + run.operand, arrays.constants + run.constant};
-    for (std::size_t i = 0; i < run.count; ++i) {
-      const T x = X::read(leaves).value();
-      const T y = Y::read(leaves).value();
-      if (ComparedAs::value(x, y) != leaves.next_constant()) [[unlikely]]
+    const std::uint32_t* slots = arrays.operands + run.operand;
+    const T* constant = arrays.constants + run.constant;
+    for (std::size_t i = 0; i < run.count; ++i, slots += variables, constant += constants) {
+      ReplayOperands<T, variables> operands(arrays.values, slots, constant);
+      const T x = Left::read(operands).value();
+      const T y = Right::read(operands).value();
+      if (ComparedAs::value(x, y) != operands.next_constant()) [[unlikely]]
         throw_otherwise(x, y);
     }
   }
   static void backward(const ReplayRun<T>&, const ReplayArrays<T>&) {}
-  [[noreturn]] static void throw_otherwise(T x, T y) {
+  [[noreturn, gnu::noinline]] static void throw_otherwise(T x, T y) {
     throw DomainError("Replay: the comparison of " + std::to_string(x) + " with " + std::to_string(y) +
                       " comes out otherwise than when it was recorded; record again for these inputs");
   }
