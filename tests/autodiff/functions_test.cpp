@@ -136,6 +136,25 @@ TEST_CASE("pow at its special points", "[autodiff][functions]") {
   CHECK(underflowing[1] == 2e-200);
 }
 
+TEST_CASE("division by zero has infinite slopes, and NaN only of 0 / 0", "[autodiff][functions]") {
+  const auto quotient = [](const auto& x, const auto& y) { return x / y; };
+  using Triple = std::array<double, 3>;
+  CHECK(on_tape<double>(quotient, 1, 0) == Triple{infinity, infinity, -infinity});
+  CHECK(on_tape<double>(quotient, -1, 0) == Triple{-infinity, infinity, infinity});
+  CHECK(on_tape<double>(quotient, 1, -0.0) == Triple{-infinity, -infinity, -infinity});
+  CHECK(on_tape<double>(quotient, 1, infinity) == Triple{0, 0, 0});
+  const auto undefined = on_tape<double>(quotient, 0, 0);
+  CHECK(std::isnan(undefined[0]));
+  CHECK(undefined[1] == infinity);
+  CHECK(std::isnan(undefined[2]));
+  using Pair = std::array<double, 2>;
+  CHECK(on_tape<double>([](const auto& x) { return x / 0.0; }, 3) == Pair{infinity, infinity});
+  CHECK(on_tape<double>([](const auto& x) { return 1 / x; }, 0) == Pair{infinity, -infinity});
+  const auto masked = [](const auto& x) { return 0 * (1 / x) + 2 * x; };
+  CHECK(std::isnan(on_tape<double>(masked, 0)[0]));
+  CHECK(on_tape<double>(masked, 0)[1] == 2);  // a factor 0 passes no infinite slope
+}
+
 TEST_CASE("kinks have the subgradients of the documentation", "[autodiff][functions]") {
   using Pair = std::array<double, 2>;
   using Triple = std::array<double, 3>;
