@@ -44,6 +44,9 @@ class HandAdjoint final : public Computation {
 /// An objective that is recorded anew in each run, on a tape that keeps its memory.
 template <class Objective>
 class RecordedObjective : public Computation {
+  Objective objective_;
+  std::vector<double> x_;
+
  protected:
   explicit RecordedObjective(const Objective& objective)
       : objective_(objective), x_(objective.start()), inputs_(x_.size()) {
@@ -60,10 +63,6 @@ class RecordedObjective : public Computation {
 
   Tape<double> tape_;
   std::vector<Variable<double>> inputs_;
-
- private:
-  Objective objective_;
-  std::vector<double> x_;
 };
 
 template <class Objective>
