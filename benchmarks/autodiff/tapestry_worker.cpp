@@ -4,60 +4,17 @@
 #include <string>
 #include <type_traits>
 
-#include "array_computation.hpp"
 #include "float_sum_computations.hpp"
-#include "jacobian_computations.hpp"
-#include "tape_computations.hpp"
+#include "variants.hpp"
 
 namespace tapestry::benchmarks {
 namespace {
-
-using Made = std::unique_ptr<Computation>;
-
-[[nodiscard]] Made make_jacobian(const BundleJacobian& objective, const std::string& variant) {
-  if (variant == "scalar") return std::make_unique<BlockSweeps>(objective);
-  if (variant == "dual") return std::make_unique<BlockDuals>(objective);
-  if (variant == "compressed") return std::make_unique<CompressedSweeps>(objective);
-  return nullptr;
-}
 
 [[nodiscard]] Made make_sum(const FloatSum& objective, const std::string& variant) {
   if (variant == "naive-float") return std::make_unique<NaiveSum<float>>(objective);
   if (variant == "plain") return std::make_unique<NaiveSum<double>>(objective);
   if (variant == "array-float") return std::make_unique<CompensatedArraySum>(objective);
   return nullptr;
-}
-
-template <class Objective>
-[[nodiscard]] Made make_array(const Objective& objective, const std::string& variant) {
-  if constexpr (std::is_same_v<Objective, Softmax>) {
-    using Form = SoftmaxForm<double, Exponential::library>;
-    if (variant == "array-library-exp") return std::make_unique<ArrayTape<Softmax, double, Form>>(objective);
-  }
-  if constexpr (HasArrayForm<Objective>) {
-    if (variant == "array") return std::make_unique<ArrayTape<Objective, double>>(objective);
-    if (variant == "array-float") return std::make_unique<ArrayTape<Objective, float>>(objective);
-  }
-  return nullptr;
-}
-
-template <class Objective>
-[[nodiscard]] Made make(const Objective& objective, const std::string& variant, std::ptrdiff_t threads) {
-  if (variant == "plain") return std::make_unique<PlainValue<Objective>>(objective);
-  if (variant == "hand") return std::make_unique<HandAdjoint<Objective>>(objective);
-  if constexpr (std::is_same_v<Objective, BundleJacobian>) {
-    return make_jacobian(objective, variant);
-  } else {
-    if (variant == "scalar" && threads > 1)
-      return std::make_unique<OnThreads<ScalarTape<Objective>>>(objective, threads);
-    if (variant == "scalar") return std::make_unique<ScalarTape<Objective>>(objective);
-    if (variant == "scalar-8-roots") return std::make_unique<VectorSweeps<Objective>>(objective);
-    if (variant == "hessian-product") return std::make_unique<HessianTimesVector<Objective>>(objective);
-    using Replayed = ReplayedRecording<Objective>;
-    if (variant == "replay") return std::make_unique<Replayed>(objective, Guards::record);
-    if (variant == "replay-unguarded") return std::make_unique<Replayed>(objective, Guards::ignore);
-    return make_array(objective, variant);
-  }
 }
 
 }  // namespace
@@ -70,7 +27,7 @@ int main(int argc, char** argv) {
                       if constexpr (std::is_same_v<std::remove_cvref_t<decltype(objective)>, FloatSum>) {
                         return make_sum(objective, variant);
                       } else {
-                        return make(objective, variant, threads);
+                        return make_variant(objective, variant, threads);
                       }
                     });
 }
