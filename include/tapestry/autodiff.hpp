@@ -3,6 +3,8 @@
 /// dual numbers, and derivatives of whole functions. Array operations on the same tape are in
 /// autodiff/array_functions.hpp, a user's own operations in autodiff/record.hpp, a check of any gradient in
 /// autodiff/gradient_check.hpp, and what lets Eigen's matrices hold variables in autodiff/eigen.hpp.
+/// Jacobians are in autodiff/jacobian.hpp, sparse ones in autodiff/compressed_jacobian.hpp, and recordings
+/// that serve again for other inputs in autodiff/replay.hpp.
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>

@@ -1,9 +1,10 @@
 #pragma once
 /// \mainpage Tapestry
 /// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one gradient
-/// runs from a detector's output back to the paint on a car. This header includes all of it but
-/// io/implementation.hpp, which belongs in one source file of a program. Including only what a file needs
-/// compiles faster; so does TAPESTRY_EXTERN_KERNELS, see nn/implementation.hpp and raster/implementation.hpp.
+/// runs from a detector's output back to the paint on a car. This header includes all of it but the files
+/// named implementation.hpp, which belong in one source file of a program: that of io wherever pictures are
+/// read or written, those of nn and raster under TAPESTRY_EXTERN_KERNELS, which compiles faster. So does
+/// including only what a file needs.
 ///
 /// The layers, a header of one using only its own folder and those before it:
 ///   core                          arrays, checks, errors, files, random numbers, threads

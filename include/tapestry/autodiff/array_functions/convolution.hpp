@@ -104,13 +104,15 @@ template <class T>
 
 /// Cross-correlation, what networks call a convolution, of one picture with zeros around it:
 ///
-///   y[o, i, j] = Σ over c, r, s of weights[o, c, r, s] · x[c, i·stride + r − padding, j·stride + s −
-///   padding]
+///   y[o, i, j] = Σ over c, r, s of weights[o, c, r, s] · x[c, i·stride + r − p, j·stride + s − p]
 ///
-/// At least one of the two is an array variable or a formula. Meant for small pictures, in one thread; nn/
-/// has the convolutions of detectors. \param x        [C, H, W] \param weights  [O, C, R, S] \returns [O, (H
-/// + 2·padding − R) / stride + 1, (W + 2·padding − S) / stride + 1] \throws ShapeError if channels differ,
-/// the window is larger than the padded picture, or stride is 0
+/// with p zeros at each side. At least one of the two is an array variable or a formula. Meant for small
+/// pictures, in one thread; nn/ has the convolutions of detectors.
+///
+/// \param x        [C, H, W]
+/// \param weights  [O, C, R, S]
+/// \returns        [O, (H + 2·p − R) / stride + 1, (W + 2·p − S) / stride + 1]
+/// \throws ShapeError if channels differ, the window is larger than the padded picture, or stride is 0
 template <class X, class W>
 requires(DifferentiableArray<X> || DifferentiableArray<W>)
     [[nodiscard]] auto convolve(const X& x, const W& weights, const ConvolutionWindow& window = {}) {
