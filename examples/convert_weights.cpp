@@ -49,10 +49,7 @@ void require_sound(const Options& options) {
   ProblemList list;
   if (!options.decode.empty()) list.require_choice("--decode", options.decode, decode_choices());
   list.require(options.epsilon > 0 && options.epsilon < 1, "--batch-norm-epsilon must lie between 0 and 1");
-  std::error_code no_such_file;
-  for (const auto& input : {options.cfg, options.weights})
-    list.require(!std::filesystem::equivalent(options.output, input, no_such_file),
-                 "--output would overwrite " + input);
+  list.require_kept("--output", options.output, {options.cfg, options.weights});
   list.throw_first();
 }
 

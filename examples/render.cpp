@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <numbers>
@@ -112,7 +113,7 @@ void describe(CLI::App& app, Options& o) {
       ->expected(3)
       ->capture_default_str();
   app.add_option("--threads", o.threads, "threads; 0: all cores")->capture_default_str();
-  app.add_option("--output", o.output, "PNG to write; one of that name is replaced")->capture_default_str();
+  app.add_option("--output", o.output, "PNG to write; an older one is replaced")->capture_default_str();
   app.add_option("--export", o.exported,
                  "also write the painted mesh: NAME.glb, or NAME.obj with NAME.mtl and NAME.png");
 }
@@ -134,11 +135,38 @@ void require_sound_camera(const Options& o, ProblemList& list) {
                "--frame and --pose say where the camera is; leave out --distance, --target and --turntable");
 }
 
+/// What is written is neither read nor written twice.
+void require_sound_files(const Options& o, ProblemList& list) {
+  const std::vector<std::string> inputs{o.mesh, o.texture, o.faces, o.frame};
+  list.require(o.output.ends_with(".png"), "--output takes a name that ends with .png");
+  list.require_kept("--output", o.output, inputs);
+  if (o.exported.empty()) return;
+  const bool is_obj = o.exported.ends_with(".obj");
+  list.require(is_obj || o.exported.ends_with(".glb"), "--export takes a name that ends with .glb or .obj");
+  list.require_kept("--export", o.exported, inputs);
+  if (!is_obj || o.texture.empty()) return;
+  const std::string stem = o.exported.substr(0, o.exported.size() - 4);
+  for (const char* end : {".mtl", ".png"}) list.require_kept("--export", stem + end, inputs);
+  const auto place = [](const std::string& path) { return std::filesystem::weakly_canonical(path); };
+  list.require(place(stem + ".png") != place(o.output),
+               "--export writes the texture to " + stem + ".png, which is --output");
+}
+
+void require_sound_light(const Options& o, ProblemList& list) {
+  list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
+  list.require(o.ambient >= 0 && std::isfinite(o.ambient), "--ambient must be a number from 0 on");
+  list.require(o.directional >= 0 && std::isfinite(o.directional),
+               "--directional must be a number from 0 on");
+  const double length = std::hypot(o.light_direction[0], o.light_direction[1], o.light_direction[2]);
+  list.require(length > 0 && std::isfinite(length), "--light-direction takes three numbers, not all 0");
+}
+
 void require_sound(const Options& o) {
   ProblemList list;
+  require_sound_files(o, list);
+  require_sound_light(o, list);
   list.require_choice("--view", o.view, mesh_view_names());
   list.require_choice("--filter", o.filter, {"bilinear", "trilinear"});
-  list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
   list.require(o.samples == 0 || o.samples == 1 || o.samples == 2 || o.samples == 4 || o.samples == 8,
                "--samples is " + std::to_string(o.samples) + "; expected 0, 1, 2, 4 or 8");
   for (const std::size_t side : o.size)
@@ -148,8 +176,6 @@ void require_sound(const Options& o) {
   list.require(o.faces.empty() || o.material.empty(), "--faces and --material cannot be given together");
   list.require(o.texture.empty() || o.colour.empty(), "--texture and --colour cannot be given together");
   list.require(o.u_extent >= 0 && o.u_extent <= 1e6, "--u-extent lies in 0 to 1e6");
-  list.require(o.exported.empty() || o.exported.ends_with(".glb") || o.exported.ends_with(".obj"),
-               "--export takes a name that ends with .glb or .obj");
   require_colour("--colour", o.colour, list);
   require_colour("--background", o.background, list);
   require_sound_camera(o, list);
@@ -346,8 +372,8 @@ int run(Options& o) {
   const Bitmap bitmap = is_sheet ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
   io::write_image(o.output, bitmap);
   if (!o.exported.empty()) export_scene(o.exported, scene);
-  std::printf("%s: %zu x %zu pixels, %zu views of %zu faces\n", o.output.c_str(), bitmap.shape(1),
-              bitmap.shape(0), bitmaps.size(), scene.mesh.faces.size());
+  std::printf("%s: %zu x %zu pixels, %zu view%s of %zu faces\n", o.output.c_str(), bitmap.shape(1),
+              bitmap.shape(0), bitmaps.size(), bitmaps.size() == 1 ? "" : "s", scene.mesh.faces.size());
   return 0;
 }
 }  // namespace

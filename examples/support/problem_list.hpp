@@ -1,5 +1,7 @@
 #pragma once
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
@@ -29,6 +31,13 @@ class ProblemList {
       list += (list.empty() ? "" : ", ") + choice;
     }
     require(false, std::string(option) + " is '" + value + "'; expected one of " + list);
+  }
+  /// Notes a usage error if writing `output` would replace a file that is read.
+  void require_kept(const char* option, const std::string& output, const std::vector<std::string>& inputs) {
+    std::error_code no_such_file;
+    for (const auto& input : inputs)
+      require(!std::filesystem::equivalent(output, input, no_such_file),
+              std::string(option) + " would overwrite " + input);
   }
   void throw_first() const {
     if (!problems_.empty()) throw problems_.front();

@@ -193,7 +193,7 @@ TEST_CASE("bad material files are refused with their line", "[io][mtl][bad_input
   REQUIRE(cut.size() == 1);
   CHECK(cut[0].name == "a b");
   CHECK(cut[0].colour == std::array<float, 3>{1, 0, 0.5F});
-  CHECK(warnings.size() == 2);
+  CHECK(warnings.size() == 3);
 }
 
 TEST_CASE("numbers do not depend on the locale", "[io][obj]") {  // O33

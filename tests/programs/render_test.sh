@@ -75,7 +75,8 @@ refused() { # refused CODE PATTERN OPTIONS...
   expect_error_line "$pattern"
 }
 for words in "--size 0" "--size 20000" "--samples 3" "--view depth" "--filter cubic" "--light soft" "--fov 180" \
-  "--distance -1" "--distance 1 2" "--colour 2 0 0" "--background 0 0 nan" "--turntable 361" "--threads -1" "--export car.stl"; do
+  "--distance -1" "--distance 1 2" "--colour 2 0 0" "--background 0 0 nan" "--turntable 361" "--threads -1" "--export car.stl" \
+  "--ambient -1" "--directional nan" "--light-direction 0 0 0"; do
   # shellcheck disable=SC2086  # several words on purpose
   refused 2 "${words% *}|${words%% *}|distance" $words
 done
@@ -98,6 +99,19 @@ refused 4 'no texture coordinates' --mesh plain.obj --texture car.png
 expect_exit 0 "a mesh of one face" "$render" --mesh plain.obj --size 1 --output one.png
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\n' >faceless.obj
 refused 3 'faceless.obj: OBJ has no faces' --mesh faceless.obj
+cp car.png paint.png
+refuses_to_write() { # refuses_to_write PATTERN OPTIONS...
+  local pattern=$1
+  shift
+  expect_exit 2 "$*" "$render" --size 8 --material body "$@"
+  expect_error_line "$pattern"
+}
+refuses_to_write '--output would overwrite .*paint.png' --texture paint.png --output ./paint.png
+refuses_to_write '--export would overwrite paint.png' --texture paint.png --export paint.obj --output untouched.png
+refuses_to_write 'which is --output' --texture paint.png --export untouched.obj --output untouched.png
+refuses_to_write '--export would overwrite out.obj' --mesh out.obj --export out.obj --output untouched.png
+refuses_to_write 'ends with .png' --output untouched.jpg
+expect_same car.png paint.png
 [ -e untouched.png ] && fail "a refused command left a picture behind" || pass
 expect_exit 5 "a folder that is not there" "$render" --size 8 --output absent/car.png
 finish

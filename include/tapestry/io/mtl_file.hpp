@@ -22,6 +22,7 @@ namespace detail {
 inline void check_mtl(std::string_view text, const std::string& path, std::vector<std::string>& warnings) {
   TextLines lines(text, path);
   std::set<std::string_view> names;
+  bool has_map = false;
   while (lines.next()) {
     const std::string_view keyword = lines.word();
     if (keyword == "newmtl") {
@@ -30,6 +31,11 @@ inline void check_mtl(std::string_view text, const std::string& path, std::vecto
       if (!names.insert(name).second)
         warnings.push_back(path + ":" + std::to_string(lines.number()) + ": material " + in_quotes(name) +
                            " is defined again; the first definition counts");
+    }
+    if (keyword == "map_Kd" && !has_map) {
+      has_map = true;
+      warnings.push_back(path + ":" + std::to_string(lines.number()) +
+                         ": textures (map_Kd) are not read; colours (Kd) are");
     }
     if (keyword != "Kd") continue;
     if (names.empty()) lines.fail("colour before the first material", "newmtl");
@@ -48,8 +54,8 @@ inline void check_mtl(std::string_view text, const std::string& path, std::vecto
 }
 }  // namespace detail
 
-/// Reads the names and diffuse colours of a Wavefront material file; maps and the other properties are
-/// ignored.
+/// Reads the names and diffuse colours of a Wavefront material file; the other properties are ignored,
+/// with a warning where there are maps.
 ///
 /// \param warnings  receives oddities that are no reason to refuse, one line each
 /// \throws FileError: malformed (unreadable, colours that are not numbers), limit
