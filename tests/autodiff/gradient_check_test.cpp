@@ -111,6 +111,13 @@ TEST_CASE("a function on the tape is checked against its own gradient", "[autodi
   CHECK(tapestry::check_tape_gradient(bad, x).failures.size() == 12);
 }
 
+TEST_CASE("a check of no entries names none", "[autodiff][gradient_check]") {
+  const Array<double, 1> nothing(tapestry::Extents<1>{0});
+  const auto report = tapestry::check_gradient([](const Array<double, 1>&) { return 1.0; }, nothing, nothing);
+  CHECK(report.passed());
+  CHECK(report.to_text() == "0 entries checked, 0 above tolerance, 0 at kinks");
+}
+
 TEST_CASE("a gradient of other extents is refused", "[autodiff][gradient_check]") {
   const Array<double, 1> x = {1, 2};
   CHECK_THROWS_WITH(tapestry::check_gradient(product_of_waves, x, Array<double, 1>{1}),

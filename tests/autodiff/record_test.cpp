@@ -166,6 +166,30 @@ TEST_CASE("a throwing pullback leaves the tape usable", "[autodiff][record]") {
   CHECK(x.adjoint() == Array<double, 1>{2, 0});
 }
 
+TEST_CASE("a pullback that changes the extents of an adjoint is refused", "[autodiff][record][error]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 1>{1, 2});
+  bool replaces = true;
+  const auto twice = [&](const Array<double, 1>& g, Array<double, 1>* by_x) {
+    if (replaces)
+      *by_x = Array<double, 1>{7};
+    else
+      *by_x += 2.0 * g;
+  };
+  const ArrayVariable<double, 1> y = tapestry::record_array(Array<double, 1>{2, 4}, twice, x);
+  const auto total = [](const ArrayVariable<double, 1>& array) {
+    const auto pullback = [](double g, Array<double, 1>* adjoint) { *adjoint += g; };
+    return tapestry::record_scalar(array.value()(0) + array.value()(1), pullback, array);
+  };
+  const Variable<double> root = total(y) + total(x);
+  CHECK_THROWS_WITH(tape.reverse(root),
+                    "pullback: has changed the extents of the adjoint of an input [2]; it must add to it");
+  replaces = false;
+  tape.reverse(root);
+  CHECK(x.adjoint() == Array<double, 1>{3, 3});
+}
+
 TEST_CASE("a pullback cannot record on the tape it runs on, but may use its own", "[autodiff][record]") {
   Tape<double> tape;
   const auto scope = tape.activate();

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/replay.hpp>
@@ -64,10 +65,9 @@ TEST_CASE("a replay refuses inputs for which a comparison comes out otherwise", 
   std::vector<double> gradient(2);
   CHECK(guarded.gradient(std::vector<double>{3, 1}, gradient) == 9);
   CHECK(gradient == std::vector<double>{6, 9});
-  CHECK_THROWS_WITH(
-      guarded.gradient(std::vector<double>{1, 1}, gradient),
-      "Replay: the comparison of 1.000000 with 2.000000 comes out otherwise than when it was recorded; "
-      "record again for these inputs");
+  CHECK_THROWS_WITH(guarded.gradient(std::vector<double>{1, 1}, gradient),
+                    "Replay: the comparison of 1 with 2 comes out otherwise than when it was recorded; "
+                    "record again for these inputs");
   CHECK_THROWS_AS(guarded.value(std::vector<double>{std::numeric_limits<double>::quiet_NaN(), 1}),
                   DomainError);
   CHECK(guarded.gradient(std::vector<double>{-3, 1}, gradient) == 9);  // stays usable
@@ -174,6 +174,20 @@ TEST_CASE("functions without a formula, or of nothing, replay", "[autodiff][repl
   CHECK(constant.gradient(std::vector<float>{5, 6}, gradient) == 7);
   CHECK(gradient == std::vector<float>{0, 0});
   CHECK_THROWS_WITH(constant.value(std::vector<float>{1}), "Replay: 1 inputs, recorded with 2 inputs");
+}
+
+TEST_CASE("functions of a span replay like those of derivatives.hpp", "[autodiff][replay]") {
+  const auto f = []<class S>(std::span<const S> x) { return S(x[0] * x[1] + x[2]); };
+  Replay<double> replay(f, std::vector<double>{1, 2, 3});
+  std::vector<double> gradient(3);
+  CHECK(replay.gradient(std::vector<double>{4, 5, 6}, gradient) == 26);
+  CHECK(gradient == tapestry::gradient(f, std::vector<double>{4, 5, 6}).gradient);
+}
+
+TEST_CASE("a refused comparison shows all digits", "[autodiff][replay]") {
+  Replay<double> replay([](const auto* x) { return x[0] > x[1] ? x[0] : x[1]; }, std::vector<double>{2, 1});
+  CHECK_THROWS_WITH(replay.value(std::vector<double>{1, 1 + 1e-15}),
+                    Catch::Contains("of 1 with 1.0000000000000011 comes"));
 }
 
 TEST_CASE("variables do not leave their recording, and a throwing function ends it", "[autodiff][replay]") {

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 
@@ -320,6 +321,12 @@ TEST_CASE("texture_operator refuses what does not fit", "[raster][texture_operat
   CHECK_NOTHROW(make(atlas, {1, 0}));
   mesh.face_uvs[0][1] = -1;
   CHECK_THROWS_WITH(make(atlas, {1, 0}), "texture_operator: face 0 is painted from an atlas but has no uv");
+  mesh.face_uvs[0][1] = 1048576;
+  CHECK_THROWS_WITH(make(atlas, {1, 0}),
+                    "texture_operator: face 0 is painted from an atlas but refers to uv 1048576 of 6");
+  CHECK_THROWS_WITH(
+      raster::render_textured(mesh, {1, 0}, Camera{}, 8, 8, atlas, warm, tapestry::zeros<float, 2>({128, 3})),
+      Catch::Contains("render_textured: face 0 is painted from an atlas but refers to uv"));
   mesh.face_uvs.clear();
   CHECK_THROWS_AS(make(atlas, {1, 0}), tapestry::Error);
   CHECK_NOTHROW(make(cube, {1, 1}));

@@ -220,4 +220,14 @@ TEST_CASE("vertex_adjoint refuses what does not fit", "[raster][vertex_gradient]
   sum.resize(8);
   CHECK_THROWS_AS(raster::vertex_adjoint(short_of_texels.surface(), Camera{}, everywhere(1), sum),
                   tapestry::ShapeError);
+  Scene<raster::Light> broken{box(true), vertex, warm};
+  broken.mesh.faces[7][1] = 100000000;
+  CHECK_THROWS_WITH(raster::vertex_adjoint(broken.surface(), Camera{}, everywhere(1), sum),
+                    "vertex_adjoint: face 7 refers to position 100000000 of 8");
+  CHECK_THROWS_AS(
+      raster::vertex_adjoint(broken.surface(), Camera{}, everywhere(1), sum, raster::InteriorOnly{}),
+      tapestry::Error);
+  broken.painted.pop_back();
+  CHECK_THROWS_WITH(raster::vertex_adjoint(broken.surface(), Camera{}, everywhere(1), sum),
+                    "vertex_adjoint: painted is [11], expected [12], one entry a face");
 }

@@ -28,6 +28,13 @@ class ArrayAdjoint {
     holds_ = Holds::sum;
     return adjoint_;
   }
+  /// Whether it still has the extents of its array. Else forgets it.
+  [[nodiscard]] bool keeps_shape() {
+    if (adjoint_.shape() == extents_) return true;
+    release();
+    return false;
+  }
+  [[nodiscard]] const Extents<Rank>& extents() const { return extents_; }
   /// To read; zeros when nothing was added.
   [[nodiscard]] const Array<T, Rank>& read() {
     if (holds_ == Holds::nothing_any_more)

@@ -44,13 +44,14 @@ struct GradientReport {
   std::vector<GradientCheckEntry> failures;  ///< above the tolerance, without a kink
   std::vector<GradientCheckEntry> kinks;     ///< above the tolerance, but with a kink within the step
 
+  /// True, too, where there was nothing to check.
   [[nodiscard]] bool passed() const { return failures.empty(); }
 
   /// One line, and one for each failure and kink.
   [[nodiscard]] std::string to_text() const {
     std::string text = std::to_string(checked) + " entries checked, " + std::to_string(failures.size()) +
-                       " above tolerance, " + std::to_string(kinks.size()) +
-                       " at kinks; worst: " + line(worst);
+                       " above tolerance, " + std::to_string(kinks.size()) + " at kinks";
+    if (checked > kinks.size()) text += "; worst: " + line(worst);
     for (const GradientCheckEntry& entry : failures) text += "\n  failed " + line(entry);
     for (const GradientCheckEntry& entry : kinks) text += "\n  kink   " + line(entry);
     return text;

@@ -6,6 +6,7 @@
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@ struct ScalarSlot {
   [[nodiscard]] T* adjoint(T* adjoints) const {
     return !link.is_active() ? nullptr : adjoints + link.index();
   }
+  static void require_shape() {}
 };
 
 /// An array input of a record. Its adjoint belongs to an earlier record, which the tape forgets later.
@@ -29,6 +31,12 @@ struct ArraySlot {
   ArrayAdjoint<T, Rank>* array_adjoint = nullptr;
   [[nodiscard]] Array<T, Rank>* adjoint(T*) const {
     return !link.is_active() ? nullptr : &array_adjoint->touch();
+  }
+  /// \throws ShapeError if a pullback has put an array of other extents there
+  void require_shape() const {
+    if (link.is_active() && !array_adjoint->keeps_shape())
+      throw ShapeError("pullback: has changed the extents of the adjoint of an input " +
+                       to_text(array_adjoint->extents()) + "; it must add to it");
   }
 };
 
@@ -98,7 +106,12 @@ class ArrayRecord final : public ArrayResultRecord<T, Rank> {
 
  private:
   void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
-    std::apply([&](const auto&... slots) { pullback_(adjoint, slots.adjoint(scalar_adjoints)...); }, slots_);
+    std::apply(
+        [&](const auto&... slots) {
+          pullback_(adjoint, slots.adjoint(scalar_adjoints)...);
+          (slots.require_shape(), ...);
+        },
+        slots_);
   }
 
   Pullback pullback_;
@@ -114,7 +127,12 @@ class ScalarRecord final : public TapeRecord<T> {
   void pull_back(T* adjoints, std::size_t statement) override {
     const T adjoint = adjoints[statement];
     if (is_zero(adjoint)) return;
-    std::apply([&](const auto&... slots) { pullback_(adjoint, slots.adjoint(adjoints)...); }, slots_);
+    std::apply(
+        [&](const auto&... slots) {
+          pullback_(adjoint, slots.adjoint(adjoints)...);
+          (slots.require_shape(), ...);
+        },
+        slots_);
   }
 
  private:
@@ -140,7 +158,12 @@ class ArraysRecord final : public TapeRecord<T> {
       any = any || touched.back() != nullptr;
     }
     if (!any) return;
-    std::apply([&](const auto&... slots) { pullback_(touched, slots.adjoint(scalar_adjoints)...); }, slots_);
+    std::apply(
+        [&](const auto&... slots) {
+          pullback_(touched, slots.adjoint(scalar_adjoints)...);
+          (slots.require_shape(), ...);
+        },
+        slots_);
   }
   void forget_adjoint() noexcept override {
     for (const auto& adjoint : adjoints_) adjoint->forget();
@@ -208,6 +231,7 @@ template <class T, class Pullback, class... Slots>
 /// as input.shared_value().
 ///
 /// \returns the result; passive, with nothing recorded, when all inputs are passive
+/// \throws ShapeError in the reverse sweep if the pullback gives an input's adjoint other extents
 /// \throws DomainError if an input is active but no tape is, or is not on the active tape
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(Array<T, Rank> value, Pullback pullback,

@@ -22,13 +22,16 @@ namespace tapestry {
 ///   double value = replay.gradient(x, gradient);
 ///
 /// What f decides by comparing its variables is decided once: inputs for which a comparison comes out
-/// otherwise are refused, unless guards are ignored. What it decides by their value() is not noticed; min,
-/// max and abs follow their arguments, and need no guard. One Replay serves one thread at a time.
+/// otherwise are refused, unless guards are ignored. Which of two numbers is the larger counts, not what was
+/// asked: x >= y, recorded with x above y, refuses x equal to y. What it decides by their value() is not
+/// noticed; min, max and abs follow their arguments, and need no guard. One Replay serves one thread at a
+/// time.
 template <std::floating_point T>
 class Replay {
  public:
-  /// \param function  takes a const Replayable<T>* to as many inputs as `inputs` has; returns what converts
-  /// to one \throws what function throws
+  /// \param function  takes a const Replayable<T>* to as many inputs as `inputs` has, or a span of them, as
+  ///                  the functions of derivatives.hpp do; returns what converts to one
+  /// \throws what function throws
   template <class Function>
   Replay(const Function& function, std::span<const T> inputs, Guards guards = Guards::record)
       : input_count_(inputs.size()) {
@@ -42,7 +45,7 @@ class Replay {
       recorder.recording.slots.push_back(input);
     }
     const Scope scope(recorder);
-    const Replayable<T> root = function(std::as_const(variables).data());
+    const Replayable<T> root = call(function, std::span<const Replayable<T>>(variables));
     constant_ = root.value();
     statement_count_ = recorder.recording.statements.size();
     program_ = detail::ReplayProgram<T>(recorder.recording);
@@ -85,6 +88,15 @@ class Replay {
    private:
     detail::ReplayRecorder<T>* previous_;
   };
+
+  template <class Function>
+  static Replayable<T> call(const Function& function, std::span<const Replayable<T>> variables) {
+    if constexpr (std::invocable<const Function&, const Replayable<T>*>) {
+      return function(variables.data());
+    } else {
+      return function(variables);
+    }
+  }
 
   void require_count(const char* what, std::size_t found) const {
     if (found != input_count_)

@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <tapestry/autodiff/expression.hpp>
 #include <tapestry/autodiff/placed_formula.hpp>
@@ -197,7 +198,9 @@ struct ReplayGuard {
   }
   static void backward(const ReplayRun<T>&, const ReplayArrays<T>&) {}
   [[noreturn, gnu::noinline]] static void throw_otherwise(T x, T y) {
-    throw DomainError("Replay: the comparison of " + std::to_string(x) + " with " + std::to_string(y) +
+    char text[80];
+    std::snprintf(text, sizeof text, "%.17g with %.17g", static_cast<double>(x), static_cast<double>(y));
+    throw DomainError("Replay: the comparison of " + std::string(text) +
                       " comes out otherwise than when it was recorded; record again for these inputs");
   }
 

@@ -76,7 +76,7 @@ template <std::floating_point T>
 void require_bakeable(const char* operation, const geometry::Mesh& mesh,
                       const std::vector<std::uint8_t>& painted, const TextureLayout& from,
                       const Array<T, 2>& texels) {
-  require_layout(mesh, painted, from);
+  require_layout(operation, mesh, painted, from);
   require_shape(operation, "texels", texels, {from.texel_count(mesh), 3});
 }
 

@@ -25,41 +25,46 @@ inline std::array<float, 3> material_colour(const geometry::Mesh& mesh, std::siz
   return known ? mesh.materials[static_cast<std::size_t>(material)].colour : geometry::Material{}.colour;
 }
 
-inline void require_uvs(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted) {
+inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
+                        const std::vector<std::uint8_t>& painted) {
   for (std::size_t face = 0; face < painted.size(); ++face) {
     if (painted[face] == 0) continue;
-    const auto complain = [&](const char* what) {
-      throw Error(ErrorKind::mismatch, "texture_operator: face " + std::to_string(face) +
-                                           " is painted from an atlas but has " + what);
+    const auto complain = [&](const std::string& what) {
+      throw Error(ErrorKind::mismatch, std::string(operation) + ": face " + std::to_string(face) +
+                                           " is painted from an atlas but " + what);
     };
-    if (face >= mesh.face_uvs.size()) complain("no uv");
+    if (face >= mesh.face_uvs.size()) complain("has no uv");
     for (const std::int32_t uv : mesh.face_uvs[face]) {
-      if (uv < 0 || static_cast<std::size_t>(uv) >= mesh.uvs.size()) complain("no uv");
+      if (uv < 0) complain("has no uv");
+      if (static_cast<std::size_t>(uv) >= mesh.uvs.size())
+        complain("refers to uv " + std::to_string(uv) + " of " + std::to_string(mesh.uvs.size()));
       const auto& [u, v] = mesh.uvs[static_cast<std::size_t>(uv)];
-      if (!(std::abs(u) <= 1e9) || !(std::abs(v) <= 1e9)) complain("a uv that is not finite or beyond 1e9");
+      if (!(std::abs(u) <= 1e9) || !(std::abs(v) <= 1e9))
+        complain("has a uv that is not finite or beyond 1e9");
     }
   }
 }
 
-inline void require_layout(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
-                           const TextureLayout& layout) {
+inline void require_layout(const char* operation, const geometry::Mesh& mesh,
+                           const std::vector<std::uint8_t>& painted, const TextureLayout& layout) {
+  const std::string name = operation;
   if (painted.size() != mesh.faces.size()) {
-    throw ShapeError("texture_operator: painted is [" + std::to_string(painted.size()) + "], expected [" +
+    throw ShapeError(name + ": painted is [" + std::to_string(painted.size()) + "], expected [" +
                      std::to_string(mesh.faces.size()) + "], one entry a face");
   }
   constexpr std::size_t size_limit = 1U << 16U;
   if (layout.kind == TextureKind::cube) {
     if (layout.texels_per_edge == 0 || layout.texels_per_edge > 256)
-      throw DomainError("texture_operator: texels_per_edge must be 1 to 256");
+      throw DomainError(name + ": texels_per_edge must be 1 to 256");
   } else if (layout.kind == TextureKind::atlas) {
     if (layout.height == 0 || layout.width == 0 || layout.height > size_limit || layout.width > size_limit)
-      throw DomainError("texture_operator: an atlas must have 1 to 65536 rows and columns");
+      throw DomainError(name + ": an atlas must have 1 to 65536 rows and columns");
     if (!(layout.u_extent > 0 && layout.u_extent <= 1e6))
-      throw DomainError("texture_operator: u_extent must be in (0, 1e6]");
-    require_uvs(mesh, painted);
+      throw DomainError(name + ": u_extent must be in (0, 1e6]");
+    require_uvs(operation, mesh, painted);
   }
   if (stored_texel_count(layout, mesh) >= std::numeric_limits<std::uint32_t>::max())
-    throw Error(ErrorKind::limit, "texture_operator: the texture has more than 4294967294 texels");
+    throw Error(ErrorKind::limit, name + ": the texture has more than 4294967294 texels");
 }
 
 /// Everything that the fragments of a view are turned into entries with. `Lighting` is what prepare() made

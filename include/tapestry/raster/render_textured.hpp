@@ -88,7 +88,7 @@ template <std::floating_point T, LightModel Model = Light>
                                                  std::size_t width, const TextureLayout& layout,
                                                  const Model& light, const Array<T, 2>& texels,
                                                  std::size_t samples_per_axis = 2) {
-  detail::require_layout(mesh, painted, layout);
+  detail::require_layout("render_textured", mesh, painted, layout);
   require_shape("render_textured", "texels", texels, {stored_texel_count(layout, mesh), 3});
   const FragmentBands fragments("render_textured", mesh, camera, height, width, samples_per_axis);
   const auto lighting = prepare(mesh, camera, light);

@@ -13,6 +13,7 @@
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/texture_slope.hpp>
+#include <tapestry/raster/tiled_triangles.hpp>
 #include <utility>
 #include <vector>
 
@@ -165,9 +166,10 @@ class SurfaceColour {
 ///         are, too; ShapeError if texels does not fit the layout
 template <std::floating_point T, class Model>
 [[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera) {
-  detail::require_layout(surface.mesh, surface.painted, surface.layout);
+  detail::require_layout("surface_colour", surface.mesh, surface.painted, surface.layout);
   if (surface.layout.kind == TextureKind::atlas && surface.layout.filter != TextureFilter::bilinear)
     throw DomainError("surface_colour: expected a bilinear atlas, found a trilinear one");
+  require_corners("surface_colour", surface.mesh);
   require_shape("surface_colour", "texels", surface.texels, {surface.layout.texel_count(surface.mesh), 3});
   return SurfaceColour<T, decltype(prepare(surface.mesh, camera, surface.light))>(
       surface.mesh, surface.painted, surface.layout, surface.texels,

@@ -191,7 +191,7 @@ template <std::floating_point T, LightModel Model = Light>
                                                   const geometry::Camera& camera, std::size_t height,
                                                   std::size_t width, const TextureLayout& layout,
                                                   const Model& light, std::size_t samples_per_axis = 2) {
-  detail::require_layout(mesh, painted, layout);
+  detail::require_layout("texture_operator", mesh, painted, layout);
   const FragmentBands fragments("texture_operator", mesh, camera, height, width, samples_per_axis);
   const auto lighting = prepare(mesh, camera, light);
   const auto shader = detail::make_shader(mesh, painted, layout, lighting, fragments, camera, height, width);

@@ -10,6 +10,7 @@
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/surface.hpp>
+#include <tapestry/raster/tiled_triangles.hpp>
 #include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
 #include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <tapestry/raster/vertex_gradient/intersections.hpp>
@@ -52,6 +53,8 @@ void require_vertex_adjoint(const Surface<T, Model>& surface, const Array<T, 3>&
     throw ShapeError("vertex_adjoint: positions_adjoint is [" + std::to_string(positions_adjoint.size()) +
                      "], expected [" + std::to_string(surface.mesh.positions.size()) +
                      "], one entry a position");
+  require_layout("vertex_adjoint", surface.mesh, surface.painted, surface.layout);
+  require_corners("vertex_adjoint", surface.mesh);  // lights look at corners before anything else does
 }
 
 template <std::floating_point T>
