@@ -58,12 +58,11 @@ TEST_CASE("the compressed Jacobian of a picture by its texels is the operator it
     for (std::size_t i = 0; i < lit.size(); ++i) dense[i * start.size() + j] = lit.data()[i] - dark.data()[i];
   }
   double worst = 0;
-  for (std::size_t row = 0; row < render.size(); ++row)
-    for (std::size_t e = plan.pattern().row_begin(row); e < plan.pattern().row_begin(row + 1); ++e) {
-      double& entry = dense[row * start.size() + plan.pattern().column_of(e)];
-      worst = std::max(worst, std::abs(entry - values[e]));
-      entry = 0;
-    }
+  plan.pattern().visit([&](std::size_t row, std::size_t column, std::size_t number) {
+    double& entry = dense[row * start.size() + column];
+    worst = std::max(worst, std::abs(entry - values[number]));
+    entry = 0;
+  });
   CHECK(worst <= 1e-14);
   CHECK(std::all_of(dense.begin(), dense.end(), [](double rest) { return rest == 0; }));
   CHECK(plan.row_colouring().colour_count < start.size() / 3);
