@@ -161,7 +161,8 @@ TEST_CASE("the side that min() does not take passes no infinite partial within a
   CHECK(gradient == std::vector<double>{2, 1, 0});
   CHECK(replay.gradient(std::vector<double>{3, 1, 1}, gradient) == 3);
   CHECK(gradient == std::vector<double>{0, 3, -2});
-  CHECK(std::isnan(replay.gradient(std::vector<double>{3, 1, NAN}, gradient)));
+  CHECK(std::isnan(
+      replay.gradient(std::vector<double>{3, 1, std::numeric_limits<double>::quiet_NaN()}, gradient)));
   CHECK(std::isnan(gradient[2]));  // a real NaN stays one
 }
 
