@@ -86,7 +86,8 @@ class Constant {
 template <class Sink>
 concept TakesPlainProducts = Sink::takes_plain_products;
 
-/// \param factor,partial  numbers, One or MinusOne
+/// \param factor   a number, One or MinusOne
+/// \param partial  likewise
 template <class Operation, class Operand, class Factor, class Partial, class Sink>
 void push_partial(const Operand& operand, const Factor& factor, const Partial& partial, Sink& sink) {
   if constexpr (TakesPlainProducts<Sink>) {

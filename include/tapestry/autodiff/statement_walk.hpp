@@ -16,7 +16,8 @@ namespace tapestry::detail {
 template <class T, class Visitor>
 class StatementWalk {
  public:
-  /// \param words_end,kinds_end  behind the last statement's; before the first kind stands chunk_begin
+  /// \param words_end  behind the last statement's words
+  /// \param kinds_end  behind its kind; before the first kind stands chunk_begin
   [[gnu::always_inline]] static inline void run(const Word* words_end, const StatementKind* kinds_end,
                                                 Visitor& visitor) {
     const Word* words = words_end;

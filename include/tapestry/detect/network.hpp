@@ -28,7 +28,8 @@ namespace tapestry::detect {
 template <std::floating_point T>
 class Network {
  public:
-  /// \param input_height,input_width  of the pictures, in pixels; 0 takes the cfg's own
+  /// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
+  /// \param input_width   likewise
   /// \throws FileError (mismatch or limit) if the layers do not fit that size
   explicit Network(NetworkConfig config, std::size_t input_height = 0, std::size_t input_width = 0)
       : graph_(detail::make_graph(std::move(config), input_height, input_width)),

@@ -53,7 +53,8 @@ namespace detail {
 ///
 /// \param cfg      path of the Darknet cfg file; may be empty with a converted detector, which holds its own
 /// \param weights  path
-/// \param input_height,input_width  of the pictures, in pixels; 0 takes the cfg's own
+/// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
+/// \param input_width   likewise
 /// \param decode   how logits become boxes; left out, what a converted detector says and of Darknet weights
 ///                 what the cfg says: scaled for new_coords=1, else darknet
 /// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
