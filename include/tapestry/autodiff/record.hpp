@@ -74,6 +74,19 @@ void require_recordable(const Links&... links) {
   (state.require_own_if_active(links), ...);
 }
 
+/// Hands a result's adjoint on to the slots of an operation. \throws ShapeError, see
+/// ArraySlot::require_shape()
+template <class Pullback, class Adjoint, class T, class... Slots>
+void pull_back_slots(Pullback& pullback, const Adjoint& adjoint, const std::tuple<Slots...>& all,
+                     T* adjoints) {
+  std::apply(
+      [&](const auto&... slots) {
+        pullback(adjoint, slots.adjoint(adjoints)...);
+        (slots.require_shape(), ...);
+      },
+      all);
+}
+
 /// An operation whose result is an array; it owns the result's adjoint.
 template <class T, std::size_t Rank>
 class ArrayResultRecord : public TapeRecord<T> {
@@ -106,12 +119,7 @@ class ArrayRecord final : public ArrayResultRecord<T, Rank> {
 
  private:
   void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
-    std::apply(
-        [&](const auto&... slots) {
-          pullback_(adjoint, slots.adjoint(scalar_adjoints)...);
-          (slots.require_shape(), ...);
-        },
-        slots_);
+    pull_back_slots(pullback_, adjoint, slots_, scalar_adjoints);
   }
 
   Pullback pullback_;
@@ -127,12 +135,7 @@ class ScalarRecord final : public TapeRecord<T> {
   void pull_back(T* adjoints, std::size_t statement) override {
     const T adjoint = adjoints[statement];
     if (is_zero(adjoint)) return;
-    std::apply(
-        [&](const auto&... slots) {
-          pullback_(adjoint, slots.adjoint(adjoints)...);
-          (slots.require_shape(), ...);
-        },
-        slots_);
+    pull_back_slots(pullback_, adjoint, slots_, adjoints);
   }
 
  private:
@@ -158,12 +161,7 @@ class ArraysRecord final : public TapeRecord<T> {
       any = any || touched.back() != nullptr;
     }
     if (!any) return;
-    std::apply(
-        [&](const auto&... slots) {
-          pullback_(touched, slots.adjoint(scalar_adjoints)...);
-          (slots.require_shape(), ...);
-        },
-        slots_);
+    pull_back_slots(pullback_, touched, slots_, scalar_adjoints);
   }
   void forget_adjoint() noexcept override {
     for (const auto& adjoint : adjoints_) adjoint->forget();

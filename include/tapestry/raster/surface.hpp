@@ -161,16 +161,17 @@ class SurfaceColour {
   Lighting lighting_;
 };
 
-/// The colours of a surface in one view.
+/// The colours of a surface in one view. Errors name `operation`.
 /// \throws as texture_operator(); DomainError for a trilinear atlas, whose level depends on where the corners
 ///         are, too; ShapeError if texels does not fit the layout
 template <std::floating_point T, class Model>
-[[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera) {
-  detail::require_layout("surface_colour", surface.mesh, surface.painted, surface.layout);
+[[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera,
+                                  const char* operation = "surface_colour") {
+  detail::require_layout(operation, surface.mesh, surface.painted, surface.layout);
   if (surface.layout.kind == TextureKind::atlas && surface.layout.filter != TextureFilter::bilinear)
-    throw DomainError("surface_colour: expected a bilinear atlas, found a trilinear one");
-  require_corners("surface_colour", surface.mesh);
-  require_shape("surface_colour", "texels", surface.texels, {surface.layout.texel_count(surface.mesh), 3});
+    throw DomainError(std::string(operation) + ": expected a bilinear atlas, found a trilinear one");
+  require_corners(operation, surface.mesh);
+  require_shape(operation, "texels", surface.texels, {surface.layout.texel_count(surface.mesh), 3});
   return SurfaceColour<T, decltype(prepare(surface.mesh, camera, surface.light))>(
       surface.mesh, surface.painted, surface.layout, surface.texels,
       prepare(surface.mesh, camera, surface.light));

@@ -10,7 +10,6 @@
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/surface.hpp>
-#include <tapestry/raster/tiled_triangles.hpp>
 #include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
 #include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <tapestry/raster/vertex_gradient/intersections.hpp>
@@ -53,8 +52,6 @@ void require_vertex_adjoint(const Surface<T, Model>& surface, const Array<T, 3>&
     throw ShapeError("vertex_adjoint: positions_adjoint is [" + std::to_string(positions_adjoint.size()) +
                      "], expected [" + std::to_string(surface.mesh.positions.size()) +
                      "], one entry a position");
-  require_layout("vertex_adjoint", surface.mesh, surface.painted, surface.layout);
-  require_corners("vertex_adjoint", surface.mesh);  // lights look at corners before anything else does
 }
 
 template <std::floating_point T>
@@ -89,7 +86,7 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
                     const InteriorOnly& model) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  detail::add_interior(surface, surface_colour(surface, camera), camera,
+  detail::add_interior(surface, surface_colour(surface, camera, "vertex_adjoint"), camera,
                        positions_in_view(surface.mesh, camera), render_adjoint, model.samples_per_axis,
                        positions_adjoint);
 }
@@ -99,7 +96,7 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
                     const BoundaryIntegral& model = {}) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  const auto colour = surface_colour(surface, camera);
+  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
   const auto positions_view = positions_in_view(surface.mesh, camera);
   detail::add_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
                        positions_adjoint);
@@ -119,7 +116,7 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
                     const NeuralMeshRenderer& model) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  const auto colour = surface_colour(surface, camera);
+  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
   const auto positions_view = positions_in_view(surface.mesh, camera);
   const std::size_t axis = model.samples_per_axis;
   const auto buffer =
