@@ -263,3 +263,45 @@ TEST_CASE("an operation may have several results", "[autodiff][record]") {
                   {{1}}, [](auto&&...) {}, x.value())[0]
                   .is_active());
 }
+
+TEST_CASE("an operation may have a run-time number of inputs", "[autodiff][record]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  std::vector<ArrayVariable<double, 1>> parts;
+  for (int i = 0; i < 3; ++i) parts.push_back(tape.input(Array<double, 1>{1.0 + i, 2.0}));
+  parts.push_back(Array<double, 1>{5, 6});  // passive
+  const Variable<double> scale = tape.input(2.0);
+  Array<double, 1> sum = {0, 0};
+  for (const auto& part : parts) sum += scale.value() * part.value();
+  const auto pullback = [values = parts, scale = scale.value()](
+                            const Array<double, 1>& g, const std::vector<Array<double, 1>*>& by_parts,
+                            double* by_scale) {
+    REQUIRE(by_parts.size() == 4);
+    CHECK(by_parts[3] == nullptr);
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (by_parts[i] != nullptr) *by_parts[i] += scale * g;
+      *by_scale += tapestry::test::dot(g, values[i].value());
+    }
+  };
+  const ArrayVariable<double, 1> total = tapestry::record_array(sum, pullback, parts, scale);
+  CHECK(total.value() == Array<double, 1>{22, 24});
+  tape.reverse(total, Array<double, 1>{1, 10});
+  for (std::size_t i = 0; i < 3; ++i) CHECK(parts[i].adjoint() == Array<double, 1>{2, 20});
+  CHECK(scale.adjoint() == 11 + 120);
+}
+
+TEST_CASE("a run-time number of inputs is checked one by one", "[autodiff][record][error]") {
+  Tape<double> tape, other;
+  const std::vector<ArrayVariable<double, 1>> none;
+  const std::vector<ArrayVariable<double, 1>> mixed{Array<double, 1>{1}, other.input(Array<double, 1>{2})};
+  const auto ignore = [](double, const std::vector<Array<double, 1>*>&) {};
+  const auto scope = tape.activate();
+  CHECK_FALSE(tapestry::record_scalar(0.0, ignore, none).is_active());
+  CHECK_THROWS_AS(tapestry::record_scalar(0.0, ignore, mixed), DomainError);
+  CHECK(tape.statement_count() == 0);
+  const std::vector<ArrayVariable<double, 1>> own{tape.input(Array<double, 1>{1})};
+  const auto replace = [](double, const std::vector<Array<double, 1>*>& by_own) {
+    *by_own[0] = Array<double, 1>{1, 2};
+  };
+  CHECK_THROWS_AS(tape.reverse(tapestry::record_scalar(0.0, replace, own)), tapestry::ShapeError);
+}

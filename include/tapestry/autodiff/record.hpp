@@ -1,70 +1,16 @@
 #pragma once
-#include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/tape/input_slot.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 namespace tapestry {
 namespace detail {
-
-/// A scalar input of a record, and where the pullback finds its adjoint.
-template <class T>
-struct ScalarSlot {
-  Link link;
-  [[nodiscard]] T* adjoint(T* adjoints) const {
-    return !link.is_active() ? nullptr : adjoints + link.index();
-  }
-  static void require_shape() {}
-};
-
-/// An array input of a record. Its adjoint belongs to an earlier record, which the tape forgets later.
-template <class T, std::size_t Rank>
-struct ArraySlot {
-  Link link;
-  ArrayAdjoint<T, Rank>* array_adjoint = nullptr;
-  [[nodiscard]] Array<T, Rank>* adjoint(T*) const {
-    return !link.is_active() ? nullptr : &array_adjoint->touch();
-  }
-  /// \throws ShapeError if a pullback has put an array of other extents there
-  void require_shape() const {
-    if (link.is_active() && !array_adjoint->keeps_shape())
-      throw ShapeError("pullback: has changed the extents of the adjoint of an input " +
-                       to_text(array_adjoint->extents()) + "; it must add to it");
-  }
-};
-
-template <class T, ScalarExpression E>
-requires std::same_as<typename E::ExpressionScalar, T>
-[[nodiscard]] ScalarSlot<T> slot_of(const E& input) { return {Variable<T>(input).link()}; }
-
-template <class T>
-[[nodiscard]] ScalarSlot<T> slot_of(Number auto) {
-  return {};
-}
-
-template <class T, std::size_t Rank>
-[[nodiscard]] ArraySlot<T, Rank> slot_of(const ArrayVariable<T, Rank>& input) {
-  if (!input.is_active()) return {};
-  return {input.link(), input.shared_adjoint().get()};
-}
-
-template <class T, std::size_t Rank>
-[[nodiscard]] ArraySlot<T, Rank> slot_of(const Array<T, Rank>&) {
-  return {};
-}
-
-/// \throws DomainError if an active slot is not on the tape
-template <class T, class... Slots>
-void require_own_slots(const TapeState<T>& state, const Slots&... slots) {
-  (state.require_own_if_active(slots.link), ...);
-}
 
 /// \throws DomainError unless a record of inputs with these links could be made now
 template <class T, class... Links>
@@ -176,13 +122,12 @@ class ArraysRecord final : public TapeRecord<T> {
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 [[nodiscard]] ArrayVariable<T, Rank> record_array_slots(std::shared_ptr<const Array<T, Rank>> value,
                                                         Pullback pullback, Slots... slots) {
-  if (!(slots.link.is_active() || ...)) return {std::move(value), nullptr, Link{}};
-  TapeState<T>& state = TapeState<T>::require_active();
-  require_own_slots(state, slots...);
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape(), memory_of(state));
+  TapeState<T>* const state = tape_of<T>(slots...);
+  if (state == nullptr) return {std::move(value), nullptr, Link{}};
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape(), memory_of(*state));
   using Record = ArrayRecord<T, Rank, Pullback, Slots...>;
   const Link link =
-      state.append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slots)...));
+      state->append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slots)...));
   return {std::move(value), std::move(adjoint), link};
 }
 
@@ -191,15 +136,14 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
     std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, Slots... slots) {
   std::vector<ArrayVariable<T, Rank>> results;
   for (auto& value : values) results.emplace_back(std::move(value), nullptr, Link{});
-  if (!(slots.link.is_active() || ...)) return results;
-  TapeState<T>& state = TapeState<T>::require_active();
-  require_own_slots(state, slots...);
+  TapeState<T>* const state = tape_of<T>(slots...);
+  if (state == nullptr) return results;
   using Record = ArraysRecord<T, Rank, Pullback, Slots...>;
   typename Record::Adjoints adjoints;
   for (const auto& result : results)
-    adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape(), memory_of(state)));
+    adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape(), memory_of(*state)));
   const Link link =
-      state.append_record(std::make_unique<Record>(adjoints, std::move(pullback), std::move(slots)...));
+      state->append_record(std::make_unique<Record>(adjoints, std::move(pullback), std::move(slots)...));
   for (std::size_t i = 0; i < results.size(); ++i)
     results[i] = ArrayVariable<T, Rank>(results[i].shared_value(), adjoints[i], link);
   return results;
@@ -207,26 +151,26 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
 
 template <class T, class Pullback, class... Slots>
 [[nodiscard]] Variable<T> record_scalar_slots(T value, Pullback pullback, Slots... slots) {
-  if (!(slots.link.is_active() || ...)) return value;
-  TapeState<T>& state = TapeState<T>::require_active();
-  require_own_slots(state, slots...);
+  TapeState<T>* const state = tape_of<T>(slots...);
+  if (state == nullptr) return value;
   using Record = ScalarRecord<T, Pullback, Slots...>;
-  return {value, state.append_record(std::make_unique<Record>(std::move(pullback), std::move(slots)...))};
+  return {value, state->append_record(std::make_unique<Record>(std::move(pullback), std::move(slots)...))};
 }
 }  // namespace detail
 
 /// Puts an operation with an array result and its pullback on the active tape.
 ///
 /// The inputs name what the result depends on: ArrayVariable<T, R>, Variable<T> or a formula of these;
-/// plain arrays and numbers are allowed, and passive. In the reverse sweep the tape calls
+/// plain arrays and numbers are allowed, and passive; a std::vector or std::span of one kind is one input of
+/// a run-time number of parts. In the reverse sweep the tape calls
 ///
 ///   pullback(const Array<T, Rank>& value_adjoint, input_adjoint*...)
 ///
 /// with one pointer an input, in order: Array<T, R>* of the input's extents, or T* for a scalar; null for
-/// a passive input. The pullback ADDS value_adjoint · d value / d input to each that is not null. Two of
-/// them may point to the same adjoint. It is not called when nothing depends on the result. It may be
-/// called again by another reverse(), so it keeps what it captured; values of inputs are captured cheaply
-/// as input.shared_value().
+/// a passive input; and a std::vector of these pointers for a vector of inputs. The pullback ADDS
+/// value_adjoint · d value / d input to each that is not null. Two of them may point to the same adjoint. It
+/// is not called when nothing depends on the result. It may be called again by another reverse(), so it keeps
+/// what it captured; values of inputs are captured cheaply as input.shared_value().
 ///
 /// \returns the result; passive, with nothing recorded, when all inputs are passive
 /// \throws ShapeError in the reverse sweep if the pullback gives an input's adjoint other extents

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <string>
 #include <tapestry/autodiff/array_functions/elementwise.hpp>
@@ -13,50 +12,6 @@
 
 namespace tapestry {
 namespace detail {
-
-/// An operation of any number of inputs of one kind, whose result is an array. The tape calls
-/// pullback(value_adjoint, adjoints), with a null among the adjoints for each passive input.
-template <class T, std::size_t Rank, class Slot, class Pullback>
-class JoinRecord final : public ArrayResultRecord<T, Rank> {
- public:
-  JoinRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, std::vector<Slot> slots)
-      : ArrayResultRecord<T, Rank>(std::move(adjoint)),
-        pullback_(std::move(pullback)),
-        slots_(std::move(slots)) {}
-
- private:
-  void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
-    std::vector<decltype(slots_.front().adjoint(scalar_adjoints))> input_adjoints;
-    input_adjoints.reserve(slots_.size());
-    for (const Slot& slot : slots_) input_adjoints.push_back(slot.adjoint(scalar_adjoints));
-    pullback_(adjoint, input_adjoints);
-  }
-
-  Pullback pullback_;
-  std::vector<Slot> slots_;
-};
-
-/// record_array() of as many inputs as there are.
-template <class T, std::size_t Rank, class Input, class Pullback>
-[[nodiscard]] ArrayVariable<T, Rank> record_joined(Array<T, Rank> value, Pullback pullback,
-                                                   std::span<const Input> inputs) {
-  using Slot = decltype(slot_of<T>(inputs.front()));
-  if (std::none_of(inputs.begin(), inputs.end(), [](const Input& input) { return input.is_active(); }))
-    return ArrayVariable<T, Rank>(std::move(value));
-  TapeState<T>& state = TapeState<T>::require_active();
-  std::vector<Slot> slots;
-  slots.reserve(inputs.size());
-  for (const Input& input : inputs) {
-    slots.push_back(slot_of<T>(input));
-    state.require_own_if_active(slots.back().link);
-  }
-  auto shared = std::make_shared<const Array<T, Rank>>(std::move(value));
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(shared->shape(), memory_of(state));
-  using Record = JoinRecord<T, Rank, Slot, Pullback>;
-  const Link link =
-      state.append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slots)));
-  return {std::move(shared), std::move(adjoint), link};
-}
 
 /// \throws ShapeError unless extents hold `count` elements
 template <std::size_t Rank>
@@ -78,7 +33,7 @@ template <class T, std::size_t Rank>
     for (std::size_t i = 0; i < scalar_adjoints.size(); ++i)
       if (scalar_adjoints[i] != nullptr) *scalar_adjoints[i] += value_adjoint.data()[i];
   };
-  return detail::record_joined<T, Rank>(std::move(value), pullback, scalars);
+  return record_array(std::move(value), pullback, scalars);
 }
 
 /// Arrays one behind the other along an axis. \throws ShapeError if there are none, if there is no such axis,
@@ -116,7 +71,7 @@ template <class T, std::size_t Rank>
         for (std::size_t i = 0; i < lengths[p]; ++i) part[i] += from[i];
       }
   };
-  return detail::record_joined<T, Rank>(std::move(value), pullback, parts);
+  return record_array(std::move(value), pullback, parts);
 }
 
 }  // namespace tapestry
