@@ -219,14 +219,15 @@ class Trainer {
   loss::YoloTrainingTerms step(std::size_t index) {
     pool_.fill(index, std::min(options_.fresh, options_.batch), batch_, truths_);
     network_.forward(batch_, pass_, detect::Mode::training);
-    const auto terms = loss::yolo_training(network_.heads(), pass_.logits, truths_, network_.input_height(),
-                                           network_.input_width());
+    const auto terms = loss::yolo_training(network_.heads(), loss::to_read(pass_.logits), truths_,
+                                           network_.input_height(), network_.input_width());
     if (!std::isfinite(terms.total))
       throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
     std::vector<Array<float, 4>> logits_adjoint;
     for (const auto& head : pass_.logits) logits_adjoint.push_back(zeros<float, 4>(head.shape()));
-    loss::yolo_training_adjoint(network_.heads(), pass_.logits, truths_, network_.input_height(),
-                                network_.input_width(), {}, 1.0F, logits_adjoint);
+    loss::yolo_training_adjoint(network_.heads(), loss::to_read(pass_.logits), truths_,
+                                network_.input_height(), network_.input_width(), {}, 1.0F,
+                                loss::to_add_to(logits_adjoint));
     gradient_.assign(network_.parameters().size(), 0.0F);
     network_.update_running_statistics(pass_, 0.03);
     network_.parameter_adjoint(pass_, logits_adjoint, gradient_);

@@ -58,7 +58,7 @@ Logits<T> zeros_like(const Logits<T>& logits) {
 template <class T>
 loss::Predictions<T> view(const std::vector<detect::Head>& heads, const Logits<T>& logits,
                           std::size_t image = 1) {
-  return {heads, logits, image, input_height, input_width};
+  return {heads, loss::to_read(logits), image, input_height, input_width};
 }
 
 void fill(Logits<double>& logits, double value) {
@@ -142,7 +142,7 @@ TEST_CASE("as_coded equals the published terms worked out by hand", "[loss][adve
   // Objectness pulls the matched cells up: minimising makes the detector surer there.
   auto adjoint = zeros_like(logits);
   loss::adversarial_adjoint(view(heads, logits), target, AdversarialLoss::as_coded, {0, 1, 0, 0}, 1.0,
-                            adjoint);
+                            loss::to_add_to(adjoint));
   const auto matched = loss::matched_candidates(view(heads, logits), 1, target).front();
   CHECK(adjoint[1].data()[loss::logit_index(view(heads, logits), matched, loss::objectness_channel)] ==
         Approx(-0.5 / 48));
@@ -172,7 +172,7 @@ TEST_CASE("adversarial_adjoint agrees with central differences in double", "[los
     const auto logits = random_logits<double>(heads, seed);
     auto adjoint = zeros_like(logits);
     for (int half = 0; half < 2; ++half)
-      loss::adversarial_adjoint(view(heads, logits), car, kind, weights, 0.5, adjoint);
+      loss::adversarial_adjoint(view(heads, logits), car, kind, weights, 0.5, loss::to_add_to(adjoint));
     // CIoU's alpha is not differentiated: keep its value out of the difference.
     const auto alpha_free = [&](const Logits<double>& at) {
       double value = loss::adversarial(view(heads, at), car, kind, weights).total;
@@ -222,8 +222,8 @@ TEST_CASE("adversarial in float follows double", "[loss][adversarial]") {
     CHECK(static_cast<double>(terms.total) == Approx(reference.total).margin(10 * 3e-8).epsilon(6e-8));
     auto adjoint = zeros_like(logits);
     auto float_adjoint = zeros_like(rounded);
-    loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, adjoint);
-    loss::adversarial_adjoint(view(heads, rounded), car, kind, {}, 1.0F, float_adjoint);
+    loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(adjoint));
+    loss::adversarial_adjoint(view(heads, rounded), car, kind, {}, 1.0F, loss::to_add_to(float_adjoint));
     for (std::size_t head = 0; head < heads.size(); ++head)
       for (std::size_t i = 0; i < adjoint[head].size(); ++i)
         REQUIRE(std::abs(static_cast<double>(float_adjoint[head].data()[i]) - adjoint[head].data()[i]) <
@@ -238,7 +238,7 @@ TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
   auto logits = random_logits<double>(heads, 7, 3);
   for (int step = 0; step < 400; ++step) {
     auto adjoint = zeros_like(logits);
-    loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, adjoint);
+    loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(adjoint));
     for (std::size_t head = 0; head < heads.size(); ++head) logits[head] -= 2.0 * adjoint[head];
   }
   const auto best = loss::responsible(view(heads, logits), car);
@@ -256,7 +256,7 @@ TEST_CASE("the slope of an ultralytics box equals the one worked out by hand", "
   CHECK(box.w == Approx(2.25 * 9).epsilon(1e-14));
   CHECK(box.h == Approx(2.25 * 14).epsilon(1e-14));
   auto adjoint = zeros_like(logits);
-  loss::decoded_box_adjoint(view(heads, logits), candidate, {1, 10, 100, 1000}, adjoint);
+  loss::decoded_box_adjoint(view(heads, logits), candidate, {1, 10, 100, 1000}, loss::to_add_to(adjoint));
   const auto slope = [&](std::size_t channel) {
     return adjoint[2].data()[loss::logit_index(view(heads, logits), candidate, channel)];
   };
@@ -272,7 +272,7 @@ TEST_CASE("a box of saturated ultralytics logits has a finite slope", "[loss][ad
   auto logits = random_logits<double>(heads, 1);
   fill(logits, size);
   auto adjoint = zeros_like(logits);
-  loss::decoded_box_adjoint(view(heads, logits), {1, 0, 1, 3}, {1, 1, 1, 1}, adjoint);
+  loss::decoded_box_adjoint(view(heads, logits), {1, 0, 1, 3}, {1, 1, 1, 1}, loss::to_add_to(adjoint));
   for (const double slope : adjoint[1].storage()) REQUIRE(std::isfinite(slope));
   // d(2σ)²/dt = 8σ²·σ(−t): at 100 8·e^−100, and at −100 8·e^−200, of an anchor of 20 px
   const double slope =
@@ -291,8 +291,9 @@ TEST_CASE("losses refuse heads that give no raw logits", "[loss][adversarial]") 
   for (const auto kind : all_kinds) {
     CHECK_THROWS_WITH(loss::adversarial(view(heads, logits), car, kind), "adversarial" + message);
     auto adjoint = zeros_like(logits);
-    CHECK_THROWS_WITH(loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, adjoint),
-                      "adversarial_adjoint" + message);
+    CHECK_THROWS_WITH(
+        loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(adjoint)),
+        "adversarial_adjoint" + message);
   }
 }
 
@@ -305,7 +306,7 @@ TEST_CASE("no detection at any scale makes the loss exactly 0", "[loss][adversar
     for (const auto& target : {outside, flat}) {
       CHECK(loss::adversarial(view(heads, logits), target, kind).total == 0.0);
       auto adjoint = zeros_like(logits);
-      loss::adversarial_adjoint(view(heads, logits), target, kind, {}, 1.0, adjoint);
+      loss::adversarial_adjoint(view(heads, logits), target, kind, {}, 1.0, loss::to_add_to(adjoint));
       for (const auto& head : adjoint)
         for (const double slope : head.storage()) REQUIRE(slope == 0.0);
     }
@@ -338,7 +339,7 @@ TEST_CASE("saturated logits give finite losses and gradients", "[loss][adversari
     CAPTURE(size, loss::name_of(kind), detect::name_of(decode));
     CHECK(std::isfinite(loss::adversarial(view(heads, logits), car, kind).total));
     auto adjoint = zeros_like(logits);
-    loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, adjoint);
+    loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(adjoint));
     for (const auto& head : adjoint)
       for (const double slope : head.storage()) REQUIRE(std::isfinite(slope));
   }
@@ -354,7 +355,7 @@ TEST_CASE("max_score still pulls where the detector is utterly sure", "[loss][ad
   // o = p: the chance to miss is 2e−100, and each of the two logits owns half of the slope.
   CHECK(loss::max_score(predictions, target) == Approx(100 - std::log(2.0)).epsilon(1e-12));
   auto adjoint = zeros_like(logits);
-  loss::max_score_adjoint(predictions, target, 1.0, adjoint);
+  loss::max_score_adjoint(predictions, target, 1.0, loss::to_add_to(adjoint));
   CHECK(adjoint[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, loss::objectness_channel)] ==
         Approx(0.5));
 }
@@ -416,23 +417,11 @@ TEST_CASE("adversarial refuses what does not fit together", "[loss][adversarial]
   two.pop_back();
   CHECK_THROWS_WITH(loss::adversarial(view(heads, two), car, kind),
                     "adversarial: logits of 2 heads, expected 3");
-  CHECK_THROWS_AS(loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, two),
+  CHECK_THROWS_AS(loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(two)),
                   tapestry::ShapeError);
   std::swap(logits[0], logits[1]);
   CHECK_THROWS_WITH(loss::adversarial(view(heads, logits), car, kind),
                     "adversarial: logits is [2, 16, 4, 6], expected [2, 16, 2, 3]");
-}
-
-TEST_CASE("adversarial takes its view of the predictions in parts too", "[loss][adversarial]") {
-  const auto heads = three_heads();
-  const auto logits = random_logits<double>(heads, 10);
-  const auto kind = AdversarialLoss::max_score;
-  CHECK(loss::adversarial(heads, logits, 1, input_height, input_width, car, kind).total ==
-        loss::adversarial(view(heads, logits), car, kind).total);
-  auto parts = zeros_like(logits), whole = zeros_like(logits);
-  loss::adversarial_adjoint(heads, logits, 1, input_height, input_width, car, kind, {}, 2.0, parts);
-  loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 2.0, whole);
-  for (std::size_t head = 0; head < heads.size(); ++head) CHECK((parts[head] == whole[head]));
 }
 
 TEST_CASE("adversarial losses are chosen by name", "[loss][adversarial]") {

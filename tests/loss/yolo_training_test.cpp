@@ -52,7 +52,7 @@ TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[los
   const auto logits = zero_logits(heads);
   // Best anchor 30 × 20, cell (1, 2): its centre (33, 20) is 1/16 and 1/4 into the cell of 16 px.
   const loss::Truths truths{{{0, {33, 20, 28, 22}}}};
-  const auto terms = loss::yolo_training(heads, logits, truths, size, size);
+  const auto terms = loss::yolo_training(heads, loss::to_read(logits), truths, size, size);
   const double w = std::log(28.0 / 30), h = std::log(22.0 / 20), once = std::log(2.0);
   const double weight = 2 - 28 * 22.0 / (64 * 64);
   CHECK(terms.box == Approx(weight * (2 * once + (w * w + h * h) / 2)));
@@ -66,12 +66,13 @@ TEST_CASE("yolo_training of ultralytics heads equals the terms worked out by han
   const auto heads = two_heads(DecodeFamily::ultralytics);
   const auto logits = zero_logits(heads);
   const loss::Truths truths{{{0, {33, 20, 28, 22}}}};
-  const auto terms = loss::yolo_training(heads, logits, truths, size, size);
+  const auto terms = loss::yolo_training(heads, loss::to_read(logits), truths, size, size);
   const double weight = 2 - 28 * 22.0 / (64 * 64), once = std::log(2.0);
   CHECK(terms.box == Approx(weight * 4 * once));  // at logit 0 every cross entropy is log 2
   CHECK(terms.objectness == Approx(160 * once));  // boxes at logit 0 are the anchors, as Darknet's
   Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
-  loss::yolo_training_adjoint(heads, logits, truths, size, size, {}, 1.0, adjoint);
+  loss::yolo_training_adjoint(heads, loss::to_read(logits), truths, size, size, {}, 1.0,
+                              loss::to_add_to(adjoint));
   const auto slope = [&](std::size_t channel) { return adjoint[0](0, channel, 1, 2); };
   // σ wanted: x, y of 1/16 and 1/4 from the cell's corner + ½ over 2; w, h half the root of truth over anchor
   CHECK(slope(0) == Approx(weight * (0.5 - (0.0625 + 0.5) / 2)));
@@ -85,7 +86,8 @@ TEST_CASE("yolo_training wants no more of ultralytics heads than 4 anchors", "[l
   heads[0].anchors = {{4, 40}, {4, 40}};
   const auto logits = zero_logits(heads);
   Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
-  loss::yolo_training_adjoint(heads, logits, {{{0, {33, 20, 28, 38}}}}, size, size, {}, 1.0, adjoint);
+  loss::yolo_training_adjoint(heads, loss::to_read(logits), {{{0, {33, 20, 28, 38}}}}, size, size, {}, 1.0,
+                              loss::to_add_to(adjoint));
   CHECK(adjoint[0](0, 2, 1, 2) == Approx((2 - 28 * 38.0 / (64 * 64)) * (0.5 - 1)));
 }
 
@@ -94,11 +96,12 @@ TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss
   const auto logits = zero_logits(heads);
   // Anchor 40 × 40 fits. At the same place 30 × 20 has IoU .416, and 40 × 40 a cell further .403.
   const loss::Truths truths{{{0, {40, 24, 38, 38}}}};
-  const double all = loss::yolo_training(heads, logits, truths, size, size).objectness;
-  CHECK(loss::yolo_training(heads, logits, truths, size, size, {0.41, 1.0, 1, 1, 1}).objectness ==
-        Approx(all - std::log(2.0)));
+  const double all = loss::yolo_training(heads, loss::to_read(logits), truths, size, size).objectness;
+  CHECK(loss::yolo_training(heads, loss::to_read(logits), truths, size, size, {0.41, 1.0, 1, 1, 1})
+            .objectness == Approx(all - std::log(2.0)));
   // With match_iou .4 it is matched as well, which at logit 0 costs the same objectness but adds a box.
-  const auto both = loss::yolo_training(heads, logits, truths, size, size, {0.41, 0.4, 1, 1, 1});
+  const auto both =
+      loss::yolo_training(heads, loss::to_read(logits), truths, size, size, {0.41, 0.4, 1, 1, 1});
   CHECK(both.objectness == Approx(all));
   CHECK(both.classification == Approx(4 * std::log(2.0)));
 }
@@ -111,7 +114,8 @@ TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_
     const auto logits = logits_of(heads, seed);
     Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
     for (int half = 0; half < 2; ++half)
-      loss::yolo_training_adjoint(heads, logits, two_images, size, size, options, 0.5, adjoint);
+      loss::yolo_training_adjoint(heads, loss::to_read(logits), two_images, size, size, options, 0.5,
+                                  loss::to_add_to(adjoint));
     for (std::size_t head = 0; head < heads.size(); ++head) {
       auto direction = tapestry::zeros<double, 4>(logits[head].shape());
       Random random(seed * 100 + head);
@@ -120,7 +124,7 @@ TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_
       const auto value = [&](const Array<double, 4>& changed) {
         auto at = logits;
         at[head] = changed;
-        return loss::yolo_training(heads, at, two_images, size, size, options).total;
+        return loss::yolo_training(heads, loss::to_read(at), two_images, size, size, options).total;
       };
       CHECK(std::abs(tapestry::test::dot(adjoint[head], direction) -
                      tapestry::test::central_difference(value, logits[head], direction)) <=
@@ -135,12 +139,13 @@ TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_trai
   auto logits = logits_of(heads, 3);
   for (int step = 0; step < 400; ++step) {
     Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
-    loss::yolo_training_adjoint(heads, logits, two_images, size, size, {}, 1.0, adjoint);
+    loss::yolo_training_adjoint(heads, loss::to_read(logits), two_images, size, size, {}, 1.0,
+                                loss::to_add_to(adjoint));
     for (std::size_t head = 0; head < heads.size(); ++head) logits[head] -= 0.5 * adjoint[head];
   }
   for (std::size_t image = 0; image < 2; ++image)
     for (const auto& truth : two_images[image]) {
-      const loss::Predictions<double> predictions{heads, logits, image, size, size};
+      const loss::Predictions<double> predictions{heads, loss::to_read(logits), image, size, size};
       double best = 0;
       for (std::size_t head = 0; head < 2; ++head)
         loss::for_each_candidate(head, heads[head], [&](const loss::Candidate& candidate) {
@@ -157,8 +162,9 @@ TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_trai
 TEST_CASE("yolo_training leaves out truths that no cell holds", "[loss][yolo_training]") {
   const auto heads = two_heads();
   const auto logits = logits_of(heads, 4, 1);
-  const auto terms = loss::yolo_training(
-      heads, logits, {{{0, {64, 10, 9, 9}}, {0, {10, 10, 0, 9}}, {1, {-1, 5, 9, 9}}}}, size, size);
+  const auto terms =
+      loss::yolo_training(heads, loss::to_read(logits),
+                          {{{0, {64, 10, 9, 9}}, {0, {10, 10, 0, 9}}, {1, {-1, 5, 9, 9}}}}, size, size);
   CHECK(terms.box == 0);
   CHECK(terms.classification == 0);
   CHECK(terms.objectness > 0);
@@ -167,16 +173,17 @@ TEST_CASE("yolo_training leaves out truths that no cell holds", "[loss][yolo_tra
 TEST_CASE("yolo_training refuses what does not fit together", "[loss][yolo_training]") {
   const auto heads = two_heads();
   const auto logits = logits_of(heads, 5);
-  CHECK_THROWS_WITH(loss::yolo_training(heads, logits, {{}}, size, size),
+  CHECK_THROWS_WITH(loss::yolo_training(heads, loss::to_read(logits), {{}}, size, size),
                     "yolo_training: truths of 1 images, expected 2");
-  CHECK_THROWS_AS(loss::yolo_training(heads, logits, {}, size, size), tapestry::DomainError);
-  CHECK_THROWS_AS(loss::yolo_training(heads, logits, {{}, {{2, {1, 1, 1, 1}}}}, size, size),
+  CHECK_THROWS_AS(loss::yolo_training(heads, loss::to_read(logits), {}, size, size), tapestry::DomainError);
+  CHECK_THROWS_AS(loss::yolo_training(heads, loss::to_read(logits), {{}, {{2, {1, 1, 1, 1}}}}, size, size),
                   tapestry::DomainError);
   Logits one{logits[0]};
-  CHECK_THROWS_AS(loss::yolo_training_adjoint(heads, logits, two_images, size, size, {}, 1.0, one),
+  CHECK_THROWS_AS(loss::yolo_training_adjoint(heads, loss::to_read(logits), two_images, size, size, {}, 1.0,
+                                              loss::to_add_to(one)),
                   tapestry::ShapeError);
   const auto scaled = two_heads(DecodeFamily::scaled);
-  CHECK_THROWS_WITH(loss::yolo_training(scaled, logits, two_images, size, size),
+  CHECK_THROWS_WITH(loss::yolo_training(scaled, loss::to_read(logits), two_images, size, size),
                     "yolo_training: heads of the decode family scaled (new_coords=1) give activations, but "
                     "losses need raw logits; expected darknet or ultralytics");
 }

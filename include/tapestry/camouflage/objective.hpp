@@ -171,7 +171,8 @@ class Objective {
   }
 
   [[nodiscard]] loss::Predictions<T> predictions(std::size_t image) const {
-    return {network_.heads(), pass_.logits, image, network_.input_height(), network_.input_width()};
+    return {network_.heads(), loss::to_read(pass_.logits), image, network_.input_height(),
+            network_.input_width()};
   }
 
   [[nodiscard]] Variable<T> adversarial_term(const ArrayVariable<T, 1>& logits, Views views) {
@@ -198,9 +199,10 @@ class Objective {
           if (logits_adjoint == nullptr) return;
           const ScopedTimer pullback_timer(times_.losses);
           auto heads_adjoint = separated(*logits_adjoint);
+          const auto addresses = loss::to_add_to(heads_adjoint);
           parallel_for(targets.size(), [&](std::size_t n) {
             loss::adversarial_adjoint(predictions(n), targets[n], options_.kind, options_.weights,
-                                      adjoint * static_cast<T>(share), heads_adjoint);
+                                      adjoint * static_cast<T>(share), addresses);
           });
           *logits_adjoint = joined(heads_adjoint);
         },

@@ -77,7 +77,7 @@ TermSums paper_terms(const Predictions<T>& predictions, const Target& target) {
 
 template <class T>
 void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
-                         std::vector<Array<T, 4>>& logits_adjoint) {
+                         const LogitsAdjoint<T>& logits_adjoint) {
   for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
     const auto found = responsible(predictions, head, target);
     if (!found) continue;
@@ -110,7 +110,7 @@ TermSums as_coded_terms(const Predictions<T>& predictions, const Target& target)
 
 template <class T>
 void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
-                            std::vector<Array<T, 4>>& logits_adjoint) {
+                            const LogitsAdjoint<T>& logits_adjoint) {
   const auto balance = objectness_balance(predictions.heads);
   for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
     const auto matched = matched_candidates(predictions, head, target);
@@ -161,7 +161,7 @@ template <class T>
 template <class T>
 void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                          const AdversarialWeights& weights, T total_adjoint,
-                         std::vector<Array<T, 4>>& logits_adjoint) {
+                         const LogitsAdjoint<T>& logits_adjoint) {
   require_predictions("adversarial_adjoint", predictions);
   require_target("adversarial_adjoint", predictions, target);
   require_adjoint("adversarial_adjoint", predictions, logits_adjoint);
@@ -174,27 +174,6 @@ void adversarial_adjoint(const Predictions<T>& predictions, const Target& target
     detail::as_coded_terms_adjoint(predictions, target, adjoint, logits_adjoint);
   if (kind == AdversarialLoss::max_score)
     max_score_adjoint(predictions, target, adjoint.max_score, logits_adjoint);
-}
-
-/// The same with the parts of Predictions given one by one: heads, their logits [N, A·(5+K), H, W], which
-/// image of the N, and the size of the network's input in pixels.
-template <class T>
-[[nodiscard]] AdversarialTerms<T> adversarial(const std::vector<detect::Head>& heads,
-                                              const std::vector<Array<T, 4>>& logits, std::size_t image,
-                                              std::size_t input_height, std::size_t input_width,
-                                              const Target& target, AdversarialLoss kind,
-                                              const AdversarialWeights& weights = {}) {
-  return adversarial(Predictions<T>{heads, logits, image, input_height, input_width}, target, kind, weights);
-}
-
-/// The same with the parts of Predictions given one by one.
-template <class T>
-void adversarial_adjoint(const std::vector<detect::Head>& heads, const std::vector<Array<T, 4>>& logits,
-                         std::size_t image, std::size_t input_height, std::size_t input_width,
-                         const Target& target, AdversarialLoss kind, const AdversarialWeights& weights,
-                         T total_adjoint, std::vector<Array<T, 4>>& logits_adjoint) {
-  adversarial_adjoint(Predictions<T>{heads, logits, image, input_height, input_width}, target, kind, weights,
-                      total_adjoint, logits_adjoint);
 }
 
 }  // namespace tapestry::loss

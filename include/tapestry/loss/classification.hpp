@@ -26,7 +26,7 @@ template <class T>
 template <class T>
 void largest_mean_logit_adjoint(const Predictions<T>& predictions, const std::vector<Candidate>& matched,
                                 std::size_t class_index, double loss_adjoint,
-                                std::vector<Array<T, 4>>& logits_adjoint) {
+                                const LogitsAdjoint<T>& logits_adjoint) {
   if (matched.empty()) return;
   const bool has_other_classes = predictions.heads[matched.front().head].classes > 1;
   if (has_other_classes && largest_mean_logit(predictions, matched, class_index) == 0) return;

@@ -43,7 +43,7 @@ template <class T>
 /// less than that there.
 template <class T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
-                       std::vector<Array<T, 4>>& logits_adjoint) {
+                       const LogitsAdjoint<T>& logits_adjoint) {
   const auto best = responsible(predictions, target);
   if (!best) return;
   const double missed = detail::miss(predictions, *best, target);

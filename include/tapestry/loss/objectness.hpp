@@ -43,7 +43,7 @@ template <class T>
 template <class T>
 void mean_objectness_entropy_adjoint(const Predictions<T>& predictions, std::size_t head_index,
                                      const std::vector<Candidate>& matched, double loss_adjoint,
-                                     std::vector<Array<T, 4>>& logits_adjoint) {
+                                     const LogitsAdjoint<T>& logits_adjoint) {
   const auto& head = predictions.heads[head_index];
   const double scale =
       loss_adjoint / static_cast<double>(head.anchors.size() * head.grid_height * head.grid_width);

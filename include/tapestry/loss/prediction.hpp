@@ -17,14 +17,40 @@ struct Target {
   detect::Box box{0, 0, 0, 0};  ///< pixels of the network's input; may reach over the border
 };
 
-/// One image's raw output of all heads, as a view: nothing is copied.
+/// Where the logits of every head are, [N, A·(5+K), H, W], before any sigmoid; none null.
+template <class T>
+using LogitsView = std::vector<const Array<T, 4>*>;
+
+/// One image's raw output of all heads, as a view: neither heads nor logits are copied.
 template <class T>
 struct Predictions {
   const std::vector<detect::Head>& heads;
-  const std::vector<Array<T, 4>>& logits;  ///< per head [N, A·(5+K), H, W], before any sigmoid
-  std::size_t image;                       ///< which of the N
-  std::size_t input_height, input_width;   ///< of the network, pixels
+  LogitsView<T> logits;
+  std::size_t image;                      ///< which of the N
+  std::size_t input_height, input_width;  ///< of the network, pixels
 };
+
+/// Where a loss adds its derivatives: per head an array of the shape of its logits; null where not wanted.
+template <class T>
+using LogitsAdjoint = std::vector<Array<T, 4>*>;
+
+/// Where arrays are, to read.
+template <class T>
+[[nodiscard]] LogitsView<T> to_read(const std::vector<Array<T, 4>>& arrays) {
+  LogitsView<T> addresses;
+  for (const auto& array : arrays) addresses.push_back(&array);
+  return addresses;
+}
+template <class T>
+void to_read(const std::vector<Array<T, 4>>&& temporaries) = delete;
+
+/// Where arrays are, to add to.
+template <class T>
+[[nodiscard]] LogitsAdjoint<T> to_add_to(std::vector<Array<T, 4>>& arrays) {
+  LogitsAdjoint<T> addresses;
+  for (auto& array : arrays) addresses.push_back(&array);
+  return addresses;
+}
 
 /// The place of one predicted box. The order of candidates, in which ties go to the first, is by head,
 /// then anchor, then row, then column.
@@ -59,7 +85,7 @@ void require_predictions(const char* operation, const Predictions<T>& prediction
   require_raw_logits(operation, predictions.heads);
   for (std::size_t i = 0; i < predictions.heads.size(); ++i) {
     const auto& head = predictions.heads[i];
-    const auto& logits = predictions.logits[i];
+    const auto& logits = *predictions.logits[i];
     require_shape(
         operation, "logits", logits,
         {logits.shape(0), head.anchors.size() * (5 + head.classes), head.grid_height, head.grid_width});
@@ -67,6 +93,17 @@ void require_predictions(const char* operation, const Predictions<T>& prediction
       throw DomainError(name + ": image " + std::to_string(predictions.image) + " of a batch of " +
                         std::to_string(logits.shape(0)));
   }
+}
+
+/// \throws DomainError if there are no images; ShapeError if the logits are of another number
+template <class T>
+void require_batch(const char* operation, const char* argument, std::size_t images,
+                   const LogitsView<T>& logits) {
+  if (images == 0) throw DomainError(std::string(operation) + ": an empty batch");
+  for (const auto* head : logits)
+    if (head->shape(0) != images)
+      throw ShapeError(std::string(operation) + ": " + argument + " of " + std::to_string(images) +
+                       " images, expected " + std::to_string(head->shape(0)));
 }
 
 /// \throws DomainError if the class is none of the heads' or the box is not finite
@@ -81,15 +118,16 @@ void require_target(const char* operation, const Predictions<T>& predictions, co
                         std::to_string(head.classes));
 }
 
-/// \throws ShapeError if the adjoint does not have the shapes of the logits
+/// \throws ShapeError if the adjoint does not have the shapes of the logits, where it is wanted
 template <class T>
 void require_adjoint(const char* operation, const Predictions<T>& predictions,
-                     const std::vector<Array<T, 4>>& logits_adjoint) {
+                     const LogitsAdjoint<T>& logits_adjoint) {
   if (logits_adjoint.size() != predictions.logits.size())
     throw ShapeError(std::string(operation) + ": logits_adjoint of " + std::to_string(logits_adjoint.size()) +
                      " heads, expected " + std::to_string(predictions.logits.size()));
   for (std::size_t i = 0; i < logits_adjoint.size(); ++i)
-    require_shape(operation, "logits_adjoint", logits_adjoint[i], predictions.logits[i].shape());
+    if (logits_adjoint[i] != nullptr)
+      require_shape(operation, "logits_adjoint", *logits_adjoint[i], predictions.logits[i]->shape());
 }
 
 /// Position of one channel of a candidate in its head's logits.
@@ -106,7 +144,7 @@ template <class T>
 [[nodiscard]] double logit(const Predictions<T>& predictions, const Candidate& candidate,
                            std::size_t channel) {
   return static_cast<double>(
-      predictions.logits[candidate.head].data()[logit_index(predictions, candidate, channel)]);
+      predictions.logits[candidate.head]->data()[logit_index(predictions, candidate, channel)]);
 }
 
 /// The box that a candidate predicts, in pixels of the input; see detect::decode_box().
@@ -119,12 +157,13 @@ template <class T>
                             static_cast<double>(predictions.input_height));
 }
 
-/// Adds slope to the adjoint of one channel of a candidate.
+/// Adds slope to the adjoint of one channel of a candidate, if wanted.
 template <class T>
 void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate, std::size_t channel,
-                  double slope, std::vector<Array<T, 4>>& logits_adjoint) {
-  logits_adjoint[candidate.head].data()[logit_index(predictions, candidate, channel)] +=
-      static_cast<T>(slope);
+                  double slope, const LogitsAdjoint<T>& logits_adjoint) {
+  Array<T, 4>* const adjoint = logits_adjoint[candidate.head];
+  if (adjoint == nullptr) return;
+  adjoint->data()[logit_index(predictions, candidate, channel)] += static_cast<T>(slope);
 }
 
 /// Adds the pullback of decoded_box(): ∂cx/∂tx = s · σ'(tx) · W / grid width, with s = 2 in the ultralytics
@@ -133,7 +172,7 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
 /// the box is.
 template <class T>
 void decoded_box_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
-                         const detect::Box& box_adjoint, std::vector<Array<T, 4>>& logits_adjoint) {
+                         const detect::Box& box_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
   const auto& head = predictions.heads[candidate.head];
   const detect::Box box = decoded_box(predictions, candidate);
   const bool is_ultralytics = head.decode == detect::DecodeFamily::ultralytics;

@@ -66,7 +66,7 @@ template <class T>
       detail::hopeless_sum(std::max(beaten, detail::score_at_centre(predictions, head_index, target))));
   for (std::size_t anchor = 0; anchor < head.anchors.size(); ++anchor) {
     const T* const x =
-        predictions.logits[head_index].data() + logit_index(predictions, {head_index, anchor}, 0);
+        predictions.logits[head_index]->data() + logit_index(predictions, {head_index, anchor}, 0);
     const T* const objectness = x + objectness_channel * cells;
     const T* const of_class = x + (class_channel + target.class_index) * cells;
     for (std::size_t cell = 0; cell < cells; ++cell) {

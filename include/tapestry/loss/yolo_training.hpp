@@ -135,15 +135,12 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
 
 template <class T>
 void require_training(const char* operation, const std::vector<detect::Head>& heads,
-                      const std::vector<Array<T, 4>>& logits, const Truths& truths, std::size_t input_height,
+                      const LogitsView<T>& logits, const Truths& truths, std::size_t input_height,
                       std::size_t input_width) {
   if (truths.empty()) throw DomainError(std::string(operation) + ": an empty batch");
   const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
   require_predictions(operation, last);
-  for (const auto& head : logits)
-    if (head.shape(0) != truths.size())
-      throw ShapeError(std::string(operation) + ": truths of " + std::to_string(truths.size()) +
-                       " images, expected " + std::to_string(head.shape(0)));
+  require_batch(operation, "truths", truths.size(), logits);
   for (const auto& of_image : truths)
     for (const Target& truth : of_image) require_target(operation, last, truth);
 }
@@ -174,7 +171,7 @@ YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vect
 template <class T>
 void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Target>& truths,
                          const YoloTrainingOptions& options, double adjoint,
-                         std::vector<Array<T, 4>>& logits_adjoint) {
+                         const LogitsAdjoint<T>& logits_adjoint) {
   const auto assigned = assignments(predictions, truths, options);
   for (const Assignment& assignment : assigned) {
     const auto add = [&](std::size_t channel, double weight, auto slope_of) {
@@ -221,7 +218,7 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
 /// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too
 template <class T>
 [[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
-                                              const std::vector<Array<T, 4>>& logits, const Truths& truths,
+                                              const LogitsView<T>& logits, const Truths& truths,
                                               std::size_t input_height, std::size_t input_width,
                                               const YoloTrainingOptions& options = {}) {
   detail::require_training("yolo_training", heads, logits, truths, input_height, input_width);
@@ -244,10 +241,10 @@ template <class T>
 
 /// Adds total_adjoint · ∂total/∂logits; arguments otherwise as in yolo_training().
 template <class T>
-void yolo_training_adjoint(const std::vector<detect::Head>& heads, const std::vector<Array<T, 4>>& logits,
+void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                            const Truths& truths, std::size_t input_height, std::size_t input_width,
                            const YoloTrainingOptions& options, T total_adjoint,
-                           std::vector<Array<T, 4>>& logits_adjoint) {
+                           const LogitsAdjoint<T>& logits_adjoint) {
   detail::require_training("yolo_training_adjoint", heads, logits, truths, input_height, input_width);
   require_adjoint("yolo_training_adjoint", Predictions<T>{heads, logits, 0, input_height, input_width},
                   logits_adjoint);
