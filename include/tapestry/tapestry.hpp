@@ -160,6 +160,7 @@
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
@@ -170,6 +171,7 @@
 #include <tapestry/raster/texture_cube.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/texture_operator_variable.hpp>
 #include <tapestry/raster/texture_slope.hpp>
 #include <tapestry/raster/triangle_setup.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
