@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <tapestry/camouflage/checkpoint.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>

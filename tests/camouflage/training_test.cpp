@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
-#include <tapestry/camouflage/checkpoint.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
 
 #include "../support/catch.hpp"

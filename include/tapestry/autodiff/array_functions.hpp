@@ -1,13 +1,13 @@
 #pragma once
 /// Operations on array variables: formulas that are computed and pulled back in one pass each, and records
 /// with a hand-written pullback.
-#include <tapestry/autodiff/array_functions/convolution.hpp>
-#include <tapestry/autodiff/array_functions/elementwise.hpp>
-#include <tapestry/autodiff/array_functions/exponential.hpp>
-#include <tapestry/autodiff/array_functions/extreme.hpp>
-#include <tapestry/autodiff/array_functions/gather.hpp>
-#include <tapestry/autodiff/array_functions/join.hpp>
-#include <tapestry/autodiff/array_functions/product.hpp>
-#include <tapestry/autodiff/array_functions/reduction.hpp>
-#include <tapestry/autodiff/array_functions/unary.hpp>
-#include <tapestry/autodiff/array_functions/view.hpp>
+#include <tapestry/autodiff/arrays/convolution.hpp>
+#include <tapestry/autodiff/arrays/elementwise.hpp>
+#include <tapestry/autodiff/arrays/exponential.hpp>
+#include <tapestry/autodiff/arrays/extreme.hpp>
+#include <tapestry/autodiff/arrays/gather.hpp>
+#include <tapestry/autodiff/arrays/join.hpp>
+#include <tapestry/autodiff/arrays/product.hpp>
+#include <tapestry/autodiff/arrays/reduction.hpp>
+#include <tapestry/autodiff/arrays/unary.hpp>
+#include <tapestry/autodiff/arrays/view.hpp>

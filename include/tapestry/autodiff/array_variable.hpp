@@ -1,7 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
-#include <tapestry/autodiff/array_memory.hpp>
+#include <tapestry/autodiff/arrays/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>

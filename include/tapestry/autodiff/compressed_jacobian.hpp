@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <span>
 #include <string>
-#include <tapestry/autodiff/index_sets.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/jacobian_pattern.hpp>
-#include <tapestry/autodiff/statement_operands.hpp>
-#include <tapestry/autodiff/tangent_sweep.hpp>
+#include <tapestry/autodiff/jacobian/index_sets.hpp>
+#include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
+#include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
+#include <tapestry/autodiff/tape/statement_operands.hpp>
 #include <tapestry/core/error.hpp>
 #include <utility>
 #include <vector>

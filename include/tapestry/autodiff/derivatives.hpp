@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <span>
 #include <string>
-#include <tapestry/autodiff/dual_number.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/tape/dual_number.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <type_traits>
 #include <utility>

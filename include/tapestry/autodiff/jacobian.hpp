@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <tapestry/autodiff/shared.hpp>
 #include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/tape/shared.hpp>
+#include <tapestry/autodiff/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/autodiff/vector_sweep.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

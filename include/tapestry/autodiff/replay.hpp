@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/replay_program.hpp>
-#include <tapestry/autodiff/replayable.hpp>
+#include <tapestry/autodiff/replay/replay_program.hpp>
+#include <tapestry/autodiff/replay/replayable.hpp>
 #include <tapestry/core/error.hpp>
 #include <utility>
 #include <vector>

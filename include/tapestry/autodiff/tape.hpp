@@ -2,8 +2,8 @@
 #include <cstddef>
 #include <span>
 #include <string>
-#include <tapestry/autodiff/shared.hpp>
-#include <tapestry/autodiff/tape_state.hpp>
+#include <tapestry/autodiff/tape/shared.hpp>
+#include <tapestry/autodiff/tape/tape_state.hpp>
 #include <type_traits>
 #include <utility>
 

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <limits>
 #include <span>
-#include <tapestry/autodiff/formula.hpp>
-#include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/functions/scalar_functions.hpp>
+#include <tapestry/autodiff/tape/formula.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <type_traits>
 #include <vector>

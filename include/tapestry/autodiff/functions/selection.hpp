@@ -1,8 +1,8 @@
 #pragma once
 #include <cmath>
-#include <tapestry/autodiff/expression.hpp>
-#include <tapestry/autodiff/formula.hpp>
-#include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/functions/scalar_functions.hpp>
+#include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/formula.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,9 +1,9 @@
 #pragma once
 #include <numbers>
-#include <tapestry/autodiff/expression.hpp>
-#include <tapestry/autodiff/formula.hpp>
-#include <tapestry/autodiff/polygamma.hpp>
-#include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/functions/polygamma.hpp>
+#include <tapestry/autodiff/functions/scalar_functions.hpp>
+#include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/formula.hpp>
 
 namespace tapestry {
 namespace detail {

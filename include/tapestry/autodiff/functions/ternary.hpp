@@ -2,10 +2,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <tapestry/autodiff/expression.hpp>
-#include <tapestry/autodiff/formula.hpp>
 #include <tapestry/autodiff/functions/power.hpp>
-#include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/functions/scalar_functions.hpp>
+#include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/formula.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <type_traits>
 

@@ -1,7 +1,7 @@
 #pragma once
-#include <tapestry/autodiff/expression.hpp>
-#include <tapestry/autodiff/formula.hpp>
-#include <tapestry/autodiff/scalar_functions.hpp>
+#include <tapestry/autodiff/functions/scalar_functions.hpp>
+#include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/formula.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,0 +1,128 @@
+#pragma once
+#include <cmath>
+#include <tapestry/autodiff/tape/scalar.hpp>
+
+namespace tapestry {
+namespace detail {
+// The functions of <cmath> for numbers, beside those for duals, which argument-dependent lookup finds.
+using std::abs;
+using std::acos;
+using std::acosh;
+using std::asin;
+using std::asinh;
+using std::atan;
+using std::atan2;
+using std::atanh;
+using std::cbrt;
+using std::copysign;
+using std::cos;
+using std::cosh;
+using std::erf;
+using std::erfc;
+using std::exp;
+using std::exp2;
+using std::expm1;
+using std::fma;
+using std::fmod;
+using std::hypot;
+using std::isfinite;
+using std::isinf;
+using std::isnan;
+using std::lgamma;
+using std::log;
+using std::log10;
+using std::log1p;
+using std::log2;
+using std::pow;
+using std::remainder;
+using std::round;
+using std::signbit;
+using std::sin;
+using std::sinh;
+using std::sqrt;
+using std::tan;
+using std::tanh;
+using std::tgamma;
+
+/// 1 / (1 + exp(−x)), without overflow for any x.
+template <Scalar T>
+[[nodiscard]] T sigmoid_of(const T& x) {
+  const T e = exp(-abs(x));
+  return (x < 0 ? e : T(1)) / (1 + e);
+}
+
+/// d sigmoid / dx = e / (1 + e)², e = exp(−|x|): to full precision where 1 − sigmoid(x) would cancel.
+template <Scalar T>
+[[nodiscard]] T sigmoid_derivative(const T& x) {
+  const T e = exp(-abs(x));
+  return e / ((1 + e) * (1 + e));
+}
+
+/// sigmoid(x − y), for finite x and y also by what the difference loses to rounding, which a difference of
+/// hundreds would multiply.
+template <Scalar T>
+[[nodiscard]] T sigmoid_of_difference(const T& x, const T& y) {
+  const T difference = x - y;
+  const T s = sigmoid_of(difference);
+  if (!isfinite(difference)) return s;
+  const T y_seen = x - difference;
+  const T lost = (x - (difference + y_seen)) + (y_seen - y);
+  return s + s * (sigmoid_of(-difference) * lost);
+}
+
+/// d tanh / dx, given both x and tanh x: to full precision also where 1 − tanh² would cancel.
+template <Scalar T>
+[[nodiscard]] T tanh_derivative(const T& x, const T& tanh_x) {
+  if (abs(tanh_x) < T(0.5)) return 1 - tanh_x * tanh_x;
+  const T e = exp(-2 * abs(x));
+  return 4 * e / ((1 + e) * (1 + e));
+}
+
+/// d cbrt / dx, given both x and cbrt x.
+template <Scalar T>
+[[nodiscard]] T cbrt_derivative(const T&, const T& cbrt_x) {
+  return 1 / (3 * cbrt_x * cbrt_x);
+}
+/// The same without the error of cbrt_x, several ulp in some libraries: what x − cbrt_x³ says of it.
+[[nodiscard]] inline double cbrt_derivative(double x, double cbrt_x) {
+  if (x == 0 || !std::isfinite(x)) return 1 / (3 * cbrt_x * cbrt_x);
+  if (std::abs(x) < 0x1p-900) return 0x1p200 * cbrt_derivative(x * 0x1p300, cbrt_x * 0x1p100);
+  const double squared = cbrt_x * cbrt_x, cubed = squared * cbrt_x;
+  const double squared_rest = std::fma(cbrt_x, cbrt_x, -squared),
+               cubed_rest = std::fma(squared, cbrt_x, -cubed);
+  const double residual = ((x - cubed) - cubed_rest) - squared_rest * cbrt_x;
+  const double slope = 1 / (3 * squared);
+  return slope - slope * (2 * residual * slope / cbrt_x);
+}
+[[nodiscard]] inline float cbrt_derivative(float x, float) {
+  const double root = std::cbrt(static_cast<double>(x));
+  return static_cast<float>(1 / (3 * root * root));
+}
+}  // namespace detail
+
+/// 1 / (1 + exp(−x)), without overflow for any x.
+template <std::floating_point T>
+[[nodiscard]] T sigmoid(T x) {
+  return detail::sigmoid_of(x);
+}
+
+/// log(1 + exp(x)), without overflow for any x, and without cancellation where it is small.
+template <std::floating_point T>
+[[nodiscard]] T softplus(T x) {
+  return (x > 0 ? x : T(0)) + std::log1p(std::exp(-std::abs(x)));
+}
+
+/// log(exp(x) + exp(y)), without overflow; of two equal infinities, that infinity.
+template <std::floating_point T>
+[[nodiscard]] T logsumexp(T x, T y) {
+  if (std::isinf(x) && x == y) return x;
+  return (x < y ? y : x) + std::log1p(std::exp(-std::abs(x - y)));
+}
+
+/// −1, 0 or 1 by the sign of x; a NaN stays one.
+template <std::floating_point T>
+[[nodiscard]] constexpr T sign(T x) {
+  return x > 0 ? T(1) : x < 0 ? T(-1) : x == 0 ? T(0) : x;
+}
+
+}  // namespace tapestry

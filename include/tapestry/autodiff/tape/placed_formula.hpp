@@ -1,0 +1,118 @@
+#pragma once
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <functional>
+#include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/operand_counts.hpp>
+#include <tapestry/autodiff/tape/scalar.hpp>
+
+namespace tapestry {
+
+template <std::floating_point T>
+class Replayable;
+
+namespace detail {
+template <class Operation, class X, class Y, class Z>
+class Ternary;  // of functions/ternary.hpp
+
+/// How many variables and constants a formula of Replayables has.
+template <class E>
+struct LeafCounts;
+template <class T>
+struct LeafCounts<Replayable<T>> {
+  static constexpr std::size_t variables = 1, constants = 0;
+};
+template <class T>
+struct LeafCounts<Constant<T>> {
+  static constexpr std::size_t variables = 0, constants = 1;
+};
+template <class Operation, class X>
+struct LeafCounts<Unary<Operation, X>> : LeafCounts<X> {};
+template <class Operation, class X, class Y>
+struct LeafCounts<Binary<Operation, X, Y>> {
+  static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
+  static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants;
+};
+template <class Operation, class X, class Y, class Z>
+struct LeafCounts<Ternary<Operation, X, Y, Z>> {
+  static constexpr std::size_t variables =
+      LeafCounts<Binary<Operation, X, Y>>::variables + LeafCounts<Z>::variables;
+  static constexpr std::size_t constants =
+      LeafCounts<Binary<Operation, X, Y>>::constants + LeafCounts<Z>::constants;
+};
+
+/// Statements of a block that are computed at once: what they read and pass on stays in the first cache.
+inline constexpr std::size_t replay_block = 64;
+
+/// Variable Place of a formula.
+template <class T, std::size_t Place>
+class PlacedVariable {
+ public:
+  using ExpressionScalar = T;
+  static constexpr std::size_t operand_bound = 1;
+  static constexpr bool is_cheap = true;
+  template <class Factor>
+  static constexpr OperandCounts operand_counts = Replayable<T>::template operand_counts<Factor>;
+  static constexpr bool always_pushes_all = true;
+
+  explicit PlacedVariable(T value) : value_(value) {}
+  [[nodiscard]] T value() const { return value_; }
+  template <class Factor, class Sink>
+  [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
+    sink.template add<Place>(factor);
+  }
+  template <class Leaves>
+  [[nodiscard, gnu::always_inline]] static PlacedVariable read(Leaves& leaves) {
+    return PlacedVariable(leaves.template variable<Place>());
+  }
+
+ private:
+  T value_;
+};
+
+/// The formula E with its variables numbered from Place on: so that a loop of it works on numbers alone.
+template <class E, std::size_t Place = 0>
+struct Placed;
+template <class T, std::size_t Place>
+struct Placed<Replayable<T>, Place> {
+  using type = PlacedVariable<T, Place>;
+};
+template <class T, std::size_t Place>
+struct Placed<Constant<T>, Place> {
+  using type = Constant<T>;
+};
+template <class Operation, class X, std::size_t Place>
+struct Placed<Unary<Operation, X>, Place> {
+  using type = Unary<Operation, typename Placed<X, Place>::type>;
+};
+template <class Operation, class X, class Y, std::size_t Place>
+struct Placed<Binary<Operation, X, Y>, Place> {
+  using type = Binary<Operation, typename Placed<X, Place>::type,
+                      typename Placed<Y, Place + LeafCounts<X>::variables>::type>;
+};
+template <class Operation, class X, class Y, class Z, std::size_t Place>
+struct Placed<Ternary<Operation, X, Y, Z>, Place> {
+  static constexpr std::size_t y = Place + LeafCounts<X>::variables;
+  using type = Ternary<Operation, typename Placed<X, Place>::type, typename Placed<Y, y>::type,
+                       typename Placed<Z, y + LeafCounts<Y>::variables>::type>;
+};
+
+/// What is pushed to each variable of a placed formula, times `adjoint`; zero where nothing is.
+template <class T, std::size_t Variables, bool IsPlain>
+struct PlacedSink {
+  static constexpr bool takes_plain_products = IsPlain;
+  T adjoint;
+  std::array<T, Variables> pushed{};
+  template <std::size_t Place, class Factor>
+  [[gnu::always_inline]] void add(Factor factor) {
+    if constexpr (IsPlain) {
+      pushed[Place] = chain_slopes(adjoint, factor, std::multiplies<>());
+    } else {
+      pushed[Place] = chain_slopes(adjoint, factor, [](T a, T b) { return chain(a, b); });
+    }
+  }
+};
+
+}  // namespace detail
+}  // namespace tapestry

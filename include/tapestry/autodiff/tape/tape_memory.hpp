@@ -1,0 +1,188 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <tapestry/autodiff/tape/huge_page_allocator.hpp>
+#include <tapestry/autodiff/tape/statement.hpp>
+#include <tapestry/core/error.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::detail {
+
+/// Where the next statement of a tape goes. One without memory has no room.
+struct WriteHead {
+  static constexpr std::size_t usual_words = 64;  ///< of a statement, at most
+
+  Word* words = nullptr;
+  Word* usual_limit = nullptr;    ///< before it, there is room for a statement of usual_words
+  Link next{};                    ///< that of the next statement
+  std::uintptr_t kinds_base = 0;  ///< the kind of statement i is at kinds_base + i
+
+  [[nodiscard]] bool has_usual_room() const noexcept { return words < usual_limit; }
+
+  /// Counts in a statement whose words, one or more, are written already.
+  Link commit(StatementKind kind, std::size_t word_count) noexcept {
+    const Link link = next;
+    *reinterpret_cast<StatementKind*>(kinds_base + link.index()) = kind;
+    words += word_count;
+    ++next;
+    return link;
+  }
+};
+
+/// A piece of a tape's memory: words, behind them chunk_begin, and then as many kinds. A statement has at
+/// least one word, so that there is a kind wherever there are words.
+struct Chunk {
+  PageMemory memory;
+  std::size_t word_count = 0;
+  std::uint32_t first_index = 0;  ///< of its first statement
+  Word* words_end = nullptr;      ///< where the head was when it left
+
+  [[nodiscard]] Word* words() const { return reinterpret_cast<Word*>(memory.get()); }
+  [[nodiscard]] StatementKind* kinds() const {
+    return reinterpret_cast<StatementKind*>(words() + word_count) + 1;
+  }
+};
+
+/// The statements of one piece of the tape, the last one first.
+struct StatementRun {
+  const Word* words_end;
+  const StatementKind* kinds;  ///< of the first of them; behind chunk_begin
+  std::uint32_t first_index;
+  std::uint32_t end_index;
+};
+
+/// Memory of a tape's statements, in chunks that stay where they are and are used again after clear().
+/// Statements count from 1.
+class TapeMemory : public WriteHead {
+ public:
+  /// A place in the memory.
+  struct Place {
+    std::size_t next_index = 0;
+    std::size_t chunk = 0;
+    std::size_t word_count = 0;  ///< in the chunk
+  };
+
+  TapeMemory() = default;
+  TapeMemory(const TapeMemory&) = delete;
+  TapeMemory& operator=(const TapeMemory&) = delete;
+
+  /// \throws std::bad_alloc, or Error when the tape is full, and is then unchanged
+  void make_room(std::size_t word_count) {
+    if (chunks_.empty() || word_count > room()) [[unlikely]]
+      enter_next_chunk(word_count);
+  }
+
+  /// Appends statements without operands, as many as there is room for but at most `count`.
+  /// \returns the first one's link; `count` becomes the number of them
+  [[nodiscard]] Link append_inputs(std::size_t& count) {
+    make_room(1);
+    if (count > room()) count = room();
+    const Link first = next;
+    std::memset(reinterpret_cast<void*>(kinds_base + first.index()), static_cast<int>(StatementKind::input),
+                count);
+    words += count;
+    next = Link(first.index() + static_cast<std::uint32_t>(count), first.generation());
+    return first;
+  }
+
+  [[nodiscard]] Place place() const {
+    if (chunks_.empty()) return {1, 0, 0};
+    return {next.index(), current_, static_cast<std::size_t>(words - chunks_[current_].words())};
+  }
+
+  void return_to(const Place& place) noexcept {
+    if (chunks_.empty()) return;
+    enter(place.chunk);
+    words += place.word_count;
+    next = Link(static_cast<std::uint32_t>(place.next_index), next.generation());
+  }
+
+  [[nodiscard]] std::size_t statement_count() const { return place().next_index - 1; }
+
+  /// Statements without operands before the first other one.
+  [[nodiscard]] std::size_t leading_input_count() const {
+    std::size_t count = 0;
+    visit_backwards([&](const StatementRun& run) {
+      const std::size_t here = input_count(run.kinds, run.end_index - run.first_index);
+      count = here + (here == run.end_index - run.first_index ? count : 0);
+    });
+    return count;
+  }
+
+  /// Calls visit(StatementRun) for each piece, the last one first.
+  template <class Visit>
+  void visit_backwards(Visit visit) const {
+    if (chunks_.empty()) return;
+    visit(run_of(chunks_[current_], words, next.index()));
+    for (std::size_t i = current_; i-- > 0;)
+      visit(run_of(chunks_[i], chunks_[i].words_end, chunks_[i + 1].first_index));
+  }
+
+ private:
+  static constexpr std::size_t bytes_per_word = sizeof(Word) + sizeof(StatementKind);
+  static constexpr std::size_t huge_page = std::size_t(1) << 21U;
+  static constexpr std::size_t first_size = std::size_t(1) << 15U;
+  static constexpr std::size_t largest_size = 4 * huge_page;
+  static constexpr std::size_t most_statements = 0xFFFFFFFEU;
+
+  [[nodiscard]] std::size_t room() const {
+    return static_cast<std::size_t>(chunks_[current_].words() + chunks_[current_].word_count - words);
+  }
+
+  static StatementRun run_of(const Chunk& chunk, const Word* words_end, std::uint32_t end_index) {
+    return {words_end, chunk.kinds(), chunk.first_index, end_index};
+  }
+
+  /// Inputs among the first `count` statements, before any other.
+  static std::size_t input_count(const StatementKind* kinds, std::size_t count) {
+    std::size_t here = 0;
+    for (std::uint64_t eight = 0; here + sizeof(eight) <= count; here += sizeof(eight)) {
+      std::memcpy(&eight, kinds + here, sizeof(eight));
+      if (eight != 0) break;
+    }
+    while (here < count && kinds[here] == StatementKind::input) ++here;
+    return here;
+  }
+
+  static Chunk allocate(std::size_t size) {
+    Chunk chunk;
+    chunk.memory = PageMemory(allocate_pages(size));
+    chunk.word_count = (size - sizeof(StatementKind)) / bytes_per_word;
+    chunk.kinds()[-1] = StatementKind::chunk_begin;
+    return chunk;
+  }
+
+  void enter_next_chunk(std::size_t word_count) {
+    const std::size_t position = chunks_.empty() ? 0 : current_ + 1;
+    const std::uint32_t first_index = chunks_.empty() ? 1 : next.index();
+    const std::size_t needed = word_count > usual_words ? word_count : usual_words + 1;
+    if (position == chunks_.size() || chunks_[position].word_count < needed) {
+      std::size_t size = position == 0 ? first_size : 2 * chunks_[current_].word_count * bytes_per_word;
+      if (size > largest_size) size = largest_size;
+      if (size < (needed + 1) * bytes_per_word) size = (needed + 1) * bytes_per_word;
+      Chunk chunk = allocate(size);
+      chunks_.insert(chunks_.begin() + static_cast<std::ptrdiff_t>(position), std::move(chunk));
+    }
+    if (chunks_[position].word_count > most_statements - first_index)
+      throw Error(ErrorKind::limit, "the tape is full: it holds about 2^32 statements");
+    if (position != 0) chunks_[current_].words_end = words;
+    chunks_[position].first_index = first_index;
+    enter(position);
+    next = Link(first_index, next.generation());
+  }
+
+  void enter(std::size_t position) noexcept {
+    const Chunk& chunk = chunks_[position];
+    current_ = position;
+    words = chunk.words();
+    usual_limit = words + (chunk.word_count - usual_words);
+    kinds_base = reinterpret_cast<std::uintptr_t>(chunk.kinds()) - chunk.first_index;
+  }
+
+  std::vector<Chunk> chunks_;
+  std::size_t current_ = 0;
+};
+
+}  // namespace tapestry::detail

@@ -1,0 +1,297 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/reverse_sweep.hpp>
+#include <tapestry/autodiff/tape/scalar.hpp>
+#include <tapestry/autodiff/tape/tape_memory.hpp>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+namespace tapestry {
+
+/// An operation on the tape that is more than a list of partial derivatives: its pullback.
+/// record.hpp makes these from a callable; derive from it only for what that cannot express.
+template <class T>
+class TapeRecord {
+ public:
+  TapeRecord() = default;
+  TapeRecord(const TapeRecord&) = delete;
+  TapeRecord& operator=(const TapeRecord&) = delete;
+  virtual ~TapeRecord() = default;
+
+  /// Adds to the adjoints of the inputs. `adjoints[i]` is that of scalar statement i, and `statement`
+  /// is the record's own place.
+  virtual void pull_back(T* adjoints, std::size_t statement) = 0;
+  /// Called before each reverse sweep: adjoints held by the record are zero again.
+  virtual void forget_adjoint() noexcept {}
+};
+
+namespace detail {
+
+inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
+
+/// The head of threads without an active tape: no variable is of its generation, and it has no room.
+template <class T>
+inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
+
+/// Numbers, unique in the program, by which a tape knows its own variables.
+inline std::uint32_t next_generation() {
+  static std::uint32_t last = 0;
+  std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
+  while (next == 0 || next == no_generation) next = __atomic_add_fetch(&last, 1, __ATOMIC_RELAXED);
+  return next;
+}
+
+/// What others keep on a tape, as long as it lives.
+struct TapeAttachment {
+  virtual ~TapeAttachment() = default;
+};
+
+/// A place on the tape; see Tape::mark().
+struct TapePosition {
+  TapeMemory::Place place;
+  std::size_t records = 0;
+  std::uint32_t generation = 0;  ///< of the last statement before the place
+};
+
+/// What a tape holds. It stays at one address while the Tape that owns it is moved.
+///
+/// Statement i has adjoint i, from 1 on. It is an input, a list of operands, or a record with a pullback.
+/// Memory: 1 byte a statement; 4 an operand of partial derivative ±1, 4 + sizeof(T) any other; and, once
+/// there was a sweep, sizeof(T) a statement for its adjoint.
+///
+/// A stale variable is found by its generation: clear() starts a new generation at statement 1, and
+/// rewind() one at the position, so that statements are never mistaken for those they replace.
+template <class T>
+class TapeState : public TapeMemory {
+ public:
+  TapeState() { clear(); }
+  ~TapeState() {
+    drop_records(0);
+    delete array_memory;
+  }
+  TapeState(const TapeState&) = delete;
+  TapeState& operator=(const TapeState&) = delete;
+
+  /// Where this thread writes statements: the head of a TapeState, or one without room.
+  static inline constinit thread_local WriteHead* active = &no_tape<T>;
+
+  static TapeState& require_active() {
+    if (active == &no_tape<T>) throw_no_tape();
+    return static_cast<TapeState&>(*active);
+  }
+
+  /// \throws DomainError unless the variable with this link was recorded here and is still on the tape
+  void require_own(Link link) const {
+    if (link.generation() != next.generation()) [[unlikely]]
+      require_older(link);
+  }
+
+  void require_own_if_active(Link link) const {
+    if (link.is_active()) require_own(link);
+  }
+
+  [[nodiscard]] Link append_input() {
+    make_room(1);
+    return commit(StatementKind::input, 1);
+  }
+
+  /// One scalar statement with the given operands, any number of them; passive ones are left out.
+  template <class LinkOf>
+  [[nodiscard]] Link append_linear(std::size_t count, LinkOf link_of, const T* partials) {
+    if (count >= most_operands) throw Error(ErrorKind::limit, "a statement holds at most 2^29 operands");
+    make_room(count * pair_words<T> + 2);
+    CarefulSink sink(*this);
+    for (std::size_t i = 0; i < count; ++i) sink.add(link_of(i), partials[i]);
+    return commit_pairs(sink.end());
+  }
+
+  /// A statement of general operands that were written up to `end`.
+  [[nodiscard]] Link commit_pairs(Word* end) {
+    const auto word_count = static_cast<std::size_t>(end - words);
+    const std::size_t count = word_count / pair_words<T>;
+    if (count != 0 && count <= largest_counts.general) return commit(kind_of({0, 0, count}), word_count);
+    *end = static_cast<Word>(count);
+    return commit(StatementKind::many_pairs, word_count + 1);
+  }
+
+  /// \param record  a std::unique_ptr to a TapeRecord<T>
+  template <class Owner>
+  [[nodiscard]] Link append_record(Owner record) {
+    make_room(1);
+    records_.push_back(nullptr);
+    records_.back() = record.release();
+    return commit(StatementKind::record, 1);
+  }
+
+  /// Zeroes the adjoints up to `root`, lets `seed(adjoints)` set the first, and runs statements backwards.
+  template <class Seed>
+  void reverse(std::size_t root, Seed seed) {
+    const Sweeping sweeping(*this);
+    adjoints_.zero(root);
+    for (TapeRecord<T>* const record : records_) record->forget_adjoint();
+    seed(adjoints_.data());
+    std::size_t record = records_.size();
+    const ReverseSweep<T> sweep(adjoints_.data());
+    visit_backwards([&](const StatementRun& run) {
+      sweep.run(
+          run, root,
+          [&](std::size_t statement) { records_[--record]->pull_back(adjoints_.data(), statement); },
+          [&] { --record; });
+    });
+  }
+
+  /// The adjoint of the last reverse(); zero before it, and for what was recorded since.
+  [[nodiscard]] T adjoint(Link link) const {
+    if (!link.is_active()) return T(0);
+    require_own(link);
+    return link.index() < adjoints_.size() ? adjoints_.data()[link.index()] : T(0);
+  }
+
+  [[nodiscard]] TapePosition mark() const {
+    return {place(), records_.size(), segment_of(next_statement() - 1).generation};
+  }
+
+  void rewind(const TapePosition& position) {
+    require_idle("rewind");
+    const std::size_t begin = position.place.next_index;
+    if (begin == 0 || begin > next_statement() || segment_of(begin - 1).generation != position.generation)
+      throw DomainError("rewind: the position is not on this tape, or was cleared or rewound over");
+    segments_.reserve(segments_.size() + 1);
+    drop_records(position.records);
+    return_to(position.place);
+    adjoints_.truncate(begin);
+    while (segments_.back().begin >= begin) segments_.pop_back();
+    start_segment(begin);
+  }
+
+  void clear() {
+    require_idle("clear");
+    segments_.reserve(1);
+    drop_records(0);
+    return_to({1, 0, 0});
+    adjoints_.truncate(0);
+    segments_.clear();
+    start_segment(0);
+  }
+
+  [[nodiscard]] std::size_t operand_count() const {
+    std::size_t count = 0;
+    visit_statements([&](const Word* end, StatementKind kind) {
+      if (kind == StatementKind::many_pairs)
+        count += end[-1];
+      else if (kind != StatementKind::record)
+        count += counts_of(kind).sum();
+    });
+    return count;
+  }
+  /// Bytes that statements take up, without adjoints and what records hold.
+  [[nodiscard]] std::size_t statement_bytes() const {
+    std::size_t bytes = statement_count();
+    visit_statements(
+        [&](const Word* end, StatementKind kind) { bytes += words_before<T>(end, kind) * sizeof(Word); });
+    return bytes;
+  }
+  [[nodiscard]] std::size_t record_count() const noexcept { return records_.size(); }
+  void require_idle(const char* operation) const {
+    if (is_sweeping_) throw DomainError(std::string(operation) + ": called from within reverse()");
+  }
+
+  TapeAttachment* array_memory = nullptr;  ///< owned: of the arrays on this tape; see arrays/array_memory.hpp
+
+ private:
+  static constexpr std::size_t most_operands = std::size_t(1) << 29U;
+
+  /// Receives the operands of a statement, each on its own merits.
+  class CarefulSink {
+   public:
+    explicit CarefulSink(const TapeState& state) : state_(state), end_(state.words) {}
+    template <class Factor>
+    void add(Link link, Factor factor) {
+      if (!link.is_active()) return;
+      state_.require_own(link);
+      write_pair(end_, link.index(), as_number<T>(factor));
+      end_ += pair_words<T>;
+    }
+    [[nodiscard]] Word* end() const { return end_; }
+
+   private:
+    const TapeState& state_;
+    Word* end_;
+  };
+
+  /// Statements from `begin` to the next segment's begin share a generation.
+  struct Segment {
+    std::size_t begin;
+    std::uint32_t generation;
+  };
+
+  /// While it lives, the tape sweeps, and nothing can be recorded on it.
+  class Sweeping {
+   public:
+    explicit Sweeping(TapeState& state) : state_(state), previous_(active) {
+      state.require_idle("reverse");
+      state.is_sweeping_ = true;
+      if (active == &state) active = &no_tape<T>;
+    }
+    Sweeping(const Sweeping&) = delete;
+    Sweeping& operator=(const Sweeping&) = delete;
+    ~Sweeping() {
+      state_.is_sweeping_ = false;
+      active = previous_;
+    }
+
+   private:
+    TapeState& state_;
+    WriteHead* previous_;
+  };
+
+  [[noreturn]] static void throw_no_tape() {
+    throw DomainError(
+        "an operation on an active variable needs an active tape: keep the result of "
+        "Tape::activate() alive on this thread");
+  }
+
+  [[nodiscard]] std::size_t next_statement() const { return statement_count() + 1; }
+
+  void require_older(Link link) const {
+    if (link.index() >= next_statement() || segment_of(link.index()).generation != link.generation())
+      throw DomainError("the variable belongs to another tape, or its tape was cleared or rewound");
+  }
+
+  [[nodiscard]] const Segment& segment_of(std::size_t statement) const {
+    std::size_t last = segments_.size() - 1;
+    while (segments_[last].begin > statement) --last;
+    return segments_[last];
+  }
+
+  void start_segment(std::size_t begin) {
+    next = Link(next.index(), next_generation());
+    segments_.push_back({begin, next.generation()});
+  }
+
+  template <class Visit>
+  void visit_statements(Visit visit) const {
+    visit_backwards([&](const StatementRun& run) {
+      const Word* end = run.words_end;
+      for (std::size_t i = run.end_index - run.first_index; i-- > 0;) {
+        visit(end, run.kinds[i]);
+        end -= words_before<T>(end, run.kinds[i]);
+      }
+    });
+  }
+
+  void drop_records(std::size_t size) {
+    for (; records_.size() > size; records_.pop_back()) delete records_.back();
+  }
+
+  std::vector<TapeRecord<T>*> records_;  // owned
+  AdjointMemory<T> adjoints_;
+  std::vector<Segment> segments_;
+  bool is_sweeping_ = false;
+};
+
+}  // namespace detail
+}  // namespace tapestry

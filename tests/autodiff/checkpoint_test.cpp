@@ -1,0 +1,102 @@
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/checkpoint.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+using tapestry::DomainError;
+using tapestry::Tape;
+using tapestry::Variable;
+
+namespace {
+using Variables = std::span<const Variable<double>>;
+
+/// A rotation that slowly shrinks, a hundred steps of it: the state's length falls to 0.99^100 of what it
+/// was.
+std::vector<Variable<double>> hundred_steps(Variables state) {
+  Variable<double> x = state[0], y = state[1];
+  for (int i = 0; i < 100; ++i) {
+    const Variable<double> turned = 0.99 * (0.8 * x - 0.6 * y);
+    y = 0.99 * (0.6 * x + 0.8 * y);
+    x = turned;
+  }
+  return {x, y};
+}
+}  // namespace
+
+TEST_CASE("a checkpointed computation has the gradient of a recorded one and little tape",
+          "[autodiff][segment]") {
+  const auto run = [](bool checkpointed, std::vector<double>& gradient) {
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    const std::vector<Variable<double>> start = {tape.input(1.0), tape.input(-0.5)};
+    std::vector<Variable<double>> state = start;
+    for (int i = 0; i < 20; ++i)
+      state = checkpointed ? tapestry::checkpoint<double>(hundred_steps, state) : hundred_steps(state);
+    const Variable<double> root = state[0] * state[1];
+    tape.reverse(root);
+    tape.reverse(root);  // repeats
+    gradient = {start[0].adjoint(), start[1].adjoint()};
+    return tape.statement_bytes();
+  };
+  std::vector<double> recorded, recomputed;
+  const std::size_t recorded_bytes = run(false, recorded);
+  CHECK(run(true, recomputed) < recorded_bytes / 100);
+  CHECK(recomputed == recorded);
+  CHECK(recorded[0] != 0);
+}
+
+TEST_CASE("results of a checkpoint that nothing depends on cost no work", "[autodiff][segment]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const std::vector<Variable<double>> x = {tape.input(2.0), 3.0};
+  int calls = 0;
+  const auto products = [&calls](Variables v) {
+    ++calls;
+    return std::vector<Variable<double>>{v[0] * v[1], v[0] * v[0], Variable<double>(7.0)};
+  };
+  const auto results = tapestry::checkpoint<double>(products, x);
+  CHECK(calls == 1);
+  tape.reverse(Variable<double>(2 * x[0]));
+  CHECK(calls == 1);
+  tape.reverse(Variable<double>(results[0] + 10 * results[1] + results[2]));
+  CHECK(calls == 2);
+  CHECK(x[0].adjoint() == 3 + 40);
+  const auto frozen = tapestry::checkpoint<double>(products, std::vector<Variable<double>>{2.0, 3.0});
+  CHECK_FALSE(frozen[0].is_active());
+}
+
+TEST_CASE("a preaccumulated part is one statement", "[autodiff][segment]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const std::vector<Variable<double>> x = {tape.input(0.5), 2.0, tape.input(0.25)};
+  const auto before = tape.statement_count();
+  const auto part = [](Variables v) {
+    Variable<double> y = v[0];
+    for (int i = 0; i < 50; ++i) y = y * v[1] * v[2] + v[2];
+    return y;
+  };
+  const Variable<double> y = tapestry::preaccumulate<double>(part, x);
+  CHECK(tape.statement_count() == before + 1);
+  CHECK(tape.operand_count() == 2);
+  tape.reverse(y);
+  const double by_first = x[0].adjoint(), by_last = x[2].adjoint();
+  const Variable<double> recorded = part(x);
+  tape.reverse(recorded);
+  CHECK(y.value() == recorded.value());
+  CHECK(by_first == x[0].adjoint());
+  CHECK(std::abs(by_last - x[2].adjoint()) <= 1e-14 * std::abs(by_last));
+}
+
+TEST_CASE("segments refuse variables of another tape", "[autodiff][segment]") {
+  Tape<double> tape;
+  Tape<double> other;
+  const auto scope = tape.activate();
+  const std::vector<Variable<double>> x = {other.input(1.0), tape.input(1.0)};
+  CHECK_THROWS_AS(tapestry::checkpoint<double>(hundred_steps, x), DomainError);
+  CHECK_THROWS_AS(tapestry::preaccumulate<double>([](Variables v) { return v[0] * v[1]; }, x), DomainError);
+  CHECK(tape.statement_count() == 1);
+}
