@@ -13,10 +13,10 @@ inline void depthwise_tile(const DepthwiseArguments<T>& a, const T* in, std::siz
     for (std::size_t y = 0; y < a.row_taps; ++y) {
       Register<T> weight[Taps];
 #pragma GCC unroll 8
-      for (int t = 0; t < Taps; ++t) weight[t] = at(weights + static_cast<std::size_t>(t) * a.weight_step);
+      for (int t = 0; t < Taps; ++t) weight[t] = load(weights + static_cast<std::size_t>(t) * a.weight_step);
 #pragma GCC unroll 16
       for (int k = 0; k < (P - 1) * Stride + Taps; ++k) {
-        const Register<T> value = at(row + static_cast<std::size_t>(k) * a.channel_count);
+        const Register<T> value = load(row + static_cast<std::size_t>(k) * a.channel_count);
 #pragma GCC unroll 8
         for (int p = 0; p < P; ++p)
           if (k >= p * Stride && k < p * Stride + Taps) sum[p][0] += weight[k - p * Stride] * value;
@@ -42,7 +42,7 @@ inline void depthwise_pixel(const DepthwiseArguments<T>& a, std::size_t x) {
       for (std::size_t t = 0; t < a.column_taps; ++t) {
         const std::ptrdiff_t column = left + static_cast<std::ptrdiff_t>(t * a.column_spacing);
         if (column < 0 || column >= static_cast<std::ptrdiff_t>(a.in_columns)) continue;
-        sum[0][0] += at(weights + t * a.weight_step) * at(row + column * step);
+        sum[0][0] += load(weights + t * a.weight_step) * load(row + column * step);
       }
     }
     store_tile<T, 1, 1>(a.end, sum, channel, a.out + x * a.out_pixel_step + channel, 0,
@@ -96,11 +96,12 @@ void depthwise_weight_adjoint_row(const DepthwiseWeightArguments<T>& a) {
       const T* adjoint = a.out_adjoint + channel;
       std::size_t x = 0;
       for (; x + 2 <= a.pixel_count; x += 2, in += 2 * in_step, adjoint += 2 * out_step) {
-        sum += at(in) * at(adjoint);
-        sum_odd += at(in + in_step) * at(adjoint + out_step);
+        sum += load(in) * load(adjoint);
+        sum_odd += load(in + in_step) * load(adjoint + out_step);
       }
-      if (x < a.pixel_count) sum += at(in) * at(adjoint);
-      at(a.weights_adjoint + t * a.weight_step + channel) += sum + sum_odd;
+      if (x < a.pixel_count) sum += load(in) * load(adjoint);
+      T* const weights_adjoint = a.weights_adjoint + t * a.weight_step + channel;
+      store(weights_adjoint, load(weights_adjoint) + (sum + sum_odd));
     }
   }
 }

@@ -55,21 +55,21 @@ inline void copy_lanes(const T* from, T* to, std::size_t count) {
 template <class T>
 inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
   if (count >= Vector<T>::lanes) {
-    at(out) = value;
+    store(out, value);
     return;
   }
   T partial[Vector<T>::lanes];
-  at(&partial[0]) = value;
+  store(&partial[0], value);
   copy_lanes(&partial[0], out, count);
 }
 
 /// Reads `count` leading values, or all that there are; the others are 0.
 template <class T>
 inline Register<T> load_lanes(const T* in, std::size_t count) {
-  if (count >= Vector<T>::lanes) return at(in);
+  if (count >= Vector<T>::lanes) return load(in);
   T partial[Vector<T>::lanes] = {};
   copy_lanes(in, &partial[0], count);
-  return at(&partial[0]);
+  return load(&partial[0]);
 }
 
 /// What store_tile() does where its short way does not suffice: functions of their own, not inlined into
@@ -86,7 +86,7 @@ __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register
       const std::size_t left = count - v * lanes;
       const std::size_t place = static_cast<std::size_t>(offset) + v * lanes;
       Register<T> value = sums[v];
-      if (end.bias != nullptr) value += at(end.bias + first + v * lanes);
+      if (end.bias != nullptr) value += load(end.bias + first + v * lanes);
       if (end.adds) value += load_lanes<T>(out + v * lanes, left);
       if (end.gate != nullptr) {
         value = gated<T>(end.gate + place / 8, value, end.slope);
@@ -116,16 +116,16 @@ __attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Registe
   for (std::size_t row = 0; row < rows; ++row, sums += registers) {
     for (std::size_t v = 0; v < registers; ++v) {
       Register<T> value = sums[v];
-      if (bias != nullptr) value += at(bias + v * lanes);
-      if (adds) value += at(out + v * lanes);
+      if (bias != nullptr) value += load(bias + v * lanes);
+      if (adds) value += load(out + v * lanes);
       if constexpr (HasGate) {
         value = gated<T>(gate + v * lanes / 8, value, slope);
       } else {
         value = value > T(0) ? value : value * slope;
       }
       if constexpr (HasSigns) write_signs(value, signs + v * lanes / 8);
-      if constexpr (HasAddend) value += at(addend + v * lanes);
-      at(out + v * lanes) = value;
+      if constexpr (HasAddend) value += load(addend + v * lanes);
+      store(out + v * lanes, value);
     }
     out += step;
     if constexpr (HasGate) gate += step / 8;
@@ -160,11 +160,11 @@ inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V], std::si
       return store_whole<T, false, false, true>(end, sums, P, V, first, out, step);
     return store_any<T>(end, sums, P, V, first, out, step, count);
   }
-  if (end.bias != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += at(end.bias + first + v * lanes);
-  if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += at(out + p * step + v * lanes);
+  if (end.bias != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(end.bias + first + v * lanes);
+  if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(out + p * step + v * lanes);
   if (end.slope != T(1))
     TAPESTRY_FOR_EACH_SUM sum[p][v] = sum[p][v] > T(0) ? sum[p][v] : sum[p][v] * end.slope;
-  TAPESTRY_FOR_EACH_SUM at(out + p * step + v * lanes) = sum[p][v];
+  TAPESTRY_FOR_EACH_SUM store(out + p * step + v * lanes, sum[p][v]);
 }
 
 #undef TAPESTRY_FOR_EACH_SUM

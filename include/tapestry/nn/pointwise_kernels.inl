@@ -5,7 +5,7 @@
 template <class T>
 void add(const T* from, T* to, std::size_t count) {
   std::size_t i = 0;
-  for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) at(to + i) += at(from + i);
+  for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) store(to + i, load(to + i) + load(from + i));
   for (; i < count; ++i) to[i] += from[i];
 }
 
@@ -16,7 +16,7 @@ void positive_bits(const T* value, std::uint8_t* bits, std::size_t count) {
   std::size_t i = 0;
   if constexpr (lanes % 8 == 0)
     for (; i + lanes <= count; i += lanes) {
-      const Register<T> x = at(value + i);
+      const Register<T> x = load(value + i);
       write_signs(x, bits + i / 8);
     }
   for (; i < count; i += 8) {
@@ -33,8 +33,8 @@ void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std:
   std::size_t i = 0;
   if constexpr (lanes % 8 == 0)
     for (; i + lanes <= count; i += lanes) {
-      const Register<T> x = at(from + i);
-      at(to + i) = gated<T>(bits + i / 8, x, slope);
+      const Register<T> x = load(from + i);
+      store(to + i, gated<T>(bits + i / 8, x, slope));
     }
   for (; i < count; ++i) to[i] = from[i] * ((bits[i / 8] >> i % 8 & 1) != 0 ? T(1) : slope);
 }
@@ -47,8 +47,8 @@ void affine(const T* in, const T* scale, const T* shift, std::size_t period, T s
     const std::size_t run = count - begin < period ? count - begin : period;
     std::size_t i = 0;
     for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes) {
-      const Register<T> value = at(scale + i) * at(in + begin + i) + at(shift + i);
-      at(out + begin + i) = value > T(0) ? value : value * slope;
+      const Register<T> value = load(scale + i) * load(in + begin + i) + load(shift + i);
+      store(out + begin + i, value > T(0) ? value : value * slope);
     }
     for (; i < run; ++i) {
       const T value = scale[i] * in[begin + i] + shift[i];
@@ -65,8 +65,8 @@ void combine(const T* value, const T* a, const T* b, const T* c, std::size_t per
     const std::size_t run = count - begin < period ? count - begin : period;
     std::size_t i = 0;
     for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes)
-      at(adjoint + begin + i) =
-          at(a + i) * at(adjoint + begin + i) + at(b + i) * at(value + begin + i) + at(c + i);
+      store(adjoint + begin + i,
+            load(a + i) * load(adjoint + begin + i) + load(b + i) * load(value + begin + i) + load(c + i));
     for (; i < run; ++i) adjoint[begin + i] = a[i] * adjoint[begin + i] + b[i] * value[begin + i] + c[i];
   }
 }
@@ -79,9 +79,9 @@ void periodic_sums(const T* x, const T* y, const T* origin, std::size_t period, 
     const std::size_t run = count - begin < period ? count - begin : period;
     std::size_t i = 0;
     for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes) {
-      const Register<T> value = at(x + begin + i);
-      at(sums + i) += value;
-      at(products + i) += value * (at(y + begin + i) - at(origin + i));
+      const Register<T> value = load(x + begin + i);
+      store(sums + i, load(sums + i) + value);
+      store(products + i, load(products + i) + value * (load(y + begin + i) - load(origin + i)));
     }
     for (; i < run; ++i) {
       sums[i] += x[begin + i];
@@ -97,12 +97,12 @@ void max_pool_pixel(const MaxPoolArguments<T>& a) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   using Choices = typename Vector<Position<T>>::Register;
   for (std::size_t channel = 0; channel < a.channels; channel += lanes) {
-    Register<T> best = at(a.in + channel);
+    Register<T> best = load(a.in + channel);
     Choices choice = Choices{} + a.first_position;
     for (std::size_t row = 0; row < a.rows; ++row) {
       const T* in = a.in + row * a.row_step + channel;
       for (std::size_t column = 0; column < a.columns; ++column, in += a.channels) {
-        const Register<T> value = at(in);
+        const Register<T> value = load(in);
         const auto is_better = (value > best) | ((value != value) & (best == best));
         best = is_better ? value : best;
         const auto position = a.first_position + static_cast<Position<T>>(row * a.width + column);

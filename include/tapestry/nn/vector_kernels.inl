@@ -2,15 +2,7 @@
 // namespace of its own and with TAPESTRY_VECTOR_BYTES and TAPESTRY_TILE_ROWS set. Generic vectors must be
 // parsed under the target they are meant for, so nothing here may be a lambda or come from outside.
 
-template <class T>
-struct Vector {
-  static constexpr std::size_t lanes = TAPESTRY_VECTOR_BYTES / sizeof(T);
-  typedef T Register __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
-  typedef T Memory __attribute__((vector_size(TAPESTRY_VECTOR_BYTES), aligned(sizeof(T)), may_alias));
-};
-
-template <class T>
-using Register = typename Vector<T>::Register;
+#include <tapestry/core/vector_memory.inl>
 
 /// 2^i in lane i.
 template <class T>
@@ -25,15 +17,6 @@ inline typename Vector<Position<T>>::Register lane_bits() {
   } else {
     return Lanes{1, 2};
   }
-}
-
-template <class T>
-inline const typename Vector<T>::Memory& at(const T* values) {
-  return *reinterpret_cast<const typename Vector<T>::Memory*>(values);
-}
-template <class T>
-inline typename Vector<T>::Memory& at(T* values) {
-  return *reinterpret_cast<typename Vector<T>::Memory*>(values);
 }
 
 #include <tapestry/nn/epilogue_kernels.inl>
@@ -59,7 +42,7 @@ void reduce_tile(const ReduceArguments<T>& a) {
     for (std::size_t inner = 0; inner < a.inner_count; ++inner) {
       Register<T> weight[V];
 #pragma GCC unroll 2
-      for (int v = 0; v < V; ++v) weight[v] = at(weights + static_cast<std::size_t>(v) * lanes);
+      for (int v = 0; v < V; ++v) weight[v] = load(weights + static_cast<std::size_t>(v) * lanes);
 #pragma GCC unroll 16
       for (int p = 0; p < P; ++p)
 #pragma GCC unroll 2
@@ -101,11 +84,11 @@ inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out, bo
       }
       return;
     }
-    QuadMemory& to = *reinterpret_cast<QuadMemory*>(out);
+    const Quad before = *reinterpret_cast<const QuadMemory*>(out);
     Quad value = sum[p] + bias;
-    if (a.end.adds) value += to;
+    if (a.end.adds) value += before;
     if (a.end.slope != T(1)) value = value > T(0) ? value : value * a.end.slope;
-    to = is_channel ? value : to;
+    *reinterpret_cast<QuadMemory*>(out) = is_channel ? value : before;
   }
 }
 

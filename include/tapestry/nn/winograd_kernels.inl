@@ -130,7 +130,7 @@ void winograd_filters(const WinogradFilterArguments<T>& a) {
   for (std::size_t i = 0; i < a.channel_count * a.width; i += Vector<T>::lanes) {
     Register<T> taps[tap_count * tap_count], half[count * tap_count], whole[count];
 #pragma GCC unroll 9
-    for (std::size_t t = 0; t < tap_count * tap_count; ++t) taps[t] = at(a.weights + t * a.tap_step + i);
+    for (std::size_t t = 0; t < tap_count * tap_count; ++t) taps[t] = load(a.weights + t * a.tap_step + i);
 #pragma GCC unroll 3
     for (std::size_t x = 0; x < tap_count; ++x) {
       Winograd<T, F>::filter(taps + x, tap_count, whole);
@@ -141,7 +141,7 @@ void winograd_filters(const WinogradFilterArguments<T>& a) {
     for (std::size_t y = 0; y < count; ++y) {
       Winograd<T, F>::filter(half + y * tap_count, 1, whole);
 #pragma GCC unroll 6
-      for (std::size_t x = 0; x < count; ++x) at(a.out + (y * count + x) * a.point_step + i) = whole[x];
+      for (std::size_t x = 0; x < count; ++x) store(a.out + (y * count + x) * a.point_step + i, whole[x]);
     }
   }
 }
@@ -156,7 +156,7 @@ void winograd_input(const WinogradInputArguments<T>& a) {
 #pragma GCC unroll 6
     for (std::size_t x = 0; x < points; ++x) {
 #pragma GCC unroll 6
-      for (std::size_t y = 0; y < points; ++y) column[y] = at(a.pixels[y * points + x] + first);
+      for (std::size_t y = 0; y < points; ++y) column[y] = load(a.pixels[y * points + x] + first);
       Winograd<T, F>::input(column, 1, whole);
 #pragma GCC unroll 6
       for (std::size_t y = 0; y < points; ++y) half[y * points + x] = whole[y];
@@ -166,7 +166,7 @@ void winograd_input(const WinogradInputArguments<T>& a) {
     for (std::size_t y = 0; y < points; ++y) {
       Winograd<T, F>::input(half + y * points, 1, whole);
 #pragma GCC unroll 6
-      for (std::size_t x = 0; x < points; ++x) at(out + (y * points + x) * a.point_step) = whole[x];
+      for (std::size_t x = 0; x < points; ++x) store(out + (y * points + x) * a.point_step, whole[x]);
     }
   }
 }
@@ -182,7 +182,7 @@ void winograd_output(const WinogradOutputArguments<T>& a) {
     for (std::size_t x = 0; x < points; ++x) {
 #pragma GCC unroll 6
       for (std::size_t y = 0; y < points; ++y)
-        column[y] = at(a.sums + (y * points + x) * a.point_step + first);
+        column[y] = load(a.sums + (y * points + x) * a.point_step + first);
       Winograd<T, F>::output(column, 1, whole[0]);
 #pragma GCC unroll 4
       for (std::size_t y = 0; y < outputs; ++y) half[y * points + x] = whole[y][0];

@@ -1,12 +1,5 @@
 // The third part of raster_kernels.inl.
 
-typedef Doubles DoublesInMemory __attribute__((aligned(8), may_alias));
-
-inline const DoublesInMemory& in_memory(const double* values) {
-  return *reinterpret_cast<const DoublesInMemory*>(values);
-}
-inline DoublesInMemory& in_memory(double* values) { return *reinterpret_cast<DoublesInMemory*>(values); }
-
 /// What barycentric weights are made of for one point each lane: three planes through the eye and two
 /// corners, b_k ∝ x·plane[k][0] + y·plane[k][1] + plane[k][2].
 struct Planes {
@@ -15,8 +8,8 @@ struct Planes {
 
 inline void weigh(const RayGrid& rays, const Planes& p, const double* column, const double* row,
                   double* const* result, std::size_t offset) {
-  const Doubles x_steps = in_memory(column + offset) * rays.step[0];
-  const Doubles y_steps = in_memory(row + offset) * rays.step[1];
+  const Doubles x_steps = load(column + offset) * rays.step[0];
+  const Doubles y_steps = load(row + offset) * rays.step[1];
   const Doubles x = x_steps + rays.first[0], y = y_steps + rays.first[1];
   Doubles weight[3], sum = {}, total = {};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -36,7 +29,7 @@ inline void weigh(const RayGrid& rays, const Planes& p, const double* column, co
   const Doubles inverse = 1.0 / total;
   for (std::size_t k = 0; k < 3; ++k) {
     const Doubles value = weight[k] * inverse;
-    in_memory(result[k] + offset) = is_sound ? value : 1.0 / 3 - zero;
+    store(result[k] + offset, is_sound ? value : 1.0 / 3 - zero);
   }
 }
 
@@ -72,8 +65,8 @@ inline void weigh_mixed(const RayGrid& rays, const std::array<std::int32_t, 3>* 
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t next = (axis + 1) % 3, last = (axis + 2) % 3;
-      const Doubles minuend = at(corner[(k + 1) % 3][next]) * at(corner[(k + 2) % 3][last]);
-      const Doubles subtrahend = at(corner[(k + 1) % 3][last]) * at(corner[(k + 2) % 3][next]);
+      const Doubles minuend = load(corner[(k + 1) % 3][next]) * load(corner[(k + 2) % 3][last]);
+      const Doubles subtrahend = load(corner[(k + 1) % 3][last]) * load(corner[(k + 2) % 3][next]);
       p.plane[k][axis] = minuend - subtrahend;
     }
   }

@@ -126,15 +126,14 @@ inline RowSetup row_setup(const Triangle& t, const Edge* edges) {
 /// Depth test of `lanes` samples. The nearer face wins; on a tie the one drawn first.
 inline void draw_vector(const RowSetup& setup, const Ints& outside, const Floats& base, const Floats& offset,
                         float* depths, std::int32_t* faces) {
-  FloatsInMemory& depth = *reinterpret_cast<FloatsInMemory*>(depths);
-  IntsInMemory& face = *reinterpret_cast<IntsInMemory*>(faces);
+  const Floats depth = load(depths);
   Floats value = base + offset;
   value = value < setup.low ? setup.low : value;
   value = value > setup.high ? setup.high : value;
   value = outside < 0 ? Floats{} : value;
   const Ints is_nearer = value > depth;
-  depth = is_nearer ? value : Floats(depth);
-  face = is_nearer ? setup.face : Ints(face);
+  store(depths, is_nearer ? value : depth);
+  store(faces, is_nearer ? setup.face : load(faces));
 }
 
 /// Rows of a box. What is read again and again is copied first: the compiler must take it that pixels alias

@@ -3,13 +3,13 @@
 // under the target they are meant for, so nothing here may be a lambda or come from outside. All sets give
 // the same bits: what is not an integer is reckoned without fused products, one operation a statement.
 
+#include <tapestry/core/vector_memory.inl>
+
 constexpr std::size_t lanes = TAPESTRY_VECTOR_BYTES / 4;
-typedef std::int32_t Ints __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
-typedef float Floats __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
-typedef double Doubles __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
-typedef std::int64_t Longs __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
-typedef Ints IntsInMemory __attribute__((aligned(4), may_alias));
-typedef Floats FloatsInMemory __attribute__((aligned(4), may_alias));
+using Ints = Register<std::int32_t>;
+using Floats = Register<float>;
+using Doubles = Register<double>;
+using Longs = Register<std::int64_t>;
 typedef std::int32_t FourInts __attribute__((vector_size(16)));
 typedef FourInts FourIntsInMemory __attribute__((may_alias));
 
@@ -28,10 +28,6 @@ struct VertexBlock {
   alignas(64) std::int64_t outside[size];
   alignas(64) double inverse_depth[size];
 };
-
-inline const Doubles& at(const double* values) { return *reinterpret_cast<const Doubles*>(values); }
-inline Doubles& at(double* values) { return *reinterpret_cast<Doubles*>(values); }
-inline Longs& at(std::int64_t* values) { return *reinterpret_cast<Longs*>(values); }
 
 /// Bits of the planes that points lie outside of, in the order of ViewClip::outside().
 inline Longs planes_outside(const Projection& p, const Doubles* view) {
@@ -55,24 +51,24 @@ inline void project_block(const Projection& p, VertexBlock& block) {
   for (std::size_t i = 0; i < VertexBlock::size; i += VertexBlock::wide) {
     Doubles view[3];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Doubles x = at(block.world[0] + i) * p.rotation[axis][0];
-      const Doubles y = at(block.world[1] + i) * p.rotation[axis][1];
-      const Doubles z = at(block.world[2] + i) * p.rotation[axis][2];
+      const Doubles x = load(block.world[0] + i) * p.rotation[axis][0];
+      const Doubles y = load(block.world[1] + i) * p.rotation[axis][1];
+      const Doubles z = load(block.world[2] + i) * p.rotation[axis][2];
       const Doubles xy = x + y;
       const Doubles xyz = xy + z;
       view[axis] = xyz + p.translation[axis];
-      at(block.view[axis] + i) = view[axis];
+      store(block.view[axis] + i, view[axis]);
     }
-    at(block.outside + i) = planes_outside(p, view);
+    store(block.outside + i, planes_outside(p, view));
     const Doubles inverse = 1.0 / view[2];
-    at(block.inverse_depth + i) = inverse;
+    store(block.inverse_depth + i, inverse);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const Doubles slope = view[axis] * inverse;
       const Doubles offset = slope * p.samples[axis];
       const Doubles coordinate = offset + p.centre[axis];
       const Doubles steps = coordinate * subpixel_steps;
       const Doubles rounded = steps + rounding_magic;
-      at(block.screen[axis] + i) = reinterpret_cast<Longs>(rounded);
+      store(block.screen[axis] + i, reinterpret_cast<Longs>(rounded));
     }
   }
 }
@@ -97,12 +93,11 @@ inline void project(const Projection& p, const std::array<double, 3>* world, std
 
 /// The highest of some indices, negative ones taken as beyond all others.
 inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t count) {
-  typedef std::uint32_t Unsigned __attribute__((vector_size(TAPESTRY_VECTOR_BYTES)));
-  typedef Unsigned UnsignedInMemory __attribute__((aligned(4), may_alias));
+  using Unsigned = Register<std::uint32_t>;
   Unsigned most = {};
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes) {
-    const Unsigned index = *reinterpret_cast<const UnsignedInMemory*>(indices + i);
+    const auto index = reinterpret_cast<Unsigned>(load(indices + i));
     most = index > most ? index : most;
   }
   std::uint32_t highest = 0;
@@ -217,9 +212,9 @@ inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t 
   for (std::size_t i = 0; i < count; i += VertexBlock::wide) {
     Doubles a[3], u[3], w[3], normal[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      a[k] = at(block.corner[0][k] + i);
-      u[k] = at(block.corner[1][k] + i) - a[k];
-      w[k] = at(block.corner[2][k] + i) - a[k];
+      a[k] = load(block.corner[0][k] + i);
+      u[k] = load(block.corner[1][k] + i) - a[k];
+      w[k] = load(block.corner[2][k] + i) - a[k];
     }
     Doubles volume = {};
     for (std::size_t k = 0; k < 3; ++k) {
