@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "../../examples/support/program.hpp"
+#include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"
 #include "objectives.hpp"
 
@@ -64,7 +64,7 @@ int run_worker(int argc, char** argv, Make make) {
   app.add_option("--variant", variant, "How it is differentiated");
   app.add_option("--threads", threads, "How many of them are computed side by side")
       ->check(CLI::Range(1, 1024));
-  return examples::run_program(app, argc, argv, [&] {
+  return shell::run_program(app, argc, argv, [&] {
     Replies replies;
     std::unique_ptr<Computation> computation;
     for_each_objective([&](const auto& objective) {

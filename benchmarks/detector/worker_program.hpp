@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "../../examples/support/program.hpp"
+#include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"
 #include "decisions.hpp"
 #include "problem.hpp"
@@ -85,7 +85,7 @@ int run_worker(int argc, char** argv, const std::string& engines) {
   app.add_flag("--gradient", options.wants_gradient, "Compute the gradient to the picture, too");
   app.add_option("--engine", options.engine, engines);
   app.add_option("--seconds", options.seconds, "Run that long, print the times and leave");
-  return examples::run_program(app, argc, argv, [&] {
+  return shell::run_program(app, argc, argv, [&] {
     Replies replies;
     const Problem problem = make_problem(options.cfg, options.size);
     DetectorEngine<D> engine(problem, options);

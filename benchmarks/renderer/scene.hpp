@@ -16,7 +16,7 @@
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
-#include "../../examples/procedural/car.hpp"
+#include "../../examples/scenes/car.hpp"
 #include "../../tests/support/gradient_scoring.hpp"
 
 namespace tapestry::benchmarks {
@@ -57,9 +57,9 @@ struct Scene {
 [[nodiscard]] inline geometry::Mesh load_car(const std::string& path) {
   geometry::Mesh mesh;
   if (path.empty()) {
-    examples::CarOptions options;
+    scenes::CarOptions options;
     options.spacing = 0.031;
-    mesh = examples::make_car(options);
+    mesh = scenes::make_car(options);
   } else {
     mesh = io::read_obj(path).mesh;
   }

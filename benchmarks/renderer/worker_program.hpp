@@ -7,7 +7,7 @@
 #include <tapestry/core/error.hpp>
 #include <vector>
 
-#include "../../examples/support/program.hpp"
+#include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"
 #include "scene.hpp"
 
@@ -71,9 +71,9 @@ int run_worker(int argc, char** argv, const std::string& variants) {
       ->required();
   app.add_option("--variant", options.variant, variants);
   app.add_option("--seconds", seconds, "Run that long, print the times and leave");
-  return examples::run_program(app, argc, argv, [&] {
+  return shell::run_program(app, argc, argv, [&] {
     Replies replies;
-    examples::keep_freed_memory();
+    shell::keep_freed_memory();
     const Scene scene = make_scene(options.mesh, options.distance);
     RendererEngine<R> engine(scene, options);
     if (seconds > 0) {

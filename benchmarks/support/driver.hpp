@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "../../examples/support/program.hpp"
+#include "../../examples/programs/shell/program.hpp"
 #include "figure.hpp"
 #include "result.hpp"
 #include "rounds.hpp"
@@ -122,7 +122,7 @@ inline void write_results(const Folders& folders, const std::string& name, const
 /// The rest of a driver's main function. A worker that ends early is an answer, not a signal.
 template <class Run>
 int run_driver(CLI::App& app, int argc, char** argv, Run run) {
-  return examples::run_program(app, argc, argv, [&] {
+  return shell::run_program(app, argc, argv, [&] {
     std::signal(SIGPIPE, SIG_IGN);
     run();
     return 0;

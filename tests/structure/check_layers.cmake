@@ -1,7 +1,8 @@
 # Fails when a header of INCLUDE_DIR (…/include/tapestry) breaks the order of the layers: a header may include its
 # own folder or a folder of a lower level, never a neighbour or one above. A header beside the folders belongs to
 # the folder of its name, if there is one; version.hpp is of level 0 and any other (tapestry.hpp) is above all.
-# A file x.inl is a part of its folder that a header includes more than once.
+# A file x.inl is a part of its folder that a header includes more than once. The short programs of examples/tour
+# beside include/ show the library alone: they include it, standard headers and Eigen, whose matrices hold variables.
 cmake_minimum_required(VERSION 3.21)
 
 set(level_core 0)
@@ -104,6 +105,18 @@ function(check_umbrella headers)
   endif()
 endfunction()
 
+function(check_tour tour_dir)
+  file(GLOB sources RELATIVE "${tour_dir}" "${tour_dir}/*")
+  foreach(source IN LISTS sources)
+    file(STRINGS "${tour_dir}/${source}" lines REGEX "^[ \t]*#[ \t]*include")
+    foreach(line IN LISTS lines)
+      if(NOT line MATCHES "<tapestry/[^>]+>" AND NOT line MATCHES "<[a-z_]+>|<Eigen/")
+        message(SEND_ERROR "tour/${source} may include <tapestry/...>, standard headers and Eigen only: ${line}")
+      endif()
+    endforeach()
+  endforeach()
+endfunction()
+
 file(GLOB_RECURSE headers RELATIVE "${INCLUDE_DIR}" "${INCLUDE_DIR}/*")
 if(NOT headers)
   message(FATAL_ERROR "no headers in ${INCLUDE_DIR}")
@@ -114,3 +127,4 @@ endforeach()
 if(EXISTS "${INCLUDE_DIR}/tapestry.hpp")
   check_umbrella("${headers}")
 endif()
+check_tour("${INCLUDE_DIR}/../../examples/tour")

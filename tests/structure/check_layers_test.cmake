@@ -33,6 +33,10 @@ expect(accepted io/obj_file.hpp "#pragma once\n#include <tiny_obj_loader.h>\n#in
 expect(accepted core/array.hpp "#pragma once\n#include <xtensor/xtensor.hpp>\n")
 expect(accepted core/kernel.inl "#include <tapestry/core/check.hpp>\n")
 
+expect(accepted ../../examples/tour/short.cpp "#include <cmath>\n#include <tapestry/autodiff/tape.hpp>\n")
+
+expect("may include <tapestry/...>, standard" ../../examples/tour/short.cpp "#include \"../programs/shell/report.hpp\"\n")
+expect("may include <tapestry/...>, standard" ../../examples/tour/short.cpp "#include <CLI/CLI.hpp>\n")
 expect("may not include loss" core/kernel.inl "#include <tapestry/loss/overlap.hpp>\n")
 expect("missing: loss/deep/step.hpp " loss/deep/step.hpp "#pragma once\n")
 expect("may not include raster" geometry/mesh.hpp "#pragma once\n#include <tapestry/raster/render.hpp>\n")

@@ -1,0 +1,75 @@
+// The main job: optimises a camouflage for a car against a detector, and measures what it does.
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <utility>
+
+#include "shell/camouflage_options.hpp"
+#include "shell/camouflage_run.hpp"
+#include "shell/inputs.hpp"
+#include "shell/program.hpp"
+#include "shell/run_folder.hpp"
+#include "shell/stop_signal.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+
+/// A folder that already holds a run is only touched to resume it.
+void require_free_folder(const CamouflageOptions& options) {
+  if (!options.resume && !options.output.empty() && std::filesystem::exists(manifest_path(options.output)))
+    throw Error(ErrorKind::in_use,
+                options.output + " already holds a run; give --resume to go on with it, or another --output");
+}
+
+/// Reports every problem of the inputs.
+/// \returns the exit code
+int check_only(const CamouflageOptions& options, ProblemList& list) {
+  SceneSettings scene = options.scene;
+  fill_in_bundled(scene);
+  for (const auto& warning : warnings_about(scene)) std::cerr << "warning: " << warning << '\n';
+  check_inputs(options.scene, options.detector, list);
+  const auto& problems = list.problems();
+  for (const auto& problem : problems) std::cerr << "error: " << problem.what() << '\n';
+  if (problems.empty()) std::cout << "all inputs are sound\n";
+  int code = 0;  // of several, the one a run would meet first: unreadable before unfit
+  for (const auto& problem : problems)
+    code = code == 0 ? static_cast<int>(problem.kind()) : std::min(code, static_cast<int>(problem.kind()));
+  return code;
+}
+
+int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
+  ProblemList problems;
+  require_sound(options, problems);
+  if (options.check && !options.resume) return check_only(options, problems);
+  problems.throw_first();
+  if (options.threads > 0) limit_threads(options.threads);
+  const StopSignal stop_signal;
+  if (options.resume) adopt_run(app, options);
+  if (options.check) return check_only(options, problems);
+  require_free_folder(options);
+  Inputs inputs = load_inputs(options.scene, options.detector);
+  loss::require_raw_logits("camouflage", inputs.detector.network.heads());
+  require_one_scale(inputs.frames);
+  const bool is_new = options.output.empty() || !std::filesystem::exists(options.output);
+  if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
+  const RunFolder folder(options.output, is_new);
+  require_free_folder(options);  // another process may have begun and ended a run there meanwhile
+  const std::string resume = resume_command(app, program, options);
+  return CamouflageRun(std::move(options), std::move(inputs), resume).execute();
+}
+
+int camouflage_main(int argc, char** argv) {
+  keep_freed_memory();
+  CamouflageOptions options;
+  CLI::App app(
+      "Optimises a full-coverage camouflage for a car against a detector, for robustness research, and "
+      "measures it beside the untouched photo, the clean car, random noise and solid colours.");
+  describe(app, options);
+  return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
+}
+}  // namespace
+
+int main(int argc, char** argv) { return camouflage_main(argc, argv); }

@@ -1,0 +1,88 @@
+// Puts a Darknet detector, cfg and weights, into one .safetensors file that other tools can read, too.
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <system_error>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/safetensors_file.hpp>
+#include <tapestry/io/sha256.hpp>
+#include <utility>
+
+#include "shell/problem_list.hpp"
+#include "shell/program.hpp"
+#include "shell/settings.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+
+struct Options {
+  std::string cfg;
+  std::string weights;
+  std::string output;
+  std::string decode;
+  double epsilon = 1e-5;
+  bool fold = false;
+};
+
+void describe(CLI::App& app, Options& options) {
+  app.add_option("--cfg", options.cfg, "Darknet network description")->required();
+  app.add_option("--weights", options.weights, "Darknet weights that belong to --cfg")->required();
+  app.add_option("--output", options.output, "file to write, NAME.safetensors")->required();
+  app.add_flag("--fold", options.fold,
+               "multiply batch normalisation into the weights: the same boxes from a smaller file, which can "
+               "no longer be trained with it");
+  app.add_option("--batch-norm-epsilon", options.epsilon,
+                 "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV")
+      ->capture_default_str();
+  app.add_option(
+      "--decode", options.decode,
+      "how logits become boxes: darknet, ultralytics or scaled, which the file will say from now on; "
+      "left out, what the cfg says: scaled for new_coords=1, else darknet");
+}
+
+void require_sound(const Options& options) {
+  ProblemList list;
+  if (!options.decode.empty()) list.require_choice("--decode", options.decode, decode_choices());
+  list.require(options.epsilon > 0 && options.epsilon < 1, "--batch-norm-epsilon must lie between 0 and 1");
+  list.require_kept("--output", options.output, {options.cfg, options.weights});
+  list.throw_first();
+}
+
+int run(const Options& options) {
+  require_sound(options);
+  io::DetectorMetadata metadata;
+  metadata.cfg = read_text_file(options.cfg, std::uint64_t(4) << 20U);
+  metadata.is_folded = options.fold;
+  metadata.batch_norm_epsilon = options.epsilon;
+  auto config = detect::parse_network_config(metadata.cfg, options.cfg);
+  if (!options.decode.empty())
+    config = detect::with_decode(std::move(config), detect::decode_family_by_name(options.decode));
+  metadata.decode = detect::decode_family_of(config);
+  for (const auto& warnings : {config.warnings, detect::decode_warnings(config)})
+    for (const auto& warning : warnings) std::cerr << "warning: " << warning << '\n';
+  detect::Network<float> network(std::move(config));
+  for (const auto& warning : network.read_weights(options.weights))
+    std::cerr << "warning: " << warning << '\n';
+  metadata.images_seen = network.images_seen();
+  const auto& parameters = std::as_const(network).parameters();
+  io::write_detector_file(options.output, metadata, parameters, options.cfg);
+  std::printf("%s: %zu tensors, batch normalisation %s, decode %s\ncfg sha256 %s\n", options.output.c_str(),
+              io::SafetensorsFile(options.output).tensors().size(), options.fold ? "folded" : "kept",
+              std::string(detect::name_of(metadata.decode)).c_str(), io::sha256(metadata.cfg).c_str());
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Puts a Darknet detector, cfg and weights, into one .safetensors file, which the other programs take "
+      "as --weights without --cfg.");
+  describe(app, options);
+  return run_program(app, argc, argv, [&] { return run(options); });
+}

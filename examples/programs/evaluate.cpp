@@ -1,0 +1,161 @@
+// Measures a finished camouflage: with the detector it was made for, or with another one.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/io/npz_file.hpp>
+
+#include "shell/inputs.hpp"
+#include "shell/measurement.hpp"
+#include "shell/program.hpp"
+#include "shell/report.hpp"
+#include "shell/run_folder.hpp"
+#include "shell/run_manifest.hpp"
+#include "shell/settings.hpp"
+#include "shell/survey.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+
+struct Options {
+  std::string run;
+  SceneSettings scene;
+  DetectorSettings detector;
+  std::vector<double> sweep{0.05, 0.1, 0.25, 0.5, 0.75};
+  std::string output;
+  std::uint64_t seed = 1;
+  int threads = 0;
+  bool clean_only = false;
+  bool other_frames = false;  ///< than the run's
+};
+
+void describe(CLI::App& app, Options& options) {
+  app.add_option(
+      "--run", options.run,
+      "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
+  add_options(app, options.scene);
+  add_options(app, options.detector);
+  app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
+      ->capture_default_str();
+  app.add_option("--output", options.output,
+                 "folder for metrics.json and contact sheets; nothing is written when left out");
+  app.add_option("--seed", options.seed, "seed of the random-noise control")->capture_default_str();
+  app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
+  app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
+}
+
+/// Settings of the run, for those not given; a detector given here, as a cfg or as a converted file, replaces
+/// the run's altogether. Darknet weights alone are other weights for the run's cfg.
+void adopt_run(const CLI::App& app, Options& options) {
+  const std::string manifest = manifest_path(options.run);
+  const Json saved = read_manifest(options.run);
+  std::vector<std::string> differing;
+  adopt_saved(app, saved["options"], manifest, options.scene, differing);
+  const auto is_frames = [](const std::string& name) { return name.rfind("--frames ", 0) == 0; };
+  options.other_frames = std::any_of(differing.begin(), differing.end(), is_frames);
+  const bool other_detector =
+      app.get_option("--cfg")->count() > 0 ||
+      (app.get_option("--weights")->count() > 0 && io::is_safetensors(options.detector.weights));
+  if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
+}
+
+/// What was asked for, once the run's settings are adopted.
+void require_sound(const Options& options) {
+  ProblemList list;
+  require_sound(options.scene, list);
+  require_sound(options.detector, list);
+  require_sound_thread_count(options.threads, list);
+  for (const double threshold : options.sweep)
+    list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
+  list.throw_first();
+  if (!options.output.empty() && std::filesystem::exists(manifest_path(options.output)))
+    throw Error(ErrorKind::in_use,
+                options.output + " holds a run, whose metrics would be lost; give another --output");
+}
+
+/// The colours that a run ended with.
+Array<float, 2> read_colours(const std::string& path, std::size_t texel_count) {
+  auto colours = io::NpzFile::read(path).array<float, 2>("colours");
+  if (colours.shape(0) != texel_count || colours.shape(1) != 3)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "the texture does not fit the car",
+                     io::shape_text(std::vector<std::size_t>{texel_count, 3}),
+                     io::shape_text(std::vector<std::size_t>{colours.shape(0), colours.shape(1)})});
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    if (!(colours.data()[i] >= 0 && colours.data()[i] <= 1))
+      throw FileError(ErrorKind::malformed, {path, "", "colour " + std::to_string(i), "a number in 0 to 1",
+                                             std::to_string(colours.data()[i])});
+  return colours;
+}
+
+/// Prints how often the car was found at each threshold of the sweep, and adds it to the metrics.
+void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json& metrics) {
+  std::printf("P@0.5 by confidence threshold\n  %-12s", "");
+  for (const double threshold : sweep) std::printf(" %7.2f", threshold);
+  std::printf("\n");
+  const auto print_row = [&](const Measurement& row) {
+    std::printf("  %-12s", row.name.c_str());
+    for (std::size_t i = 0; i < sweep.size(); ++i) {
+      std::printf(" %5.1f %%", 100 * row.sweep[i].p_at_50);
+      metrics["sweep"][row.name].push_back({{"confidence", sweep[i]}, {"p_at_50", row.sweep[i].p_at_50}});
+    }
+    std::printf("\n");
+  };
+  print_row(report.photo);
+  print_row(report.clean);
+  if (report.adversarial) print_row(*report.adversarial);
+}
+
+int run(const CLI::App& app, Options& options) {
+  if (options.run.empty() && !options.clean_only)
+    throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
+  if (!options.run.empty()) adopt_run(app, options);
+  require_sound(options);
+  if (options.threads > 0) limit_threads(options.threads);
+  Inputs inputs = load_inputs(options.scene, options.detector);
+  const auto& car = inputs.car.painted;
+  const auto& network = inputs.detector.network;
+  camouflage::ViewStore<float> store(
+      car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
+      frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));
+  const auto usable = usable_views(store, inputs.warnings);
+  for (const auto& warning : inputs.warnings) std::cerr << "warning: " << warning << '\n';
+  if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
+  const auto clean = camouflage::own_colours<float>(car);
+  const auto adversarial = options.clean_only
+                               ? Array<float, 2>()
+                               : read_colours(options.run + "/texture.npz", car.layout.texel_count(car.mesh));
+  if (!options.output.empty()) make_writable_folder(options.output);
+  Meter meter(network, inputs.class_index, options.detector, options.sweep);
+  std::vector<Bitmap> sheet;
+  RunReport report =
+      survey(meter, store, usable, {&clean, options.clean_only ? &sheet : nullptr},
+             options.clean_only ? SurveyedTexture{} : SurveyedTexture{&adversarial, &sheet}, options.seed);
+  report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
+  add_json(report.options, options.scene);
+  add_json(report.options, options.detector);
+  report.options["seed"] = options.seed;
+  std::cout << summary_text(report);
+  Json metrics = metrics_json(report);
+  print_sweep(options.sweep, report, metrics);
+  if (options.output.empty()) return 0;
+  io::write_image(options.output + (options.clean_only ? "/clean.png" : "/adversarial.png"),
+                  contact_sheet(sheet, sheet.size() > 12 ? 8 : 3));
+  write_text(options.output + "/metrics.json", report_text(metrics));
+  std::cout << "written: " << options.output << "/metrics.json\n";
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Measures how often a detector finds a car: the untouched photo, the clean car, a camouflage and the "
+      "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector.");
+  describe(app, options);
+  return run_program(app, argc, argv, [&] { return run(app, options); });
+}

@@ -1,0 +1,93 @@
+// Makes the bundled default: car meshes, and frames of the sedan in street scenes to paint it in.
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/obj_writer.hpp>
+#include <utility>
+
+#include "../scenes/car.hpp"
+#include "../scenes/drawn_frames.hpp"
+#include "shell/program.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+using namespace tapestry::scenes;
+
+struct Options {
+  std::string output = TAPESTRY_ASSETS;
+  std::uint64_t seed = 1;
+  std::size_t size = 256;
+  std::size_t train = 0;
+  std::size_t test = 80;
+};
+
+void describe(CLI::App& app, Options& options) {
+  app.add_option("--output", options.output, "folder to write to; files of the same names are replaced")
+      ->capture_default_str();
+  app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
+  app.add_option("--size", options.size, "side of a frame, pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(32, 2048));
+  app.add_option("--train", options.train, "frames to optimise on; camouflage draws the same ones itself")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 9999));
+  app.add_option("--test", options.test, "frames held out")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 9999));
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw FileError(ErrorKind::write,
+                    {.path = folder.string(), .what = "cannot make the folder: " + error.message()});
+}
+
+void write_cars(const std::string& folder) {
+  const std::pair<const char*, BodyStyle> cars[]{{"car_sedan", BodyStyle::sedan},
+                                                 {"car_hatchback", BodyStyle::hatchback},
+                                                 {"car_suv", BodyStyle::suv},
+                                                 {"van", BodyStyle::van}};
+  for (const auto& [name, style] : cars) {
+    CarOptions options;
+    options.style = style;
+    io::write_obj(folder + "/" + name + ".obj", make_car(options));
+  }
+}
+
+void write_frames(const std::string& folder, const DrawnFrames& frames) {
+  make_folder(folder);
+  parallel_for(frames.count, [&](std::size_t index) {
+    std::string number = std::to_string(index);
+    number.insert(0, number.size() < 3 ? 3 - number.size() : 0, '0');
+    io::write_frame(folder + "/" + number + ".npz", frames(index));
+  });
+}
+
+int make_assets(const Options& options) {
+  make_folder(options.output);
+  write_cars(options.output);
+  const std::string frames = options.output + "/frames/";
+  using Stream = DrawnFrames::Stream;
+  if (options.train > 0)
+    write_frames(frames + "train", {options.train, Stream::train, options.seed, options.size});
+  write_frames(frames + "test", {options.test, Stream::test, options.seed, options.size});
+  std::cout << "wrote 4 meshes and " << options.train + options.test << " frames to " << options.output
+            << '\n';
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Makes the bundled default: car meshes and frames of the sedan in street scenes."};
+  Options options;
+  describe(app, options);
+  return run_program(app, argc, argv, [&] { return make_assets(options); });
+}

@@ -1,0 +1,386 @@
+// Draws a mesh, painted or in its own colours: one picture, or a turntable.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/glb_writer.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/obj_writer.hpp>
+#include <vector>
+
+#include "shell/contact_sheet.hpp"
+#include "shell/mesh_inputs.hpp"
+#include "shell/mesh_views.hpp"
+#include "shell/problem_list.hpp"
+#include "shell/program.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+
+constexpr double rad_per_deg = std::numbers::pi / 180;
+
+struct Options {
+  std::string mesh;
+  std::vector<std::string> material;
+  std::string faces;
+  std::string texture;
+  std::vector<double> colour;
+  std::string filter = "bilinear";
+  double u_extent = 0;
+  std::string view = "colour";
+  double azimuth = 45, elevation = 20, fov = 60;
+  std::vector<double> distance;
+  std::vector<double> target;
+  std::string frame;
+  std::vector<double> pose;
+  bool normalise = false;
+  std::size_t turntable = 0;
+  std::vector<std::size_t> size{512};
+  std::size_t samples = 4;
+  std::vector<double> background{1, 1, 1};
+  std::string lighting = "flat";
+  double ambient = 0.5, directional = 0.5;
+  std::vector<double> light_direction{0, 0, 1};
+  int threads = 0;
+  std::string output = "render.png";
+  std::string exported;
+};
+
+void describe_scene(CLI::App& app, Options& o) {
+  app.add_option("--mesh", o.mesh, "OBJ file; the bundled sedan when left out");
+  app.add_option("--material", o.material,
+                 "materials whose faces are painted; all faces when this and --faces are left out");
+  app.add_option("--faces", o.faces,
+                 "text file of painted faces, one 1-based number a line, instead of --material");
+  app.add_option("--texture", o.texture,
+                 "PNG that the uv of painted faces point into; the mesh's own colours when left out");
+  app.add_option("--colour", o.colour, "one colour for painted faces, three numbers from 0 to 1")
+      ->expected(3);
+  app.add_option("--filter", o.filter, "of the texture: bilinear or trilinear")->capture_default_str();
+  app.add_option("--u-extent", o.u_extent,
+                 "the texture's width in u; 0: 1, or 2 when painted faces have u beyond 1")
+      ->capture_default_str();
+  app.add_flag(
+      "--normalise", o.normalise,
+      "centre the mesh and scale it so that its longest side is 2, as poses of the simulator expect");
+  app.add_option("--light", o.lighting, "none, flat or smooth")->capture_default_str();
+  app.add_option("--ambient", o.ambient, "light from everywhere")->capture_default_str();
+  app.add_option("--directional", o.directional, "light from one direction")->capture_default_str();
+  app.add_option("--light-direction", o.light_direction, "towards the light, z up")
+      ->expected(3)
+      ->capture_default_str();
+}
+
+void describe(CLI::App& app, Options& o) {
+  describe_scene(app, o);
+  app.add_option("--view", o.view, "colour, normal, uv, face or coverage")->capture_default_str();
+  app.add_option("--azimuth", o.azimuth, "degrees around the mesh; 0: in front of a car, 90: at its left")
+      ->capture_default_str();
+  app.add_option("--elevation", o.elevation, "degrees above the horizon")->capture_default_str();
+  app.add_option(
+      "--distance", o.distance,
+      "from the target, in units of the mesh; the whole mesh shows when left out. With --turntable "
+      "several, one row each");
+  app.add_option("--target", o.target, "point in the middle of the picture; left out, the mesh's middle")
+      ->expected(3);
+  app.add_option("--fov", o.fov, "field of view across, degrees")->capture_default_str();
+  app.add_option("--frame", o.frame,
+                 "frame (.npz) whose camera is used; one with a simulator's pose implies --normalise");
+  app.add_option("--pose", o.pose,
+                 "12 numbers: the rows of view_from_world [R | t], x to the right, y down, z forward")
+      ->expected(12);
+  app.add_option("--turntable", o.turntable, "views all around, on one sheet, instead of one picture")
+      ->capture_default_str();
+  app.add_option("--size", o.size, "pixels a side, or width and height")
+      ->expected(1, 2)
+      ->capture_default_str();
+  app.add_option("--samples", o.samples,
+                 "samples a pixel along each axis: 1, 2, 4 or 8; 0: by the length of the mesh's edges")
+      ->capture_default_str();
+  app.add_option("--background", o.background, "colour behind the mesh, three numbers from 0 to 1")
+      ->expected(3)
+      ->capture_default_str();
+  app.add_option("--threads", o.threads, "threads; 0: all cores")->capture_default_str();
+  app.add_option("--output", o.output, "PNG to write; an older one is replaced")->capture_default_str();
+  app.add_option("--export", o.exported,
+                 "also write the painted mesh: NAME.glb, or NAME.obj with NAME.mtl and NAME.png");
+}
+
+void require_colour(const char* option, const std::vector<double>& colour, ProblemList& list) {
+  for (const double channel : colour)
+    list.require(channel >= 0 && channel <= 1, std::string(option) + " takes numbers from 0 to 1");
+}
+
+void require_sound_camera(const Options& o, ProblemList& list) {
+  list.require(o.fov > 0 && o.fov < 180, "--fov lies between 0 and 180 degrees");
+  list.require(o.elevation >= -90 && o.elevation <= 90, "--elevation lies in -90 to 90 degrees");
+  for (const double distance : o.distance) list.require(distance > 0, "--distance must be above 0");
+  list.require(o.distance.size() < 2 || o.turntable > 0, "several --distance need --turntable");
+  list.require(o.turntable <= 360, "--turntable must be at most 360");
+  const bool is_posed = !o.frame.empty() || !o.pose.empty();
+  list.require(o.frame.empty() || o.pose.empty(), "--frame and --pose cannot be given together");
+  list.require(!is_posed || (o.turntable == 0 && o.distance.empty() && o.target.empty()),
+               "--frame and --pose say where the camera is; leave out --distance, --target and --turntable");
+}
+
+/// What is written is neither read nor written twice.
+void require_sound_files(const Options& o, ProblemList& list) {
+  const std::vector<std::string> inputs{o.mesh, o.texture, o.faces, o.frame};
+  list.require(o.output.ends_with(".png"), "--output takes a name that ends with .png");
+  list.require_kept("--output", o.output, inputs);
+  if (o.exported.empty()) return;
+  const bool is_obj = o.exported.ends_with(".obj");
+  list.require(is_obj || o.exported.ends_with(".glb"), "--export takes a name that ends with .glb or .obj");
+  list.require_kept("--export", o.exported, inputs);
+  if (!is_obj || o.texture.empty()) return;
+  const std::string stem = o.exported.substr(0, o.exported.size() - 4);
+  for (const char* end : {".mtl", ".png"}) list.require_kept("--export", stem + end, inputs);
+  const auto place = [](const std::string& path) { return std::filesystem::weakly_canonical(path); };
+  list.require(place(stem + ".png") != place(o.output),
+               "--export writes the texture to " + stem + ".png, which is --output");
+}
+
+void require_sound_light(const Options& o, ProblemList& list) {
+  list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
+  list.require(o.ambient >= 0 && std::isfinite(o.ambient), "--ambient must be a number from 0 on");
+  list.require(o.directional >= 0 && std::isfinite(o.directional),
+               "--directional must be a number from 0 on");
+  const double length = std::hypot(o.light_direction[0], o.light_direction[1], o.light_direction[2]);
+  list.require(length > 0 && std::isfinite(length), "--light-direction takes three numbers, not all 0");
+}
+
+void require_sound(const Options& o) {
+  ProblemList list;
+  require_sound_files(o, list);
+  require_sound_light(o, list);
+  list.require_choice("--view", o.view, mesh_view_names());
+  list.require_choice("--filter", o.filter, {"bilinear", "trilinear"});
+  list.require(o.samples == 0 || o.samples == 1 || o.samples == 2 || o.samples == 4 || o.samples == 8,
+               "--samples is " + std::to_string(o.samples) + "; expected 0, 1, 2, 4 or 8");
+  for (const std::size_t side : o.size)
+    list.require(side >= 1 && side * std::max<std::size_t>(o.samples, 1) <= 32768,
+                 "--size must be 1 to " + std::to_string(32768 / std::max<std::size_t>(o.samples, 1)) +
+                     " pixels at this many samples");
+  list.require(o.faces.empty() || o.material.empty(), "--faces and --material cannot be given together");
+  list.require(o.texture.empty() || o.colour.empty(), "--texture and --colour cannot be given together");
+  list.require(o.u_extent >= 0 && o.u_extent <= 1e6, "--u-extent lies in 0 to 1e6");
+  require_colour("--colour", o.colour, list);
+  require_colour("--background", o.background, list);
+  require_sound_camera(o, list);
+  list.require(o.threads >= 0 && o.threads <= 1024, "--threads must be 0 to 1024");
+  list.throw_first();
+}
+
+/// 2 when a painted face has u beyond 1, as the mirrored halves of the simulator's car do, else 1.
+double u_extent_of(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted) {
+  double highest = 0;
+  for (std::size_t face = 0; face < std::min(painted.size(), mesh.face_uvs.size()); ++face) {
+    for (const std::int32_t uv : mesh.face_uvs[face])
+      if (painted[face] != 0 && uv >= 0)
+        highest = std::max(highest, mesh.uvs[static_cast<std::size_t>(uv)][0]);
+  }
+  return highest > 1 + 1e-6 ? 2 : 1;
+}
+
+void set_texture(const Options& o, PaintedScene& scene) {
+  scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : u_extent_of(scene.mesh, scene.painted);
+  if (!o.texture.empty()) {
+    if (scene.mesh.uvs.empty())
+      throw FileError(ErrorKind::mismatch,
+                      {o.mesh, "", "no texture coordinates, which --texture needs", "vt records", "none"});
+    const auto picture = image::from_bytes<float>(io::read_image(o.texture));
+    scene.layout.height = picture.shape(0);
+    scene.layout.width = picture.shape(1);
+    scene.layout.filter =
+        o.filter == "trilinear" ? raster::TextureFilter::trilinear : raster::TextureFilter::bilinear;
+    scene.texels = Array<float, 2>(Extents<2>{picture.shape(0) * picture.shape(1), 3});
+    std::copy_n(picture.data(), picture.size(), scene.texels.data());
+    return;
+  }
+  scene.layout.kind = raster::TextureKind::solid;
+  scene.texels = zeros<float, 2>({1, 3});
+  if (o.colour.empty()) std::fill(scene.painted.begin(), scene.painted.end(), std::uint8_t{0});
+  for (std::size_t c = 0; c < o.colour.size(); ++c) scene.texels(0, c) = static_cast<float>(o.colour[c]);
+}
+
+PaintedScene load_scene(Options& o, bool is_normalised) {
+  if (o.mesh.empty()) o.mesh = BundledAssets{}.mesh();
+  auto loaded = io::read_obj(o.mesh);
+  PaintedScene scene;
+  scene.painted.assign(loaded.mesh.faces.size(), 1);
+  if (!o.material.empty() || !o.faces.empty())
+    scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
+  for (const auto& warning : loaded.warnings) std::cerr << "warning: " << warning << '\n';
+  scene.mesh = std::move(loaded.mesh);
+  if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
+  set_texture(o, scene);
+  scene.lighting = o.lighting;
+  scene.light.ambient = o.ambient;
+  scene.light.directional = o.directional;
+  for (std::size_t axis = 0; axis < 3; ++axis) scene.light.direction[axis] = o.light_direction[axis];
+  return scene;
+}
+
+/// The ball around the middle of the mesh's box that holds the mesh.
+struct Ball {
+  geometry::Vector3 centre{0, 0, 0};
+  double radius = 1;
+};
+
+Ball ball_around(const geometry::Mesh& mesh) {
+  geometry::Vector3 low{}, high{};
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& position : mesh.positions) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], position[axis]);
+      high[axis] = std::max(high[axis], position[axis]);
+    }
+  }
+  const double radius = geometry::length(geometry::subtract(high, low)) / 2;
+  return {geometry::scale(geometry::add(low, high), 0.5), radius > 0 ? radius : 1};
+}
+
+/// Where the camera stands when no frame and no pose says so.
+struct OrbitSettings {
+  Ball ball;
+  geometry::Vector3 target;
+  double fov_rad;
+  double aspect;  ///< height over width
+
+  [[nodiscard]] double whole_distance() const {
+    const double across = std::min(fov_rad / 2, std::atan(std::tan(fov_rad / 2) * aspect));
+    return 1.02 * ball.radius / std::sin(across);
+  }
+
+  [[nodiscard]] geometry::Camera camera(double azimuth_deg, double elevation_deg, double distance) const {
+    auto camera = geometry::orbit_camera(azimuth_deg * rad_per_deg, elevation_deg * rad_per_deg, distance,
+                                         target, fov_rad);
+    camera.tan_half_fov_y = camera.tan_half_fov_x * aspect;
+    const double reach = distance + geometry::length(geometry::subtract(target, ball.centre)) + ball.radius;
+    camera.far = 2 * reach;
+    camera.near = std::min(1e-4 * reach, 0.01 * distance);
+    return camera;
+  }
+};
+
+OrbitSettings orbit_settings(const Options& o, const geometry::Mesh& mesh, const PictureSettings& picture) {
+  OrbitSettings orbit{ball_around(mesh),
+                      {},
+                      o.fov * rad_per_deg,
+                      static_cast<double>(picture.height) / static_cast<double>(picture.width)};
+  orbit.target =
+      o.target.empty() ? orbit.ball.centre : geometry::Vector3{o.target[0], o.target[1], o.target[2]};
+  return orbit;
+}
+
+geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture) {
+  geometry::Camera camera;
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column)
+      camera.rotation[row][column] = o.pose[4 * row + column];
+    camera.translation[row] = o.pose[4 * row + 3];
+  }
+  camera.tan_half_fov_x = std::tan(o.fov * rad_per_deg / 2);
+  camera.tan_half_fov_y =
+      camera.tan_half_fov_x * static_cast<double>(picture.height) / static_cast<double>(picture.width);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double product = geometry::dot(camera.rotation[i], camera.rotation[j]);
+      if (std::abs(product - (i == j ? 1 : 0)) > 1e-3)
+        throw Error(ErrorKind::usage, "--pose holds no rotation; expected three orthonormal rows [R | t]");
+    }
+  }
+  return camera;
+}
+
+/// The pictures that are asked for, and how many to a row of the sheet.
+struct Shots {
+  std::vector<geometry::Camera> cameras;
+  std::size_t columns = 1;
+};
+
+Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& frame,
+               const PictureSettings& picture) {
+  if (!o.frame.empty() && frame.has_camera) return {{frame.camera}};
+  if (!o.frame.empty())
+    return {{geometry::carla_camera(frame.vehicle_translation, frame.vehicle_rotation_deg,
+                                    frame.camera_translation, frame.camera_rotation_deg)}};
+  if (!o.pose.empty()) return {{camera_of_pose(o, picture)}};
+  const auto orbit = orbit_settings(o, scene.mesh, picture);
+  const auto distances = o.distance.empty() ? std::vector<double>{orbit.whole_distance()} : o.distance;
+  if (o.turntable == 0) return {{orbit.camera(o.azimuth, o.elevation, distances[0])}};
+  Shots shots{{}, distances.size() > 1 ? o.turntable : std::min<std::size_t>(o.turntable, 6)};
+  for (const double distance : distances) {
+    for (std::size_t i = 0; i < o.turntable; ++i) {
+      const double turn = 360 * static_cast<double>(i) / static_cast<double>(o.turntable);
+      shots.cameras.push_back(orbit.camera(o.azimuth + turn, o.elevation, distance));
+    }
+  }
+  return shots;
+}
+
+/// Paint of one colour becomes a material, so that no texture and no uv are needed.
+void export_scene(const std::string& path, const PaintedScene& scene) {
+  const bool is_glb = path.ends_with(".glb");
+  if (scene.layout.kind == raster::TextureKind::atlas) {
+    Array<float, 3> texture(Extents<3>{scene.layout.height, scene.layout.width, 3});
+    std::copy_n(scene.texels.data(), scene.texels.size(), texture.data());
+    const auto write = is_glb ? io::write_painted_glb<float> : io::write_painted_obj<float>;
+    write(path, scene.mesh, scene.painted, texture, scene.layout.u_extent);
+    return;
+  }
+  geometry::Mesh mesh = scene.mesh;
+  mesh.face_materials.resize(mesh.faces.size(), -1);
+  const auto paint = static_cast<std::int32_t>(mesh.materials.size());
+  mesh.materials.push_back({io::unused_material_name(mesh, "paint"),
+                            {scene.texels(0, 0), scene.texels(0, 1), scene.texels(0, 2)}});
+  bool is_used = false;
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    if (scene.painted[face] == 0) continue;
+    mesh.face_materials[face] = paint;
+    is_used = true;
+  }
+  if (!is_used) mesh.materials.pop_back();
+  (is_glb ? io::write_glb : io::write_obj)(path, mesh);
+}
+
+int run(Options& o) {
+  require_sound(o);
+  if (o.threads > 0) limit_threads(o.threads);
+  const io::Frame frame = o.frame.empty() ? io::Frame{} : io::read_frame(o.frame);
+  const auto scene = load_scene(o, o.normalise || (!o.frame.empty() && !frame.has_camera));
+  PictureSettings picture{o.size.back(), o.size.front(), o.samples, {}};
+  for (std::size_t c = 0; c < 3; ++c) picture.background[c] = o.background[c];
+  const Shots shots = shots_of(o, scene, frame, picture);
+  std::vector<Bitmap> bitmaps;
+  for (const auto& camera : shots.cameras)
+    bitmaps.push_back(image::to_bytes(mesh_view(o.view, scene, camera, picture)));
+  const bool is_sheet = o.turntable > 0;
+  const Bitmap bitmap = is_sheet ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
+  io::write_image(o.output, bitmap);
+  if (!o.exported.empty()) export_scene(o.exported, scene);
+  std::printf("%s: %zu x %zu pixels, %zu view%s of %zu faces\n", o.output.c_str(), bitmap.shape(1),
+              bitmap.shape(0), bitmaps.size(), bitmaps.size() == 1 ? "" : "s", scene.mesh.faces.size());
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Draws a mesh, painted or in its own colours: one picture, or a turntable.");
+  describe(app, options);
+  return run_program(app, argc, argv, [&] { return run(options); });
+}

@@ -1,0 +1,224 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/io/glb_writer.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/obj_writer.hpp>
+#include <utility>
+#include <vector>
+
+#include "camouflage_options.hpp"
+#include "contact_sheet.hpp"
+#include "inputs.hpp"
+#include "measurement.hpp"
+#include "progress.hpp"
+#include "report.hpp"
+#include "run_folder.hpp"
+#include "run_manifest.hpp"
+#include "step_log.hpp"
+#include "stop_signal.hpp"
+#include "survey.hpp"
+
+namespace tapestry::shell {
+
+/// Drawn scenes are many and quick; frames may be few, or too many for more than the paper's five passes.
+inline std::size_t default_epochs(std::size_t views, bool drawn) {
+  return drawn ? 20 : std::max<std::size_t>(5, block_count(2400, views));
+}
+
+inline Array<float, 2> start_texture(const OptimisationSettings& settings,
+                                     const camouflage::PaintedMesh& car) {
+  const std::size_t count = car.layout.texel_count(car.mesh);
+  if (settings.start == "zero") return zeros<float, 2>({count, 3});
+  if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
+  Random random = Random(settings.seed).fork(0x7374617274ULL);
+  return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
+}
+
+/// One run in its folder.
+class CamouflageRun {
+ public:
+  CamouflageRun(CamouflageOptions options, Inputs inputs, std::string resume_command)
+      : options_(std::move(options)),
+        inputs_(std::move(inputs)),
+        resume_command_(std::move(resume_command)),
+        train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
+        test_(inputs_.car.painted, store_settings(),
+              frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)),
+        objective_(inputs_.detector.network, inputs_.car.painted.layout,
+                   objective_options(options_.optimisation, inputs_.class_index)) {}
+
+  /// \returns the exit code
+  int execute() {
+    try {
+      run();
+      return 0;
+    } catch (const Stopped&) {
+      const bool has_begun = std::filesystem::exists(manifest_path(options_.output));
+      std::cerr << '\n' << (has_begun ? "stopped" : "stopped before the first step; nothing was written");
+      if (saved_steps_ > 0) std::cerr << "; saved after step " << saved_steps_;
+      if (has_begun) std::cerr << ". Resume with\n  " << resume_command_;
+      std::cerr << '\n';
+      return StopSignal::exit_code();
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void run() {
+    const auto start = Clock::now();
+    for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
+    inputs_.warnings.clear();
+    const auto usable_train = usable_views(train_, inputs_.warnings);
+    auto& test = test_store();
+    const auto usable_test = inputs_.frames.held_out ? usable_views(test, inputs_.warnings) : usable_train;
+    for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
+    if (usable_train.empty() || usable_test.empty())
+      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
+    auto& epochs = options_.optimisation.epochs;
+    if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);
+    open_folder();
+
+    camouflage::TrainingOptions training_options;
+    training_options.epochs = epochs;
+    training_options.batch = options_.optimisation.batch;
+    training_options.seed = options_.optimisation.seed;
+    training_options.adam.learning_rate = options_.optimisation.learning_rate;
+    camouflage::Training<float> training(objective_, train_, usable_train,
+                                         start_texture(options_.optimisation, inputs_.car.painted),
+                                         training_options);
+    if (options_.resume) restore(training);
+    optimise(training);
+    report(training, test, usable_test, start);
+  }
+
+  [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
+    return {inputs_.detector.network.input_height(), inputs_.detector.network.input_width(),
+            options_.scene.samples, options_.keep_mib << 20U};
+  }
+
+  [[nodiscard]] camouflage::ViewStore<float>& test_store() {
+    return inputs_.frames.held_out ? test_ : train_;
+  }
+  [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
+
+  [[nodiscard]] std::vector<std::string> input_paths() const {
+    std::vector<std::string> paths{options_.scene.mesh};
+    const auto& detector = options_.detector;
+    for (const auto& optional : {detector.cfg, detector.weights, detector.names, options_.scene.faces})
+      if (!optional.empty()) paths.push_back(optional);
+    paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
+    if (inputs_.frames.held_out)
+      paths.insert(paths.end(), inputs_.frames.train.begin(), inputs_.frames.train.end());
+    return paths;
+  }
+
+  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
+  void open_folder() {
+    const Json manifest = make_manifest(settings_json(options_), options_.optimisation.seed,
+                                        inputs_.frames.held_out, input_paths());
+    settings_ = identity_text(manifest);
+    if (options_.resume)
+      require_same_inputs(manifest, options_.output);
+    else
+      write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
+  }
+
+  void restore(camouflage::Training<float>& training) {
+    if (!std::filesystem::exists(path("checkpoint.npz"))) return;  // stopped before the first one
+    auto checkpoint = camouflage::read_checkpoint<float>(path("checkpoint.npz"));
+    if (checkpoint.settings != settings_)
+      throw Error(ErrorKind::in_use, path("checkpoint.npz") + ": belongs to a run with other settings");
+    training.restore(std::move(checkpoint.state));
+    saved_steps_ = training.steps_taken();
+  }
+
+  void save(const camouflage::Training<float>& training) {
+    camouflage::write_checkpoint(path("checkpoint.npz"), training.state(), settings_);
+    write_text(path("history.csv"), history_csv(training.history()));
+    saved_steps_ = training.steps_taken();
+  }
+
+  /// \throws Stopped after saving, when a signal arrives
+  void optimise(camouflage::Training<float>& training) {
+    ProgressLine progress;
+    const auto start = Clock::now();
+    std::size_t images = 0;
+    const std::uint64_t first = training.steps_taken();
+    while (!training.finished()) {
+      try {
+        images += training.step();
+      } catch (const NumericError&) {
+        save(training);  // the state before the step: the last good one
+        throw;
+      }
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      progress.show(step_text(training, first, images, seconds), training.finished());
+      if (StopSignal::arrived()) {
+        save(training);
+        throw Stopped{};
+      }
+      if (training.steps_taken() % options_.checkpoint_steps == 0) save(training);
+    }
+    save(training);
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    if (options_.profile) print_profile(objective_.times(), training.steps_taken() - first, seconds);
+  }
+
+  void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
+              const std::vector<std::size_t>& usable, Clock::time_point start) {
+    const auto colours = camouflage::texture_colours(training.parameter());
+    const auto clean_colours = camouflage::own_colours<float>(inputs_.car.painted);
+    Meter meter(inputs_.detector.network, inputs_.class_index, options_.detector);
+    std::vector<Bitmap> before;
+    std::vector<Bitmap> after;
+    RunReport report = survey(meter, test, usable, {&clean_colours, &before}, {&colours, &after},
+                              options_.optimisation.seed);
+    write_textures(training.parameter(), colours);
+    const std::size_t columns = before.size() > 12 ? 8 : 3;
+    StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
+    io::write_image(path("before.png"), contact_sheet(before, columns));
+    StopSignal::throw_if_arrived();
+    io::write_image(path("after.png"), contact_sheet(after, columns));
+    io::write_image(path("result.png"), comparison(before, after, 6));
+    report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    report.held_out = inputs_.frames.held_out;
+    report.history = training.history();
+    report.options = settings_json(options_);
+    write_text(path("report.html"), report_html(report));
+    write_text(path("metrics.json"), report_text(metrics_json(report)));
+    std::cout << summary_text(report) << "report: " << path("report.html") << '\n';
+  }
+
+  void write_textures(const Array<float, 2>& parameter, const Array<float, 2>& colours) const {
+    const auto& car = inputs_.car.painted;
+    io::NpzWriter raw;
+    raw.add("parameter", parameter);
+    raw.add("colours", colours);
+    raw.write(path("texture.npz"));
+    const auto atlas = camouflage::atlas_of<float>(car, colours);
+    io::write_image(path("texture.png"), atlas);
+    io::write_painted_obj(path("painted.obj"), car.mesh, car.painted, atlas, car.layout.u_extent);
+    io::write_painted_glb(path("painted.glb"), car.mesh, car.painted, atlas, car.layout.u_extent);
+  }
+
+  CamouflageOptions options_;
+  Inputs inputs_;
+  std::string resume_command_;
+  camouflage::ViewStore<float> train_;
+  camouflage::ViewStore<float> test_;
+  camouflage::Objective<float> objective_;
+  std::string settings_;
+  std::uint64_t saved_steps_ = 0;
+};
+
+}  // namespace tapestry::shell

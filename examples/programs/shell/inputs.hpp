@@ -1,0 +1,300 @@
+#pragma once
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/names_file.hpp>
+#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/loss/prediction.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../scenes/drawn_frames.hpp"
+#include "mesh_inputs.hpp"
+#include "settings.hpp"
+
+namespace tapestry::shell {
+
+namespace fs = std::filesystem;
+
+/// Names the bundled files where the user named none.
+inline void fill_in_bundled(SceneSettings& scene) {
+  const BundledAssets bundled;
+  if (scene.mesh.empty()) {
+    scene.mesh = bundled.mesh();
+    if (scene.material.empty() && scene.faces.empty()) scene.material = {"body"};
+  }
+  if (scene.frames.empty()) {
+    scene.frames = bundled.frames();
+    if (scene.scenes == 0) scene.scenes = 800;
+  }
+  if (scene.texels == 0) scene.texels = scene.texture == "cube" ? 6 : 64;
+}
+
+inline void fill_in_bundled(DetectorSettings& detector) {
+  const BundledAssets bundled;
+  if (detector.cfg.empty() && detector.weights.empty()) {
+    detector.cfg = bundled.cfg();
+    detector.weights = bundled.weights();
+    if (detector.names.empty()) detector.names = bundled.names();
+  }
+}
+
+/// A network with its weights and the names of its classes.
+struct Detector {
+  detect::Network<float> network;
+  std::vector<std::string> names;  ///< may be empty: classes are then known by number only
+  std::vector<std::string> warnings;
+};
+
+inline Detector load_detector(const DetectorSettings& settings) {
+  if (settings.cfg.empty() && !io::is_safetensors(settings.weights))
+    throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights +
+                                      " needs; only weights that convert_weights made hold their own");
+  std::optional<detect::DecodeFamily> decode;
+  if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
+  auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size, decode);
+  Detector detector{std::move(loaded.network), {}, std::move(loaded.warnings)};
+  if (detector.network.heads().empty())
+    throw FileError(ErrorKind::mismatch,
+                    {detector.network.config().name, "", "the network has no [yolo] section"});
+  if (!settings.names.empty())
+    detector.names = io::read_class_names(settings.names, detector.network.heads().front().classes);
+  return detector;
+}
+
+/// The class that is the car, by name or, without names, by number.
+inline std::size_t class_index_of(const DetectorSettings& settings, const Detector& detector) {
+  if (!detector.names.empty()) return io::class_index(detector.names, settings.class_name);
+  const std::string& text = settings.class_name;
+  const bool is_number =
+      !text.empty() && text.size() < 6 &&
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  if (!is_number)
+    throw Error(ErrorKind::usage, "--class '" + text + "' needs --names; without them it must be a number");
+  const std::size_t index = std::stoul(text);
+  const std::size_t classes = detector.network.heads().front().classes;
+  if (index >= classes)
+    throw Error(ErrorKind::mismatch,
+                "--class " + text + ": the detector has " + std::to_string(classes) + " classes");
+  return index;
+}
+
+/// The car as painted, before any frame is known.
+struct Car {
+  camouflage::PaintedMesh painted;
+  std::vector<std::string> warnings;
+};
+
+inline raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::Mesh& mesh) {
+  raster::TextureLayout layout{};
+  layout.kind = settings.texture == "cube" ? raster::TextureKind::cube : raster::TextureKind::atlas;
+  layout.height = settings.texels;
+  layout.width = 2 * settings.texels;
+  layout.u_extent = 2;
+  layout.texels_per_edge = settings.texels;
+  if (layout.kind == raster::TextureKind::atlas && mesh.uvs.empty())
+    throw FileError(ErrorKind::mismatch, {settings.mesh, "", "no texture coordinates, which an atlas needs",
+                                          "vt records, or --texture cube"});
+  return layout;
+}
+
+inline Car load_car(const SceneSettings& settings) {
+  auto loaded = io::read_obj(settings.mesh);
+  Car car;
+  car.warnings = loaded.warnings;
+  car.painted.painted =
+      selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
+  car.painted.layout = layout_of(settings, loaded.mesh);
+  car.painted.mesh = std::move(loaded.mesh);
+  return car;
+}
+
+/// The frames to optimise on and those to measure on; the same when the folder is not divided.
+struct FrameLists {
+  std::vector<std::string> train;
+  std::vector<std::string> test;
+  std::size_t drawn = 0;  ///< scenes drawn to optimise on, instead of `train`
+  bool held_out = false;
+  bool posed = false;  ///< frames carry poses, not cameras, and see a car normalised to length 2
+};
+
+inline FrameLists find_frames(const SceneSettings& scene) {
+  const std::string& folder = scene.frames;
+  FrameLists lists;
+  const bool has_test = fs::is_directory(folder + "/test");
+  lists.drawn = scene.scenes;
+  lists.held_out = lists.drawn > 0 || (has_test && fs::is_directory(folder + "/train"));
+  lists.test = io::frame_paths(has_test ? folder + "/test" : folder);
+  if (lists.drawn == 0) lists.train = lists.held_out ? io::frame_paths(folder + "/train") : lists.test;
+  return lists;
+}
+
+inline bool is_posed(const std::string& frame) { return !io::read_frame(frame).has_camera; }
+
+inline void require_one_scale(const FrameLists& lists) {
+  if (lists.posed && lists.drawn > 0)
+    throw FileError(ErrorKind::mismatch, {lists.test.front(), "",
+                                          "a frame without a camera sees a car normalised to length 2, but "
+                                          "--scenes see the bundled car in metres"});
+}
+
+/// maskN.png beside dataN.npz.
+inline std::string mask_path_of(const std::string& frame) {
+  const fs::path path(frame);
+  std::string stem = path.stem().string();
+  if (stem.rfind("data", 0) == 0) stem = stem.substr(4);
+  return (path.parent_path() / ("mask" + stem + ".png")).string();
+}
+
+inline Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& frame) {
+  const auto grey = io::read_mask(path);
+  if (grey.shape(0) != frame.image.shape(0) || grey.shape(1) != frame.image.shape(1)) {
+    const auto text = [](std::size_t height, std::size_t width) {
+      return std::to_string(width) + "x" + std::to_string(height);
+    };
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "mask of another size than its frame",
+                     text(frame.image.shape(0), frame.image.shape(1)), text(grey.shape(0), grey.shape(1))});
+  }
+  Array<std::uint8_t, 2> mask(grey.shape());
+  for (std::size_t i = 0; i < mask.size(); ++i) mask.data()[i] = grey.data()[i] > 0 ? 1 : 0;
+  return mask;
+}
+
+/// Gives a frame its camera, light and, unless the silhouette is asked for, its own mask. Frames of the
+/// simulator carry a pose and see a car normalised to length 2; our own carry the camera itself and see
+/// it in metres.
+inline camouflage::Frame prepared_frame(std::string name, io::Frame stored, const std::string& mask_rule) {
+  camouflage::Frame frame;
+  frame.name = std::move(name);
+  if (stored.has_camera) {
+    frame.camera = stored.camera;
+  } else {
+    frame.camera = geometry::carla_camera(stored.vehicle_translation, stored.vehicle_rotation_deg,
+                                          stored.camera_translation, stored.camera_rotation_deg);
+  }
+  if (stored.has_light) {
+    const auto& light = stored.light;
+    frame.light = {light[0], light[1], {light[2], light[3], light[4]}, {light[5], light[6], light[7]}};
+  }
+  if (mask_rule == "auto" && stored.has_mask) frame.mask = std::move(stored.mask);
+  frame.image = std::move(stored.image);
+  return frame;
+}
+
+/// \param posed  see FrameLists; all frames of a run agree in it
+inline camouflage::Frame load_frame(const std::string& path, const std::string& mask_rule, bool posed) {
+  auto stored = io::read_frame(path);
+  if (stored.has_camera == posed)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "frames with and without a camera cannot be mixed",
+                     posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
+                     posed ? "a camera" : "poses alone"});
+  Array<std::uint8_t, 2> mask;
+  if (mask_rule == "file") mask = mask_from_file(mask_path_of(path), stored);
+  auto frame = prepared_frame(fs::path(path).stem().string(), std::move(stored), mask_rule);
+  if (mask_rule == "file") frame.mask = std::move(mask);
+  return frame;
+}
+
+using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
+
+inline FrameLoaders frame_loaders(const std::vector<std::string>& paths, const std::string& mask_rule,
+                                  bool posed) {
+  FrameLoaders loaders;
+  for (const auto& path : paths) loaders.push_back([=] { return load_frame(path, mask_rule, posed); });
+  return loaders;
+}
+
+/// Loaders of the frames to optimise on. Drawn ones have no mask files; they use their own masks instead.
+inline FrameLoaders train_loaders(const FrameLists& lists, const std::string& frame_mask_rule) {
+  auto loaders = frame_loaders(lists.train, frame_mask_rule, lists.posed);
+  const std::string mask_rule = frame_mask_rule == "file" ? "auto" : frame_mask_rule;
+  const scenes::DrawnFrames draw{lists.drawn, scenes::DrawnFrames::Stream::train};
+  for (std::size_t i = 0; i < lists.drawn; ++i)
+    loaders.push_back([=] { return prepared_frame("scene " + std::to_string(i), draw(i), mask_rule); });
+  return loaders;
+}
+
+/// Everything a run reads, checked.
+struct Inputs {
+  Detector detector;
+  std::size_t class_index = 0;
+  Car car;
+  FrameLists frames;
+  std::vector<std::string> warnings;
+};
+
+/// Frames that come with the programs show the bundled sedan, whatever mesh is given.
+inline std::vector<std::string> warnings_about(const SceneSettings& scene) {
+  const BundledAssets bundled;
+  if (scene.mesh == bundled.mesh() || (scene.scenes == 0 && scene.frames != bundled.frames())) return {};
+  return {"the bundled frames and --scenes show the bundled car, not " + scene.mesh +
+          "; the two will not cover each other. Give --frames of that car, and no --scenes"};
+}
+
+inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
+  fill_in_bundled(scene);
+  fill_in_bundled(detector);
+  Inputs inputs{load_detector(detector), 0, load_car(scene), find_frames(scene), warnings_about(scene)};
+  inputs.class_index = class_index_of(detector, inputs.detector);
+  inputs.frames.posed = is_posed(inputs.frames.test.front());
+  if (inputs.frames.posed)
+    inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
+  for (const auto* more : {&inputs.detector.warnings, &inputs.car.warnings})
+    inputs.warnings.insert(inputs.warnings.end(), more->begin(), more->end());
+  return inputs;
+}
+
+/// Of a detector whose cfg is unsound, the other files can still be missing.
+inline void check_detector(DetectorSettings settings, ProblemList& list) {
+  fill_in_bundled(settings);
+  if (settings.weights.empty()) return;
+  bool is_sound = false;
+  list.attempt([&] {
+    const auto loaded = load_detector(settings);
+    is_sound = true;
+    loss::require_raw_logits("camouflage", loaded.network.heads());
+    (void)class_index_of(settings, loaded);
+  });
+  if (is_sound) return;
+  const std::string found = list.problems().back().what();
+  for (const auto& path : {settings.weights, settings.names})
+    if (!path.empty() && !fs::exists(path) && !found.starts_with(path + ":"))
+      list.attempt([&] { (void)RegularFile(path); });
+}
+
+/// Checks every input and adds all problems found. The settings themselves have been checked before.
+inline void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list) {
+  fill_in_bundled(scene);
+  check_detector(detector, list);
+  if (!scene.faces.empty() || !scene.material.empty()) list.attempt([&] { (void)load_car(scene); });
+  FrameLists frames;
+  list.attempt([&] { frames = find_frames(scene); });
+  std::vector<std::string> paths = frames.test;
+  if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
+  bool kind_known = false;
+  for (const auto& path : paths)
+    list.attempt([&] {
+      if (!kind_known) frames.posed = is_posed(path);
+      kind_known = true;
+      (void)load_frame(path, scene.mask, frames.posed);
+    });
+  list.attempt([&] { require_one_scale(frames); });
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/face_list_file.hpp>
+#include <vector>
+
+namespace tapestry::shell {
+
+/// The files that stand in for inputs the user leaves out.
+struct BundledAssets {
+  std::string folder = TAPESTRY_ASSETS;
+
+  [[nodiscard]] std::string mesh() const { return folder + "/car_sedan.obj"; }
+  [[nodiscard]] std::string frames() const { return folder + "/frames"; }
+  [[nodiscard]] std::string cfg() const { return folder + "/detector.cfg"; }
+  [[nodiscard]] std::string weights() const { return folder + "/detector.weights"; }
+  [[nodiscard]] std::string names() const { return folder + "/detector.names"; }
+};
+
+/// 1 for every face that is painted, by material or, when `face_list` names a file, by number.
+inline std::vector<std::uint8_t> selected_faces(const std::string& mesh_path, const geometry::Mesh& mesh,
+                                                const std::vector<std::string>& materials,
+                                                const std::string& face_list,
+                                                std::vector<std::string>& warnings) {
+  if (!face_list.empty()) {
+    const auto list = io::read_face_list(face_list, mesh.faces.size());
+    warnings.insert(warnings.end(), list.warnings.begin(), list.warnings.end());
+    return geometry::faces_by_ids(mesh, list.ids);
+  }
+  try {
+    return geometry::faces_by_material(mesh, materials);
+  } catch (const Error& error) {
+    throw FileError(error.kind(), {mesh_path, "", error.what()});
+  }
+}
+
+}  // namespace tapestry::shell

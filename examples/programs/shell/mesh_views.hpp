@@ -1,0 +1,146 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/coverage_rate.hpp>
+#include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/texture_operator.hpp>
+#include <vector>
+
+namespace tapestry::shell {
+
+/// Size of a picture and how it is sampled.
+struct PictureSettings {
+  std::size_t height = 512;
+  std::size_t width = 512;
+  std::size_t samples = 4;  ///< along an axis; 0: see automatic_samples_per_axis()
+  std::array<double, 3> background{1, 1, 1};
+};
+
+/// A mesh with its paint, ready to be drawn.
+struct PaintedScene {
+  geometry::Mesh mesh;
+  std::vector<std::uint8_t> painted;  ///< one entry a face
+  raster::TextureLayout layout;
+  Array<float, 2> texels;  ///< the texture's own, without a pyramid
+  raster::SmoothLight light;
+  std::string lighting = "flat";  ///< none, flat or smooth
+};
+
+inline const std::vector<std::string>& mesh_view_names() {
+  static const std::vector<std::string> names{"colour", "normal", "uv", "face", "coverage"};
+  return names;
+}
+
+/// P + (1 − c) · background.
+inline Array<float, 3> over_background(Array<float, 3> premultiplied, const Array<float, 2>& coverage,
+                                       const std::array<double, 3>& background) {
+  for (std::size_t i = 0; i < premultiplied.size(); ++i)
+    premultiplied.data()[i] += (1 - coverage.data()[i / 3]) * static_cast<float>(background[i % 3]);
+  return premultiplied;
+}
+
+namespace detail {
+/// Draws what colour_of(fragment) says, [H, W, 3] times coverage over the background.
+template <class ColourOf>
+Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                const PictureSettings& picture, ColourOf colour_of) {
+  const auto buffer = raster::visibility(mesh, camera, picture.height, picture.width, picture.samples);
+  auto image = zeros<float, 3>({picture.height, picture.width, 3});
+  for (const auto& fragment : raster::fragments(buffer, mesh, camera)) {
+    const std::array<double, 3> colour = colour_of(fragment);
+    for (std::size_t c = 0; c < 3; ++c)
+      image.data()[3 * fragment.pixel + c] += static_cast<float>(fragment.coverage * colour[c]);
+  }
+  return over_background(std::move(image), raster::coverage_of(buffer), picture.background);
+}
+
+inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Camera& camera,
+                                   const PictureSettings& picture) {
+  const auto draw = [&](const auto& light) {
+    const auto view = raster::texture_operator<float>(scene.mesh, scene.painted, camera, picture.height,
+                                                      picture.width, scene.layout, light, picture.samples);
+    const bool has_pyramid = view.texel_count != scene.texels.shape(0);
+    auto image =
+        raster::render(view, has_pyramid ? raster::mip_pyramid(scene.layout, scene.texels) : scene.texels);
+    return over_background(std::move(image), view.coverage, picture.background);
+  };
+  if (scene.lighting == "none") return draw(raster::Unlit{});
+  if (scene.lighting == "smooth") return draw(scene.light);
+  return draw(static_cast<const raster::Light&>(scene.light));
+}
+
+/// The unit normal of each face on the side that is seen, −1 … 1 as 0 … 1.
+inline Array<float, 3> normal_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                   const PictureSettings& picture) {
+  const geometry::Vector3 eye = geometry::eye_of(camera);
+  return drawn_fragments(mesh, camera, picture, [&](const raster::Fragment& fragment) {
+    const auto& face = mesh.faces[static_cast<std::size_t>(fragment.face)];
+    const geometry::Vector3 normal = geometry::normalised(raster::face_normal(mesh, face));
+    const auto to_eye = geometry::subtract(eye, mesh.positions[static_cast<std::size_t>(face[0])]);
+    const double half = geometry::dot(normal, to_eye) < 0 ? -0.5 : 0.5;
+    return std::array<double, 3>{0.5 + half * normal[0], 0.5 + half * normal[1], 0.5 + half * normal[2]};
+  });
+}
+
+/// Red and green show u and v, wrapped into the texture, in squares of 1/16 light and dark; grey where a face
+/// has no uv.
+inline Array<float, 3> uv_view(const geometry::Mesh& mesh, double u_extent, const geometry::Camera& camera,
+                               const PictureSettings& picture) {
+  return drawn_fragments(mesh, camera, picture, [&](const raster::Fragment& fragment) {
+    const auto face = static_cast<std::size_t>(fragment.face);
+    std::array<double, 2> uv{0, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t index = face < mesh.face_uvs.size() ? mesh.face_uvs[face][k] : -1;
+      if (index < 0) return std::array<double, 3>{0.5, 0.5, 0.5};
+      const auto& corner = mesh.uvs[static_cast<std::size_t>(index)];
+      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner[axis];
+    }
+    const double u = raster::detail::wrapped(uv[0], u_extent), v = raster::detail::wrapped(uv[1], 1);
+    const bool is_dark = (static_cast<long>(16 * u) + static_cast<long>(16 * v)) % 2 != 0;
+    return std::array<double, 3>{u / u_extent, v, is_dark ? 0.25 : 0.75};
+  });
+}
+
+/// A colour of its own for every face up to 2²⁴, from the pixel's first sample: an odd factor permutes the
+/// numbers of 24 bits.
+inline Array<float, 3> face_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                 PictureSettings picture) {
+  picture.samples = 1;
+  return drawn_fragments(mesh, camera, picture, [](const raster::Fragment& fragment) {
+    const std::uint32_t mixed = (static_cast<std::uint32_t>(fragment.face) + 1) * 0x9E3779B1U;
+    std::array<double, 3> colour{};
+    for (unsigned c = 0; c < 3; ++c) colour[c] = static_cast<double>((mixed >> (8 * c)) & 0xFFU) / 255;
+    return colour;
+  });
+}
+
+inline Array<float, 3> coverage_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                     const PictureSettings& picture) {
+  const auto coverage =
+      raster::coverage_of(raster::visibility(mesh, camera, picture.height, picture.width, picture.samples));
+  Array<float, 3> image(Extents<3>{picture.height, picture.width, 3});
+  for (std::size_t i = 0; i < image.size(); ++i) image.data()[i] = coverage.data()[i / 3];
+  return image;
+}
+}  // namespace detail
+
+/// One picture of a scene, [H, W, 3] in [0, 1]; `view` is one of mesh_view_names().
+inline Array<float, 3> mesh_view(const std::string& view, const PaintedScene& scene,
+                                 const geometry::Camera& camera, PictureSettings picture) {
+  if (picture.samples == 0)
+    picture.samples = raster::automatic_samples_per_axis(scene.mesh, camera, picture.height, picture.width);
+  if (view == "normal") return detail::normal_view(scene.mesh, camera, picture);
+  if (view == "uv") return detail::uv_view(scene.mesh, scene.layout.u_extent, camera, picture);
+  if (view == "face") return detail::face_view(scene.mesh, camera, picture);
+  if (view == "coverage") return detail::coverage_view(scene.mesh, camera, picture);
+  return detail::colour_view(scene, camera, picture);
+}
+
+}  // namespace tapestry::shell

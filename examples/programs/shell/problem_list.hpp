@@ -1,0 +1,51 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+namespace tapestry::shell {
+
+/// Collects complaints instead of stopping at the first.
+class ProblemList {
+ public:
+  /// Notes what `action` throws.
+  template <class Action>
+  void attempt(Action action) {
+    try {
+      action();
+    } catch (const Error& error) {
+      problems_.push_back(error);
+    }
+  }
+  /// Notes a usage error unless `holds`.
+  void require(bool holds, const std::string& message) {
+    if (!holds) problems_.emplace_back(ErrorKind::usage, message);
+  }
+  /// Notes a usage error naming the choices unless `value` is one of them.
+  void require_choice(const char* option, const std::string& value, const std::vector<std::string>& choices) {
+    std::string list;
+    for (const auto& choice : choices) {
+      if (choice == value) return;
+      list += (list.empty() ? "" : ", ") + choice;
+    }
+    require(false, std::string(option) + " is '" + value + "'; expected one of " + list);
+  }
+  /// Notes a usage error if writing `output` would replace a file that is read.
+  void require_kept(const char* option, const std::string& output, const std::vector<std::string>& inputs) {
+    std::error_code no_such_file;
+    for (const auto& input : inputs)
+      require(!std::filesystem::equivalent(output, input, no_such_file),
+              std::string(option) + " would overwrite " + input);
+  }
+  void throw_first() const {
+    if (!problems_.empty()) throw problems_.front();
+  }
+  [[nodiscard]] const std::vector<Error>& problems() const { return problems_; }
+
+ private:
+  std::vector<Error> problems_;
+};
+
+}  // namespace tapestry::shell

@@ -1,0 +1,56 @@
+#pragma once
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <limits>
+#include <new>
+#include <tapestry/core/error.hpp>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include "command_line.hpp"
+
+namespace tapestry::shell {
+
+inline constexpr int exit_internal_fault = 1;
+
+/// Keeps memory that was freed for the next step instead of handing it back to the system, which would have
+/// to clear every page again: without it a third of a training step goes there.
+inline void keep_freed_memory() {
+#if defined(__GLIBC__)
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  mallopt(M_TOP_PAD, 64 << 20);
+#endif
+}
+
+/// Throws Error (write) unless everything printed so far has reached the standard output.
+inline void flush_standard_output() {
+  std::cout.flush();
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout)
+    throw Error(ErrorKind::write, "cannot write to the standard output");
+}
+
+/// Runs a program's body, unless the command line already settles it, and turns what is thrown into one line
+/// on the error stream and an exit code.
+template <class Body>
+int run_program(CLI::App& app, int argc, char** argv, Body body) {
+  try {
+    const int settled = parse_arguments(app, argc, argv);
+    const int code = settled >= 0 ? settled : body();
+    flush_standard_output();
+    return code;
+  } catch (const Error& error) {
+    std::cerr << "error: " << error.what() << '\n';
+    return static_cast<int>(error.kind());
+  } catch (const std::bad_alloc&) {
+    std::cerr << "error: out of memory\n";
+    return static_cast<int>(ErrorKind::limit);
+  } catch (const std::exception& error) {
+    std::cerr << "error: internal fault: " << error.what() << '\n';
+    return exit_internal_fault;
+  }
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,75 @@
+#pragma once
+#include <unistd.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+namespace tapestry::shell {
+
+/// "1:05:09", "12:03" or "8 s".
+inline std::string duration_text(double seconds) {
+  const auto whole = static_cast<long long>(seconds + 0.5);
+  char text[48];
+  if (whole >= 3600)
+    std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
+  else if (whole >= 60)
+    std::snprintf(text, sizeof text, "%lld:%02lld", whole / 60, whole % 60);
+  else
+    std::snprintf(text, sizeof text, "%lld s", whole);
+  return text;
+}
+
+/// A line that is rewritten on a terminal, and printed anew at most every ten seconds elsewhere.
+class ProgressLine {
+ public:
+  ProgressLine() {
+    const char* terminal = std::getenv("TERM");
+    terminal_ = isatty(STDERR_FILENO) == 1 && !(terminal != nullptr && std::string(terminal) == "dumb");
+  }
+
+  /// Shows `text`, the state after `done` of `total` units; `last` forces it out.
+  void show(const std::string& text, bool last = false) {
+    const auto now = Clock::now();
+    const double pause = std::chrono::duration<double>(now - shown_).count();
+    if (!last && started_ && pause < (terminal_ ? 0.2 : 10.0)) return;
+    started_ = true;
+    shown_ = now;
+    if (terminal_)
+      std::fprintf(stderr, "\r\033[K%s%s", text.c_str(), last ? "\n" : "");
+    else
+      std::fprintf(stderr, "%s\n", text.c_str());
+    std::fflush(stderr);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool terminal_ = false;
+  bool started_ = false;
+  Clock::time_point shown_{};
+};
+
+/// Says how far a measurement of many pictures is.
+class MeasuringProgress {
+ public:
+  explicit MeasuringProgress(std::size_t pictures) : pictures_(pictures) {}
+
+  void count(const std::string& texture) {
+    ++done_;
+    const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    const double left = seconds / static_cast<double>(done_) * static_cast<double>(pictures_ - done_);
+    line_.show("measuring " + texture + ": picture " + std::to_string(done_) + " of " +
+                   std::to_string(pictures_) + ", " + duration_text(left) + " left",
+               done_ == pictures_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::size_t pictures_, done_ = 0;
+  Clock::time_point start_ = Clock::now();
+  ProgressLine line_;
+};
+
+}  // namespace tapestry::shell

@@ -1,0 +1,152 @@
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <tapestry/camouflage/objective.hpp>
+#include <vector>
+
+#include "measurement.hpp"
+#include "run_folder.hpp"
+
+namespace tapestry::shell {
+
+/// What a run found out.
+struct RunReport {
+  Measurement photo;
+  Measurement clean;
+  std::optional<Measurement> adversarial;  ///< none when no camouflage was measured
+  std::vector<Measurement> controls;
+  evaluate::AttackSuccess asr;  ///< of the views found in `clean`, those not found in `adversarial`
+  double seconds = 0;
+  bool held_out = false;
+  std::vector<camouflage::ObjectiveTerms> history;
+  Json options;
+};
+
+inline Json metrics_json(const RunReport& report) {
+  Json controls = Json::object();
+  for (const auto& control : report.controls) controls[control.name] = json_of(control);
+  return {{"photo", json_of(report.photo)},
+          {"clean", json_of(report.clean)},
+          {"adversarial", report.adversarial ? json_of(*report.adversarial) : Json()},
+          {"controls", controls},
+          {"asr", report.asr.views > 0 ? Json(report.asr.rate) : Json()},
+          {"asr_views", report.asr.views},
+          {"asr_interval", report.asr.interval},
+          {"held_out", report.held_out},
+          {"seconds", report.seconds},
+          {"peak_mib", peak_mib()},
+          {"seed", report.options.value("seed", std::uint64_t(0))},
+          {"options", report.options}};
+}
+
+inline std::string percent_text(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
+  return text;
+}
+
+inline std::vector<const Measurement*> rows_of(const RunReport& report) {
+  std::vector<const Measurement*> rows{&report.photo, &report.clean};
+  if (report.adversarial) rows.push_back(&*report.adversarial);
+  for (const auto& control : report.controls) rows.push_back(&control);
+  return rows;
+}
+
+/// The table that a run prints when it is done.
+inline std::string summary_text(const RunReport& report) {
+  std::string text = !report.adversarial ? "views\n"
+                     : report.held_out   ? "held-out views\n"
+                                         : "the views that were optimised on\n";
+  char line[160];
+  for (const auto* row : rows_of(report)) {
+    std::snprintf(line, sizeof line,
+                  "  %-12s found in %3zu of %3zu   P@0.5 %5.1f %%  (95 %%: %.1f to %.1f)\n",
+                  row->name.c_str(), row->rate.detected, row->rate.views, 100 * row->rate.p_at_50,
+                  100 * row->rate.interval[0], 100 * row->rate.interval[1]);
+    text += line;
+  }
+  if (!report.adversarial) return text;
+  if (report.asr.views > 0)
+    text += "  attack success " + percent_text(report.asr.rate) + " of the " +
+            std::to_string(report.asr.views) + " views found in clean\n";
+  else
+    text += "  attack success is not defined: no view is found in clean\n";
+  return text;
+}
+
+inline std::string html_text(const std::string& text) {
+  std::string html;
+  for (const char c : text) html += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return html;
+}
+
+inline std::string html_row(const Measurement& row) {
+  return "<tr><td>" + row.name + "</td><td>" + std::to_string(row.rate.detected) + " of " +
+         std::to_string(row.rate.views) + "</td><td>" + percent_text(row.rate.p_at_50) + "</td><td>" +
+         percent_text(row.rate.interval[0]) + " to " + percent_text(row.rate.interval[1]) + "</td></tr>\n";
+}
+
+/// The total loss over the steps as an SVG line.
+inline std::string loss_curve_svg(const std::vector<camouflage::ObjectiveTerms>& history) {
+  if (history.size() < 2) return {};
+  double low = history.front().total;
+  double high = low;
+  for (const auto& terms : history) {
+    low = std::min(low, terms.total);
+    high = std::max(high, terms.total);
+  }
+  const double range = high > low ? high - low : 1;
+  std::string points;
+  char point[64];
+  const std::size_t stride = std::max<std::size_t>(1, history.size() / 700);
+  for (std::size_t i = 0; i < history.size(); i += stride) {
+    const double x = 40 + 700 * static_cast<double>(i) / static_cast<double>(history.size() - 1);
+    std::snprintf(point, sizeof point, "%.1f,%.1f ", x, 170 - 160 * (history[i].total - low) / range);
+    points += point;
+  }
+  char labels[256];
+  std::snprintf(
+      labels, sizeof labels,
+      "<text x='2' y='14'>%.2f</text><text x='2' y='174'>%.2f</text><text x='640' y='190'>step %zu</text>",
+      high, low, history.size());
+  return "<svg viewBox='0 0 760 200' width='760' font-family='sans-serif' font-size='11'>" +
+         std::string(labels) + "<polyline fill='none' stroke='#2060a0' points='" + points + "'/></svg>\n";
+}
+
+/// A page that shows the run: rates, pictures, the loss over time, the options.
+inline std::string report_html(const RunReport& report) {
+  std::string rows;
+  for (const auto* row : rows_of(report)) rows += html_row(*row);
+  const std::string asr = report.asr.views > 0
+                              ? percent_text(report.asr.rate) + " of the " +
+                                    std::to_string(report.asr.views) + " views found in <i>clean</i>"
+                              : "not defined: no view is found in <i>clean</i>";
+  return "<!doctype html><html lang='en'><meta charset='utf-8'><title>Camouflage run</title>\n"
+         "<style>body{font:15px/1.45 sans-serif;max-width:72em;margin:2em auto;padding:0 1em}"
+         "td,th{padding:.2em 1em .2em 0;text-align:left}img{max-width:100%;image-rendering:auto}"
+         "pre{background:#f4f4f4;padding:1em;overflow:auto}</style>\n"
+         "<h1>Camouflage run</h1>\n<p>Measured on " +
+         std::string(
+             report.held_out
+                 ? "held-out views with held-out backgrounds."
+                 : "the same views that the texture was optimised on; it says nothing about others.") +
+         " A view counts as found when a box of the car's class overlaps the car by IoU &ge; 0.5.</p>\n"
+         "<table><tr><th>picture</th><th>found</th><th>P@0.5</th><th>95 % interval (Wilson)</th></tr>\n" +
+         rows + "</table>\n<p>Attack success rate: " + asr +
+         ".</p>\n<p><i>photo</i> is the untouched frame, <i>clean</i> the car in its own colours rendered "
+         "and composited "
+         "like every other row, so that what rendering alone does is not credited to the attack.</p>\n"
+         "<h2>Clean above, camouflaged below</h2>\n<p>Green: the car, found. Orange: any other box.</p>"
+         "<img src='result.png' alt='clean and camouflaged views'>\n"
+         "<h2>All clean views</h2>\n<img src='before.png' "
+         "alt='clean views'>\n"
+         "<h2>All camouflaged views</h2>\n<img src='after.png' alt='camouflaged views'>\n"
+         "<h2>Texture</h2>\n<img src='texture.png' alt='texture atlas'>\n<h2>Loss</h2>\n" +
+         loss_curve_svg(report.history) + "<h2>Options</h2>\n<pre>" + html_text(report_text(report.options)) +
+         "</pre></html>\n";
+}
+
+}  // namespace tapestry::shell

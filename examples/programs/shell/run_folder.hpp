@@ -1,0 +1,121 @@
+#pragma once
+#include <sys/resource.h>
+
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <system_error>
+#include <tapestry/core/atomic_file.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/run_lock.hpp>
+#include <tapestry/io/sha256.hpp>
+#include <tapestry/version.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::shell {
+
+using Json = nlohmann::ordered_json;
+
+inline void write_text(const std::string& path, const std::string& text) {
+  write_file_atomically(path, text);
+}
+
+/// Creates a folder and makes sure that files can be written into it, before hours are spent.
+inline void make_writable_folder(const std::string& folder) {
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure || !std::filesystem::is_directory(folder))
+    throw FileError(
+        ErrorKind::write,
+        {folder, "", "cannot create the folder" + (failure ? ": " + failure.message() : std::string())});
+  const std::string probe = folder + "/.probe";
+  write_text(probe, "tapestry\n");
+  std::filesystem::remove(probe, failure);
+}
+
+/// The folder of a run, claimed for this process. If it was made for the run and the run ends before it
+/// has a manifest, it is taken away again.
+class RunFolder {
+ public:
+  /// \param is_new  whether the folder is the run's own, and not there before it
+  RunFolder(std::string path, bool is_new) : path_(std::move(path)), is_new_(is_new), lock_(claim()) {}
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+  ~RunFolder() {
+    std::error_code ignored;
+    if (!is_new_ || std::filesystem::exists(path_ + "/manifest.json", ignored)) return;
+    std::filesystem::remove(path_ + "/.lock", ignored);
+    std::filesystem::remove(path_, ignored);
+  }
+
+ private:
+  [[nodiscard]] io::RunLock claim() const {
+    make_writable_folder(path_);
+    return io::RunLock(path_);
+  }
+
+  std::string path_;
+  bool is_new_;
+  io::RunLock lock_;
+};
+
+/// Makes the first of `base`-001, `base`-002, … that does not exist; never the same for two processes.
+inline std::string make_next_folder(const std::string& base) {
+  make_writable_folder(std::filesystem::path(base).parent_path().string());
+  for (int number = 1;; ++number) {
+    char suffix[16];
+    std::snprintf(suffix, sizeof suffix, "-%03d", number);
+    std::error_code failure;
+    if (std::filesystem::create_directory(base + suffix, failure)) return base + suffix;
+    if (failure && failure != std::errc::file_exists)
+      throw FileError(ErrorKind::write,
+                      {base + suffix, "", "cannot create the folder: " + failure.message()});
+  }
+}
+
+/// A report as JSON. File names need not be UTF-8; what is not shows as U+FFFD.
+inline std::string report_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// As JSON that will be read again, and so cannot hold everything.
+/// \throws Error (usage) for text that is not UTF-8
+inline std::string exact_text(const Json& json, int indent = 2) {
+  try {
+    return json.dump(indent);
+  } catch (const Json::type_error&) {
+    throw Error(ErrorKind::usage,
+                "the name of an input is not UTF-8, so the manifest cannot hold it; rename the file");
+  }
+}
+
+/// Parses a JSON file; errors carry the byte where reading stopped.
+inline Json read_json(const std::string& path) {
+  const std::string text = read_text_file(path, std::uint64_t(16) << 20U);
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    throw FileError(ErrorKind::malformed, {path, "@" + std::to_string(error.byte), "not valid JSON"});
+  }
+}
+
+/// Path and SHA-256 of every input file.
+inline Json input_hashes(const std::vector<std::string>& paths) {
+  Json inputs = Json::array();
+  for (const auto& path : paths) inputs.push_back({{"path", path}, {"sha256", io::sha256_of_file(path)}});
+  return inputs;
+}
+
+/// Most memory the process has held so far, MiB.
+inline double peak_mib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,69 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/version.hpp>
+#include <vector>
+
+#include "run_folder.hpp"
+
+namespace tapestry::shell {
+
+// The file manifest.json of a run says what was asked for, and of which inputs.
+
+inline std::string manifest_path(const std::string& folder) { return folder + "/manifest.json"; }
+
+/// \param input_paths  every file that the run reads
+inline Json make_manifest(const Json& settings, std::uint64_t seed, bool held_out,
+                          const std::vector<std::string>& input_paths) {
+  return {{"program", "camouflage"},
+          {"version", TAPESTRY_VERSION_TEXT},
+          {"compiler", __VERSION__},
+          {"seed", seed},
+          {"options", settings},
+          {"held_out", held_out},
+          {"inputs", input_hashes(input_paths)}};
+}
+
+/// What a checkpoint must agree with: options and inputs.
+inline std::string identity_text(const Json& manifest) {
+  return exact_text({{"options", manifest["options"]}, {"inputs", manifest["inputs"]}}, -1);
+}
+
+/// Reads the manifest of the run in a folder.
+/// \throws FileError (malformed) for what is not the manifest of a run
+inline Json read_manifest(const std::string& folder) {
+  const Json manifest = read_json(manifest_path(folder));
+  const auto is_input = [](const Json& input) {
+    return input.is_object() && input.contains("path") && input["path"].is_string();
+  };
+  const Json inputs = manifest.is_object() ? manifest.value("inputs", Json()) : Json();
+  if (!inputs.is_array() || !std::all_of(inputs.begin(), inputs.end(), is_input) ||
+      !manifest.contains("options"))
+    throw FileError(ErrorKind::malformed, {manifest_path(folder), "", "not the manifest of a run"});
+  return manifest;
+}
+
+/// The paths of the inputs in `some` that `others` lack, the first ten of them.
+inline std::string names_of_missing(const Json& some, const Json& others) {
+  std::string names;
+  std::size_t count = 0;
+  for (const auto& input : some) {
+    if (std::find(others.begin(), others.end(), input) != others.end()) continue;
+    if (++count <= 10) names += (names.empty() ? "" : ", ") + input.value("path", std::string("?"));
+  }
+  return count <= 10 ? names : names + ", ... (" + std::to_string(count) + " in all)";
+}
+
+/// \throws Error (in_use) unless the run in a folder has the inputs of this manifest
+inline void require_same_inputs(const Json& manifest, const std::string& folder) {
+  const Json saved = read_manifest(folder);
+  std::string changed = names_of_missing(manifest["inputs"], saved["inputs"]);
+  if (changed.empty()) changed = names_of_missing(saved["inputs"], manifest["inputs"]);
+  if (!changed.empty())
+    throw Error(ErrorKind::in_use, folder + ": cannot resume, inputs have changed: " + changed);
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,222 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/decode_family.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "problem_list.hpp"
+
+namespace tapestry::shell {
+
+/// What car, in which pictures. Empty paths stand for the bundled default.
+struct SceneSettings {
+  std::string mesh;
+  std::vector<std::string> material;
+  std::string faces;
+  std::string frames;
+  std::size_t scenes = 0;
+  std::string mask = "auto";
+  std::string texture = "atlas";
+  std::size_t texels = 0;
+  std::size_t samples = 2;
+};
+
+/// Which detector, and what it is asked for.
+struct DetectorSettings {
+  std::string cfg;
+  std::string weights;
+  std::string decode;
+  std::string names;
+  std::string class_name = "car";
+  std::size_t size = 0;
+  double confidence = 0.25;
+  double nms = 0.45;
+};
+
+/// How the texture is optimised.
+struct OptimisationSettings {
+  std::string loss = "max_score";
+  double iou = 0.05;
+  double objectness = 1;
+  double classification = 0.5;
+  double max_score = 1;
+  double smoothness = 1;
+  std::string smooth_over = "picture";
+  std::string start = "zero";
+  std::size_t epochs = 0;
+  std::size_t batch = 8;
+  double learning_rate = 0.1;
+  std::uint64_t seed = 1;
+};
+
+template <class Visit>
+void visit_settings(SceneSettings& s, Visit visit) {
+  visit("mesh", s.mesh, "OBJ file of the car; the bundled sedan when left out");
+  visit("material", s.material, "materials whose faces are painted; left out, 'body' for the bundled car");
+  visit("faces", s.faces,
+        "text file of painted faces, one 1-based number a line, instead of --material; none when left out");
+  visit("frames", s.frames,
+        "folder of frames (.npz), or one with the folders train and test; bundled frames when left out");
+  visit("scenes", s.scenes,
+        "street scenes of the bundled car that are drawn to optimise on, instead of frames; 0: 800 when "
+        "--frames is left out, else none");
+  visit("mask", s.mask,
+        "auto: the frame's own mask, else the rendered silhouette; silhouette; file: maskN.png beside "
+        "dataN.npz");
+  visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
+  visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
+  visit("samples", s.samples, "samples a pixel along each axis: 1, 2, 4 or 8");
+}
+
+template <class Visit>
+void visit_settings(DetectorSettings& s, Visit visit) {
+  visit("cfg", s.cfg,
+        "Darknet network description; left out, the one inside converted --weights, or the bundled one");
+  visit("weights", s.weights,
+        "Darknet weights that belong to --cfg, or a detector that convert_weights made; the bundled one's "
+        "when both are left out");
+  visit("decode", s.decode,
+        "how logits become boxes: darknet, ultralytics or scaled; left out, what converted --weights say, or "
+        "of Darknet weights the cfg: scaled for new_coords=1, else darknet");
+  visit("names", s.names,
+        "class names, one a line; left out, those of the bundled detector, or for others none");
+  visit("class", s.class_name,
+        "name of the class that is the car; its number, from 0, when there are no names");
+  visit("size", s.size, "side of the network's square input, pixels; 0: as the cfg says");
+  visit("confidence", s.confidence, "least objectness x class probability of a detection, 0 to 1");
+  visit("nms", s.nms, "overlap (IoU) above which the weaker of two boxes of one class is dropped, 0 to 1");
+}
+
+template <class Visit>
+void visit_settings(OptimisationSettings& s, Visit visit) {
+  visit("loss", s.loss, "adversarial loss: paper, as_coded or max_score");
+  visit("iou-weight", s.iou, "weight alpha of the IoU term");
+  visit("objectness-weight", s.objectness, "weight beta of the objectness term");
+  visit("class-weight", s.classification, "weight gamma of the classification term");
+  visit("max-score-weight", s.max_score, "weight of the max_score term");
+  visit("smoothness-weight", s.smoothness, "weight mu of the smoothness term, in units of 1e-4");
+  visit("smooth-over", s.smooth_over, "smoothness counts steps in the picture or in the texture");
+  visit("start", s.start, "first texture: random, zero (mid grey) or own (the mesh's colours)");
+  visit(
+      "epochs", s.epochs,
+      "passes over the training views; 0: 20 over drawn scenes; over frames enough to show 2400, at least 5");
+  visit("batch", s.batch, "views a step");
+  visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
+  visit("seed", s.seed, "seed of the start texture and of the views' order");
+}
+
+/// Adds one option a setting, but none for the settings named in `except`.
+template <class Settings>
+void add_options(CLI::App& app, Settings& settings, const std::vector<std::string>& except = {}) {
+  visit_settings(settings, [&](const char* name, auto& value, const char* help) {
+    if (std::find(except.begin(), except.end(), name) != except.end()) return;
+    auto* option = app.add_option(std::string("--") + name, value, help);
+    if constexpr (!std::is_same_v<std::remove_reference_t<decltype(value)>, std::vector<std::string>>)
+      option->capture_default_str();
+  });
+}
+
+/// Adds the settings to a JSON object under their option names.
+template <class Settings>
+void add_json(nlohmann::ordered_json& json, Settings settings) {
+  visit_settings(settings, [&](const char* name, auto& value, const char*) {
+    const nlohmann::ordered_json setting = value;
+    if (std::string(name) == "decode" && setting == "") return;  // as in runs of before there was a choice
+    json[name] = setting;
+  });
+}
+
+inline void require_sound(const SceneSettings& s, ProblemList& list) {
+  list.require_choice("--mask", s.mask, {"auto", "silhouette", "file"});
+  list.require_choice("--texture", s.texture, {"atlas", "cube"});
+  list.require(s.samples == 1 || s.samples == 2 || s.samples == 4 || s.samples == 8,
+               "--samples is " + std::to_string(s.samples) + "; expected 1, 2, 4 or 8");
+  list.require(s.scenes <= 1000000, "--scenes must be at most 1000000");
+  const std::size_t most_texels = s.texture == "cube" ? 256 : 8192;
+  list.require(s.texels <= most_texels, "--texels must be at most " + std::to_string(most_texels));
+  list.require(s.faces.empty() || s.material.empty(), "--faces and --material cannot be given together");
+  list.require(s.mesh.empty() || !s.faces.empty() || !s.material.empty(),
+               "--mesh needs --material or --faces to say what is painted");
+}
+
+/// What --decode can be.
+inline std::vector<std::string> decode_choices() {
+  std::vector<std::string> choices;
+  for (const auto family : detect::decode_families) choices.emplace_back(detect::name_of(family));
+  return choices;
+}
+
+inline void require_sound(const DetectorSettings& s, ProblemList& list) {
+  list.require(s.cfg.empty() || !s.weights.empty(), "--cfg and --weights go together; --weights is missing");
+  if (!s.decode.empty()) list.require_choice("--decode", s.decode, decode_choices());
+  list.require(s.size <= 4096, "--size must be at most 4096 pixels");
+  list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
+  list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");
+}
+
+inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
+  list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
+  list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});
+  list.require_choice("--start", s.start, {"random", "zero", "own"});
+  const std::pair<const char*, double> weights[] = {{"--iou-weight", s.iou},
+                                                    {"--objectness-weight", s.objectness},
+                                                    {"--class-weight", s.classification},
+                                                    {"--max-score-weight", s.max_score},
+                                                    {"--smoothness-weight", s.smoothness}};
+  for (const auto& [name, weight] : weights)
+    list.require(weight >= 0, std::string(name) + " must be at least 0");
+  list.require(s.epochs <= 1000000, "--epochs must be at most 1000000");
+  list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(s.learning_rate > 0, "--learning-rate must be above 0");
+}
+
+inline void require_sound_thread_count(int threads, ProblemList& list) {
+  list.require(threads >= 0 && threads <= 1024, "--threads must be 0 to 1024");
+}
+
+/// For a resumed run: settings not given on the command line are taken from the saved ones; the names of
+/// those given and different are added to `differing`. A 0 that leaves the choice to the program agrees
+/// with whatever it chose.
+/// \throws FileError (malformed) when `saved`, read from the file `path`, lacks a setting or has one
+///         that makes no sense
+template <class Settings>
+void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
+                 Settings& settings, std::vector<std::string>& differing) {
+  Settings whole;
+  const auto is_left_out = [&](const char* name) {  // by runs of before there was a choice
+    return std::string(name) == "decode" && saved.is_object() && !saved.contains(name);
+  };
+  visit_settings(whole, [&](const char* name, auto& value, const char*) {
+    if (is_left_out(name)) return;
+    try {
+      saved.at(name).get_to(value);
+    } catch (const nlohmann::json::exception&) {
+      throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'"});
+    }
+  });
+  ProblemList problems;
+  require_sound(whole, problems);
+  if (!problems.problems().empty())
+    throw FileError(ErrorKind::malformed, {path, "", problems.problems().front().what()});
+  visit_settings(settings, [&](const char* name, auto& value, const char*) {
+    using Value = std::remove_reference_t<decltype(value)>;
+    const auto previous = is_left_out(name) ? Value{} : saved[name].template get<Value>();
+    const bool given = app.get_option(std::string("--") + name)->count() > 0;
+    const bool left_open = std::is_unsigned_v<Value> && value == Value{} && std::string(name) != "seed";
+    if (given && !left_open && value != previous)
+      differing.push_back(std::string("--") + name + " (was " + nlohmann::ordered_json(previous).dump() +
+                          ", now " + nlohmann::ordered_json(value).dump() + ")");
+    else
+      value = previous;
+  });
+}
+
+}  // namespace tapestry::shell

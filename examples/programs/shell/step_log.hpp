@@ -1,0 +1,71 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/profile.hpp>
+#include <tapestry/camouflage/training.hpp>
+#include <utility>
+#include <vector>
+
+#include "progress.hpp"
+
+namespace tapestry::shell {
+
+// What a run says about its steps: while it runs, in history.csv and, with --profile, at the end.
+
+/// \param first    steps taken before this process began
+/// \param images   shown by this process
+/// \param seconds  since it took its first step
+inline std::string step_text(const camouflage::Training<float>& training, std::uint64_t first,
+                             std::size_t images, double seconds) {
+  const auto& terms = training.history().back();
+  const auto done = static_cast<double>(training.steps_taken() - first);
+  const auto left = static_cast<double>(training.step_count() - training.steps_taken());
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "step %llu/%zu  loss %.4f  iou %.3f  obj %.3f  cls %.3f  max %.3f  smooth %.1f  %.1f "
+                "images/s  %s left",
+                static_cast<unsigned long long>(training.steps_taken()), training.step_count(), terms.total,
+                terms.iou, terms.objectness, terms.classification, terms.max_score, terms.smoothness,
+                static_cast<double>(images) / seconds, duration_text(seconds / done * left).c_str());
+  return text;
+}
+
+inline std::string history_csv(const std::vector<camouflage::ObjectiveTerms>& history) {
+  std::string text = "step,iou,objectness,classification,max_score,smoothness,total\n";
+  char line[256];
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    const auto& t = history[i];
+    std::snprintf(line, sizeof line, "%zu,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", i + 1, t.iou, t.objectness,
+                  t.classification, t.max_score, t.smoothness, t.total);
+    text += line;
+  }
+  return text;
+}
+
+/// Prints where the time of the steps went.
+inline void print_profile(const camouflage::StepTimes& times, std::size_t steps, double total_seconds) {
+  const std::vector<std::pair<const char*, double>> parts{{"render", times.render},
+                                                          {"composite", times.compose},
+                                                          {"detector forward", times.detector_forward},
+                                                          {"detector backward", times.detector_backward},
+                                                          {"losses", times.losses},
+                                                          {"update", times.update}};
+  double other = total_seconds;
+  const auto print = [&](const char* name, double seconds) {
+    std::printf("  %-18s %9.3f ms  %5.1f %%\n", name, 1e3 * seconds / static_cast<double>(steps),
+                100 * seconds / total_seconds);
+  };
+  std::printf("time of a step, %zu steps\n", steps);
+  for (const auto& [name, seconds] : parts) {
+    print(name, seconds);
+    other -= seconds;
+  }
+  print("other", other);
+  const double detector = times.detector_forward + times.detector_backward;
+  std::printf("  outside the detector %.1f %%\n", 100 * (1 - detector / total_seconds));
+}
+
+}  // namespace tapestry::shell

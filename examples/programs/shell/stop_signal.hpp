@@ -1,0 +1,41 @@
+#pragma once
+#include <csignal>
+
+namespace tapestry::shell {
+
+/// Thrown to leave long work after a signal. It is no error.
+struct Stopped {};
+
+/// Remembers SIGINT, SIGTERM and SIGHUP so that a loop can finish its step and save. The second
+/// signal ends the process at once, as it would without us.
+class StopSignal {
+ public:
+  StopSignal() {
+    std::signal(SIGINT, remember);
+    std::signal(SIGTERM, remember);
+    std::signal(SIGHUP, remember);
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
+  }
+
+  [[nodiscard]] static bool arrived() { return received != 0; }
+
+  static void throw_if_arrived() {
+    if (arrived()) throw Stopped{};
+  }
+
+  /// 128 + the signal's number: 130 for Ctrl-C, 143 for SIGTERM.
+  [[nodiscard]] static int exit_code() {
+    return 128 + (received == SIGHUP ? SIGTERM : static_cast<int>(received));
+  }
+
+ private:
+  static void remember(int signal) {
+    received = signal;
+    std::signal(signal, SIG_DFL);
+  }
+
+  static inline volatile std::sig_atomic_t received = 0;
+};
+
+}  // namespace tapestry::shell

@@ -1,0 +1,373 @@
+// Trains a small YOLO-V3-shaped detector on procedural street scenes, drawn as they are needed.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <tapestry/core/atomic_file.hpp>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/suppression.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/network_file.hpp>
+#include <tapestry/loss/yolo_training.hpp>
+#include <tapestry/optim/adam.hpp>
+#include <utility>
+#include <vector>
+
+#include "../scenes/labelled_scene.hpp"
+#include "shell/finite_logits.hpp"
+#include "shell/problem_list.hpp"
+#include "shell/program.hpp"
+#include "shell/progress.hpp"
+#include "shell/settings.hpp"
+#include "shell/stop_signal.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+using namespace tapestry::scenes;
+
+struct Options {
+  std::string cfg;
+  std::string weights;
+  std::string output;
+  std::size_t steps = 2400, batch = 16, fresh = 6, pool = 3000, size = 0;
+  std::size_t validate = 200, validate_every = 600, save_every = 250;
+  double learning_rate = 0.002;
+  std::uint64_t seed = 1;
+  int threads = 0;
+};
+
+void describe(CLI::App& app, Options& o) {
+  const auto add = [&](const char* name, auto& value, const char* text) {
+    app.add_option(name, value, text)->capture_default_str();
+  };
+  add("--cfg", o.cfg,
+      "Darknet cfg file of the network; its heads need 3 classes (car, van, clutter); the bundled one when "
+      "left out");
+  add("--weights,--resume", o.weights,
+      "weights to start from, Darknet's or a detector that convert_weights made, whose own cfg is then taken "
+      "for --cfg; random ones when left out");
+  add("--output", o.output,
+      "file to write: Darknet weights, or, named .safetensors, a detector with its cfg, needed when the cfg "
+      "is "
+      "that of converted --weights; detector.weights or detector.safetensors when left out");
+  add("--steps", o.steps, "steps of the optimiser; 0: only validate");
+  add("--batch", o.batch, "pictures a step");
+  add("--fresh", o.fresh, "pictures of a batch that are drawn anew; the others are repeated from the pool");
+  add("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
+  add("--size", o.size, "width and height of the network's input, pixels; 0: as the cfg says");
+  add("--learning-rate", o.learning_rate,
+      "Adam's, at its highest: it rises for 200 steps, then falls as a cosine");
+  add("--validate", o.validate, "held-out scenes for P@0.5, for each of three kinds of paint");
+  add("--validate-every", o.validate_every, "steps between validations");
+  add("--save-every", o.save_every, "steps between saves");
+  add("--seed", o.seed, "seed of scenes and first weights");
+  add("--threads", o.threads, "threads; 0: all cores. Results do not depend on it");
+}
+
+/// First weights, with objectness near 0.01: most candidates of a picture are background.
+void initialise(detect::Network<float>& network, std::uint64_t seed) {
+  Random random(seed);
+  network.initialise(random);
+  const auto& layers = network.config().layers;
+  for (std::size_t i = 1; i < layers.size(); ++i) {
+    if (layers[i].kind != detect::LayerKind::yolo) continue;
+    for (std::size_t anchor = 0; anchor < layers[i].anchors.size(); ++anchor)
+      network.parameters()[network.layout().layers[i - 1].bias + anchor * (5 + layers[i].classes) +
+                           loss::objectness_channel] = -4.6F;
+  }
+}
+
+/// The network to train, and the cfg it is of: a file's text, or the one within a converted detector.
+struct Start {
+  detect::Network<float> network;
+  std::string cfg;
+};
+
+/// With random weights, or with those to start from, which may be a converted detector's.
+Start starting_network(const Options& options) {
+  if (options.weights.empty()) {
+    detect::Network<float> network(detect::read_network_config(options.cfg), options.size, options.size);
+    initialise(network, options.seed);
+    return {std::move(network), read_text_file(options.cfg)};
+  }
+  std::string own_cfg;
+  if (io::is_safetensors(options.weights)) {
+    const io::DetectorFile file(options.weights);
+    if (file.metadata().is_folded)
+      throw FileError(ErrorKind::mismatch,
+                      {options.weights, "", "batch normalisation is folded into the weights",
+                       "a detector to train, as convert_weights writes without --fold"});
+    own_cfg = file.metadata().cfg;
+  }
+  auto loaded = io::read_network<float>(options.cfg, options.weights, options.size, options.size);
+  for (const auto& warning : loaded.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  return {std::move(loaded.network), options.cfg.empty() ? own_cfg : read_text_file(options.cfg)};
+}
+
+/// Writes the network in the form that the file's name asks for.
+void save(const detect::Network<float>& network, const std::string& cfg, const std::string& path) {
+  if (!path.ends_with(".safetensors")) {
+    network.write_weights(path);
+    return;
+  }
+  io::DetectorMetadata metadata;
+  metadata.cfg = cfg;
+  metadata.images_seen = network.images_seen();
+  metadata.batch_norm_epsilon = network.config().batch_norm_epsilon;
+  metadata.decode = detect::decode_family_of(network.config());
+  io::write_detector_file(path, metadata, network.parameters(), network.config().name);
+}
+
+/// A kind of held-out view: main cars that show at least 40 % of themselves, with one kind of paint.
+struct HeldOut {
+  std::string name;
+  std::vector<LabelledScene> scenes;
+};
+
+HeldOut held_out(const std::string& name, PaintKind paint, const Options& options, std::size_t size) {
+  HeldOut set{name, {}};
+  SceneOptions scene;
+  scene.van_chance = 0;
+  scene.paint = paint;
+  const Random source = Random(0x5EED0FF5E7ULL).fork(static_cast<std::uint64_t>(paint));
+  std::vector<LabelledScene> drawn(2 * options.validate);
+  parallel_for(drawn.size(), [&](std::size_t i) {
+    StopSignal::throw_if_arrived();
+    drawn[i] = draw_labelled(source.fork(i), scene, size);
+  });
+  for (auto& candidate : drawn)
+    if (candidate.main_share >= 0.4 && set.scenes.size() < options.validate)
+      set.scenes.push_back(std::move(candidate));
+  return set;
+}
+
+struct Validation {
+  evaluate::DetectionRate rate;
+  double mean_confidence = 0;  ///< of the boxes that found the main car
+  double false_alarms = 0;     ///< car boxes a picture that meet no car
+};
+
+Validation validate(const detect::Network<float>& network, const std::vector<LabelledScene>& scenes) {
+  const std::size_t size = network.input_width();
+  std::vector<bool> found;
+  detect::Pass<float> pass;
+  Array<float, 4> batch(Extents<4>{1, 3, size, size});
+  Validation result;
+  for (const LabelledScene& scene : scenes) {
+    put_into_batch(scene, 0, false, {1, 1, 1}, batch);
+    network.forward(batch, pass);
+    require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
+    const auto detections =
+        detect::suppress(detect::decode(network.heads(), pass.logits, 0, 0.25, size, size), 0.45);
+    found.push_back(evaluate::is_found(detections, scene.main));
+    for (const auto& detection : detections) {
+      if (detection.class_index != class_car) continue;
+      if (detect::iou(detection.box, scene.main.box) >= 0.5) {
+        result.mean_confidence += detection.confidence;
+        continue;
+      }
+      const auto meets = [&](const loss::Target& truth) {
+        return detect::iou(truth.box, detection.box) >= 0.3;
+      };
+      if (std::none_of(scene.truths.begin(), scene.truths.end(), meets)) ++result.false_alarms;
+    }
+  }
+  result.rate = evaluate::detection_rate(found);
+  result.mean_confidence /= std::max(1.0, static_cast<double>(result.rate.detected));
+  result.false_alarms /= std::max(1.0, static_cast<double>(scenes.size()));
+  return result;
+}
+
+void print_validation(const detect::Network<float>& network, const std::vector<HeldOut>& sets) {
+  for (const HeldOut& set : sets) {
+    const Validation result = validate(network, set.scenes);
+    std::printf(
+        "  %-12s P@0.5 %5.1f %% (%zu of %zu, 95 %% interval %.1f to %.1f), mean confidence %.2f, "
+        "false alarms a picture %.2f\n",
+        set.name.c_str(), 100 * result.rate.p_at_50, result.rate.detected, result.rate.views,
+        100 * result.rate.interval[0], 100 * result.rate.interval[1], result.mean_confidence,
+        result.false_alarms);
+  }
+  std::fflush(stdout);
+}
+
+double scheduled_rate(const Options& options, std::size_t step) {
+  constexpr double warm_up = 200, floor = 0.01;
+  const double at = static_cast<double>(step + 1);
+  const double turned = std::numbers::pi * at / static_cast<double>(options.steps);
+  return options.learning_rate * std::min(1.0, at / warm_up) *
+         (floor + (1 - floor) * (1 + std::cos(turned)) / 2);
+}
+
+/// The network with what a step needs, kept from step to step.
+class Trainer {
+ public:
+  Trainer(detect::Network<float>& network, const Options& options)
+      : network_(network),
+        options_(options),
+        pool_(options.seed, network.input_width(), std::max(options.pool, options.batch)),
+        adam_(network.parameters().size(), {options.learning_rate}),
+        batch_(Extents<4>{options.batch, 3, network.input_height(), network.input_width()}) {}
+
+  loss::YoloTrainingTerms step(std::size_t index) {
+    pool_.fill(index, std::min(options_.fresh, options_.batch), batch_, truths_);
+    network_.forward(batch_, pass_, detect::Mode::training);
+    const auto terms = loss::yolo_training(network_.heads(), loss::to_read(pass_.logits), truths_,
+                                           network_.input_height(), network_.input_width());
+    if (!std::isfinite(terms.total))
+      throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
+    std::vector<Array<float, 4>> logits_adjoint;
+    for (const auto& head : pass_.logits) logits_adjoint.push_back(zeros<float, 4>(head.shape()));
+    loss::yolo_training_adjoint(network_.heads(), loss::to_read(pass_.logits), truths_,
+                                network_.input_height(), network_.input_width(), {}, 1.0F,
+                                loss::to_add_to(logits_adjoint));
+    gradient_.assign(network_.parameters().size(), 0.0F);
+    network_.update_running_statistics(pass_, 0.03);
+    network_.parameter_adjoint(pass_, logits_adjoint, gradient_);
+    adam_.set_learning_rate(scheduled_rate(options_, index));
+    adam_.step(network_.parameters(), gradient_);
+    network_.set_images_seen(network_.images_seen() + options_.batch);
+    return terms;
+  }
+
+ private:
+  detect::Network<float>& network_;
+  const Options& options_;
+  ScenePool pool_;
+  optim::Adam<float> adam_;
+  Array<float, 4> batch_;
+  loss::Truths truths_;
+  detect::Pass<float> pass_;
+  std::vector<float> gradient_;
+};
+
+/// What to type to go on: the steps left, from the weights saved.
+std::string command_to_go_on(const CLI::App& app, const char* program, const Options& options,
+                             std::size_t done) {
+  std::vector<std::string> words{program, "--weights", options.output, "--steps",
+                                 std::to_string(options.steps - done)};
+  for (auto& word : given_options(app, {"weights", "steps"})) words.push_back(std::move(word));
+  return shell_line(words);
+}
+
+int train(const CLI::App& app, const char* program, const Options& options) {
+  using Clock = std::chrono::steady_clock;
+  Start start = starting_network(options);
+  detect::Network<float>& network = start.network;
+  const std::string& cfg_name = network.config().name;
+  if (network.input_height() != network.input_width())
+    throw Error(ErrorKind::mismatch, cfg_name + ": the input must be square, or --size given");
+  loss::require_raw_logits("train_detector", network.heads());
+  const auto decode = detect::decode_family_of(network.config());
+  if (decode != detect::DecodeFamily::darknet && !options.output.ends_with(".safetensors"))
+    throw Error(ErrorKind::usage, "--output " + options.output + " would lose the decode family " +
+                                      std::string(detect::name_of(decode)) + "; name it .safetensors");
+  for (const auto& head : network.heads())
+    if (head.classes != 3) throw Error(ErrorKind::mismatch, cfg_name + ": heads must have 3 classes");
+
+  const std::size_t size = network.input_width();
+  const std::vector<HeldOut> sets{held_out("realistic", PaintKind::realistic, options, size),
+                                  held_out("solid", PaintKind::solid, options, size),
+                                  held_out("texel noise", PaintKind::texel_noise, options, size)};
+  Trainer trainer(network, options);
+  ProgressLine progress;
+  const auto begin = Clock::now();
+  double smoothed = 0;
+  std::size_t done = 0;
+  while (done < options.steps && !StopSignal::arrived()) {
+    const auto terms = trainer.step(done++);
+    smoothed = done == 1 ? terms.total : 0.98 * smoothed + 0.02 * terms.total;
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  "step %zu of %zu: loss %.3f (box %.3f, objectness %.3f, class %.3f), %.1f steps/s, ", done,
+                  options.steps, smoothed, terms.box, terms.objectness, terms.classification,
+                  static_cast<double>(done) / seconds);
+    progress.show(
+        line +
+            duration_text(seconds / static_cast<double>(done) * static_cast<double>(options.steps - done)) +
+            " left",
+        done == options.steps);
+    if (done % options.save_every == 0) save(network, start.cfg, options.output);
+    if (done % options.validate_every == 0 && done < options.steps) {
+      std::printf("after step %zu, loss %.3f\n", done, smoothed);
+      print_validation(network, sets);
+    }
+  }
+  if (done == 0) StopSignal::throw_if_arrived();
+  if (done > 0) save(network, start.cfg, options.output);
+  if (done < options.steps && StopSignal::arrived()) {
+    std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
+                 command_to_go_on(app, program, options, done).c_str());
+    return StopSignal::exit_code();
+  }
+  std::printf("after step %zu, loss %.3f\n", done, smoothed);
+  print_validation(network, sets);
+  return 0;
+}
+
+void require_sound(const Options& o) {
+  ProblemList list;
+  list.require(o.batch >= 1 && o.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(o.save_every > 0 && o.validate_every > 0,
+               "--save-every and --validate-every must be at least 1");
+  list.require(o.learning_rate > 0, "--learning-rate must be above 0");
+  list.require(o.size <= 4096, "--size must be at most 4096 pixels");
+  list.require(o.validate <= 100000, "--validate must be at most 100000");
+  require_sound_thread_count(o.threads, list);
+  list.throw_first();
+}
+
+/// Makes sure that the weights can be written, before hours are spent.
+void require_writable(const std::string& path) {
+  const auto folder = std::filesystem::absolute(path).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw FileError(ErrorKind::write, {path, "", "its folder does not exist"});
+  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+    throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
+  const std::string probe = path + ".probe";
+  write_file_atomically(probe, std::string_view("tapestry\n"));
+  std::filesystem::remove(probe);
+}
+
+/// Names the files that were left out. A converted detector holds its cfg, and hands it on to what is
+/// written.
+void fill_in_files(Options& o) {
+  const bool has_cfg = !o.cfg.empty() || o.weights.empty() || !io::is_safetensors(o.weights);
+  if (o.cfg.empty() && has_cfg) o.cfg = TAPESTRY_ASSETS "/detector.cfg";
+  if (o.output.empty()) o.output = has_cfg ? "detector.weights" : "detector.safetensors";
+  if (!has_cfg && o.steps > 0 && !o.output.ends_with(".safetensors"))
+    throw Error(ErrorKind::usage, "--output " + o.output + " would lose the cfg, which is only within " +
+                                      o.weights + "; name it .safetensors, or give --cfg");
+}
+
+int run(const CLI::App& app, const char* program, Options& options) {
+  require_sound(options);
+  fill_in_files(options);
+  if (options.threads > 0) limit_threads(options.threads);
+  if (options.steps > 0) require_writable(options.output);
+  const StopSignal stop_signal;
+  try {
+    return train(app, program, options);
+  } catch (const Stopped&) {
+    std::fprintf(stderr, "\nstopped before the first step; nothing was written\n");
+    return StopSignal::exit_code();
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Trains a small detector on procedural street scenes and writes Darknet weights.");
+  Options options;
+  describe(app, options);
+  return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
+}
