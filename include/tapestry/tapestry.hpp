@@ -86,7 +86,9 @@
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/orientation.hpp>
 #include <tapestry/geometry/pinhole_camera.hpp>
+#include <tapestry/geometry/polygon_triangulator.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/composite.hpp>
@@ -110,6 +112,8 @@
 #include <tapestry/io/npy_header.hpp>
 #include <tapestry/io/npz_file.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/obj_file/faces.hpp>
+#include <tapestry/io/obj_file/materials.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <tapestry/io/png_scan.hpp>
 #include <tapestry/io/run_lock.hpp>

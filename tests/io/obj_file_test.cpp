@@ -71,11 +71,66 @@ TEST_CASE("harmless oddities of OBJ files are accepted", "[io][obj]") {
     CHECK(parse(row.text).mesh.faces.size() == row.faces);
   }
   CHECK(parse(rows[2].text).degenerate_count == 1);
-  CHECK(parse(rows[3].text).mesh.faces == std::vector<Corners>{{0, 1, 3}, {0, 3, 2}});
   CHECK(parse(rows[3].text).polygon_count == 1);
   std::string polygon = triangle + "f";
   for (int corner = 0; corner < 5000; ++corner) polygon += " " + std::to_string(corner % 3 + 1);
   CHECK(parse(polygon).mesh.faces.size() == 4998);  // O13
+}
+
+TEST_CASE("a concave polygon covers its own area, with all that belongs to its corners",
+          "[io][obj]") {  // O13
+  const std::string vertices = "v 0 0 5\nv 3 0 5\nv 3 1 5\nv 1 1 5\nv 1 2 5\nv 3 2 5\nv 3 3 5\nv 0 3 5\n";
+  std::string attributes, face = "f";
+  for (int i = 1; i <= 8; ++i) {
+    attributes += "vt 0." + std::to_string(i) + " 0\nvn 0 0 1\n";
+    face += " " + std::to_string(i) + "/" + std::to_string(9 - i) + "/" + std::to_string(i);
+  }
+  const std::string before = "usemtl a\ng c\nf 1 2 3\n";
+  const std::string after = "\nusemtl b\nf 3 2 1\n";
+  for (const bool vertices_last : {false, true}) {
+    CAPTURE(vertices_last);
+    const auto loaded = parse(vertices_last ? before + face + after + vertices + attributes
+                                            : vertices + attributes + before + face + after);
+    const auto& mesh = loaded.mesh;
+    REQUIRE(mesh.faces.size() == 8);
+    CHECK(loaded.polygon_count == 1);
+    CHECK(loaded.crossing_count == 0);
+    CHECK(loaded.degenerate_count == 0);
+    double area = 0;
+    for (std::size_t i = 1; i < 7; ++i) {
+      const auto at = [&](std::size_t k) {
+        return mesh.positions[static_cast<std::size_t>(mesh.faces[i][k])];
+      };
+      const double part =
+          (at(1)[0] - at(0)[0]) * (at(2)[1] - at(0)[1]) - (at(1)[1] - at(0)[1]) * (at(2)[0] - at(0)[0]);
+      CHECK(part > 0);
+      area += part / 2;
+      for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(mesh.face_uvs[i][k] == 7 - mesh.faces[i][k]);
+        CHECK(mesh.face_normals[i][k] == mesh.faces[i][k]);
+      }
+    }
+    CHECK(area == 7);
+    CHECK(mesh.face_materials == std::vector<std::int32_t>{0, 0, 0, 0, 0, 0, 0, 1});
+    CHECK(mesh.faces[0] == Corners{0, 1, 2});
+    CHECK(mesh.faces[7] == Corners{2, 1, 0});
+  }
+}
+
+TEST_CASE("a polygon that crosses itself is said to, and one of too much work refused",
+          "[io][obj][bad_input]") {
+  const auto tie = parse("v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 3 4\nf 4 3 2 1\n");
+  CHECK(tie.crossing_count == 2);
+  CHECK(tie.mesh.faces.size() == 5);
+  CHECK(tie.warnings ==
+        std::vector<std::string>{
+            "a.obj: 2 polygons are split into triangles; face lists count the triangles",
+            "a.obj: 2 polygons cross themselves; they became fans around their first corners, "
+            "the first on line 6"});
+  check_refused(ErrorKind::limit, "a.obj:5: concave polygons take too long", [&] {
+    (void)io::parse_obj("v 0 0 0\nv 2 2 0\nv 1 .5 0\nv 3 0 0\nf 2 3 4 1\n", "a.obj",
+                        {.triangulation_work = 1});
+  });
 }
 
 TEST_CASE("bad OBJ files are refused with their line", "[io][obj][bad_input]") {
@@ -167,6 +222,7 @@ TEST_CASE("material files are found beside the OBJ only", "[io][obj]") {
   CHECK(loaded.mesh.materials[0].colour == std::array<float, 3>{0.1F, 0.2F, 0.3F});
   CHECK(read_with("b c.mtl").mesh.materials[0].colour == std::array<float, 3>{1, 0, 0});
   CHECK(read_with("a.mtl absent.mtl").mesh.materials.size() == 2);
+  CHECK(read_with("deep/../a.mtl").mesh.materials.size() == 2);
   std::filesystem::create_directory(folder.path("deep"));
   const std::string below = folder.write("deep/a.obj", "mtllib ../a.mtl\n" + triangle + "f 1 2 3\n");
   CHECK_THAT(io::read_obj(below).warnings.at(0), Catch::Contains("outside the folder"));              // O25
@@ -194,6 +250,28 @@ TEST_CASE("bad material files are refused with their line", "[io][mtl][bad_input
   CHECK(cut[0].name == "a b");
   CHECK(cut[0].colour == std::array<float, 3>{1, 0, 0.5F});
   CHECK(warnings.size() == 3);
+}
+
+TEST_CASE("material files are read once, and neither they nor their warnings fill memory",
+          "[io][mtl][bad_input]") {
+  const tapestry::test::TemporaryFolder folder;
+  std::string again, odd;
+  for (int i = 0; i < 500; ++i) again += "newmtl a\nKd 2 0 0\n";
+  for (int i = 0; i < 500; ++i) odd += "mtllib " + std::string(i % 2 == 0 ? "" : "./") + "a.mtl\n";
+  folder.write("a.mtl", again);
+  const std::string path = folder.write("a.obj", odd + triangle + "usemtl a\nf 1 2 3\n");
+  const auto loaded = io::read_obj(path);
+  CHECK(loaded.warnings.size() == 100);
+  REQUIRE(loaded.mesh.materials.size() == 1);
+  CHECK(loaded.mesh.materials[0].colour == std::array<float, 3>{1, 0, 0});
+  (void)io::read_obj(path, {.material_bytes = again.size()});  // enough, though it is named 500 times
+  check_refused(ErrorKind::limit, "a.mtl: file too large",
+                [&] { (void)io::read_obj(path, {.material_bytes = again.size() - 1}); });
+  std::string many = "newmtl 0\n";
+  for (int i = 1; i < 5; ++i) many += "newmtl " + std::to_string(i) + "\n";
+  folder.write("a.mtl", many);
+  check_refused(ErrorKind::limit, "a.obj:1: mesh is too large; expected at most 4 materials",
+                [&] { (void)io::read_obj(path, {.records = 4}); });
 }
 
 TEST_CASE("numbers do not depend on the locale", "[io][obj]") {  // O33

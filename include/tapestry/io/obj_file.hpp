@@ -1,20 +1,20 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <span>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/file_source.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
-#include <tapestry/io/mtl_file.hpp>
+#include <tapestry/io/obj_file/faces.hpp>
+#include <tapestry/io/obj_file/materials.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <unordered_map>
 #include <utility>
@@ -28,13 +28,19 @@ struct ObjLimits {
   std::size_t records = std::size_t(1)
                         << 24U;  ///< vertices, and alike triangles, texture coordinates, normals
   std::size_t line_bytes = std::size_t(1) << 20U;
+  std::uint64_t material_bytes = std::uint64_t(1) << 24U;      ///< all material files together
+  std::uint64_t triangulation_work = std::uint64_t(1) << 32U;  ///< of geometry::PolygonTriangulator
 };
 
 namespace detail {
 class ObjParser {
  public:
   ObjParser(std::string_view text, const std::string& path, const ObjLimits& limits)
-      : lines_(text, path, limits.line_bytes), limits_(limits), beginning_(text.substr(0, 64)) {}
+      : lines_(text, path, limits.line_bytes),
+        limits_(limits),
+        beginning_(text.substr(0, 64)),
+        faces_(loaded_, lines_, limits.triangulation_work),
+        materials_(loaded_, limits.records, limits.material_bytes) {}
 
   LoadedMesh parse() {
     if (const std::string format = beginning_format(); !format.empty())
@@ -47,6 +53,7 @@ class ObjParser {
     }
     check_counts();
     for (std::size_t kind = 0; kind < 3; ++kind) check_highest(kind);
+    faces_.finish();
     measure();
     return std::move(loaded_);
   }
@@ -74,27 +81,26 @@ class ObjParser {
     } else if (keyword == "f") {
       face();
     } else if (keyword == "usemtl") {
-      material_ = material_index(lines_.rest_of_line());
+      material_ = materials_.index(lines_);
     } else if (keyword == "g" || keyword == "o") {
       group_ = group_index(lines_.rest_of_line());
     } else if (keyword == "mtllib") {
-      material_library(std::string(lines_.rest_of_line()));
+      materials_.read_libraries(lines_);
     } else if (keyword != "s" && keyword != "l" && keyword != "p" && keyword != "vp") {
-      if (unknown_count_++ == 0) warn("record " + in_quotes(keyword) + " is unknown and skipped");
+      if (unknown_count_++ == 0)
+        lines_.warn(loaded_.warnings, "record " + in_quotes(keyword) + " is unknown and skipped");
     }
   }
 
-  void warn(const std::string& what) {
-    constexpr std::size_t most = 100;  // a broken file could fill memory with them
-    if (loaded_.warnings.size() >= most) return;
-    loaded_.warnings.push_back(lines_.path() + ":" + std::to_string(lines_.number()) + ": " + what);
+  void require_room(std::size_t count) const {
+    if (count > limits_.records)
+      lines_.fail("mesh is too large", "at most " + std::to_string(limits_.records) + " records of a kind",
+                  "more", ErrorKind::limit);
   }
 
   template <class Element>
   void append(std::vector<Element>& to, const Element& element) {
-    if (to.size() >= limits_.records)
-      lines_.fail("mesh is too large", "at most " + std::to_string(limits_.records) + " records of a kind",
-                  "more", ErrorKind::limit);
+    require_room(to.size() + 1);
     to.push_back(element);
   }
 
@@ -136,8 +142,8 @@ class ObjParser {
   }
 
   /// v, v/vt, v//vn or v/vt/vn
-  std::array<std::int32_t, 3> corner(std::string_view word) {
-    std::array<std::int32_t, 3> indices{-1, -1, -1};
+  ObjCorner corner(std::string_view word) {
+    ObjCorner indices{-1, -1, -1};
     for (std::size_t kind = 0; kind < 3; ++kind) {
       const std::size_t slash = word.find('/');
       const std::string_view part = word.substr(0, slash);
@@ -160,29 +166,8 @@ class ObjParser {
     }
     if (corners_.size() < 3)
       lines_.fail("face has too few corners", "3 or more", std::to_string(corners_.size()));
-    if (corners_.size() > 3) ++loaded_.polygon_count;
-    auto& mesh = loaded_.mesh;
-    for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
-      const auto& a = corners_[0];
-      const auto& b = corners_[i];
-      const auto& c = corners_[i + 1];
-      append(mesh.faces, {a[0], b[0], c[0]});
-      mesh.face_uvs.push_back({a[1], b[1], c[1]});
-      mesh.face_normals.push_back({a[2], b[2], c[2]});
-      mesh.face_materials.push_back(material_);
-      mesh.face_groups.push_back(group_);
-    }
-  }
-
-  std::int32_t material_index(std::string_view name) {
-    if (name.empty()) lines_.fail("usemtl without a name");
-    const auto next = static_cast<std::int32_t>(loaded_.mesh.materials.size());
-    const auto [found, added] = material_indices_.try_emplace(std::string(name), next);
-    if (added) {
-      append(loaded_.mesh.materials, {std::string(name), geometry::Material{}.colour});
-      warn("material " + in_quotes(name) + " is not defined before; it gets a default colour");
-    }
-    return found->second;
+    require_room(loaded_.mesh.faces.size() + corners_.size() - 2);
+    faces_.add(corners_, material_, group_);
   }
 
   std::int32_t group_index(std::string_view name) {
@@ -191,35 +176,6 @@ class ObjParser {
     const auto [found, added] = group_indices_.try_emplace(std::string(name), next);
     if (added) append(loaded_.mesh.groups, std::string(name));
     return found->second;
-  }
-
-  /// One library, or several separated by blanks.
-  void material_library(const std::string& names) {
-    std::error_code ignored;
-    const auto folder = std::filesystem::path(lines_.path()).parent_path();
-    if (names.empty()) lines_.fail("mtllib without a name");
-    if (std::filesystem::exists(folder / names, ignored) || names.find_first_of(" \t") == std::string::npos)
-      return one_library(folder, names);
-    for (std::string_view name = lines_.word(); !name.empty(); name = lines_.word())
-      one_library(folder, std::string(name));
-  }
-
-  void one_library(const std::filesystem::path& folder, const std::string& name) {
-    const std::filesystem::path relative(name);
-    bool outside = relative.has_root_path();
-    for (const auto& part : relative) outside = outside || part == "..";
-    if (outside)
-      return warn("mtllib " + in_quotes(name) + " lies outside the folder of the OBJ and is not read");
-    const std::string path = (folder / relative).string();
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored))
-      return warn("mtllib " + in_quotes(name) + " is not there (" + path +
-                  "); materials get a default colour");
-    for (const auto& material : read_mtl(path, loaded_.warnings)) {
-      const auto next = static_cast<std::int32_t>(loaded_.mesh.materials.size());
-      if (material_indices_.try_emplace(material.name, next).second)
-        loaded_.mesh.materials.push_back(material);
-    }
   }
 
   [[nodiscard]] std::string beginning_format() const {
@@ -247,10 +203,14 @@ class ObjParser {
     if (!(extent >= 1e-9 && extent <= 1e9))
       lines_.fail_at(0, "mesh has no usable size", "an extent of 1e-9 to 1e9 units", std::to_string(extent),
                      ErrorKind::mismatch);
-    const auto note = [&](std::size_t count, const char* what) {
+    const auto note = [&](std::size_t count, const std::string& what) {
       if (count > 0) loaded_.warnings.push_back(lines_.path() + ": " + std::to_string(count) + " " + what);
     };
     note(loaded_.polygon_count, "polygons are split into triangles; face lists count the triangles");
+    if (loaded_.crossing_count > 0)
+      note(loaded_.crossing_count,
+           "polygons cross themselves; they became fans around their first corners, the first on line " +
+               std::to_string(faces_.first_crossing()));
     note(loaded_.degenerate_count, "triangles have no area; they keep their number and are never seen");
     note(unknown_count_ > 1 ? unknown_count_ : 0, "records are unknown and skipped");
   }
@@ -259,10 +219,12 @@ class ObjParser {
   ObjLimits limits_;
   std::string_view beginning_;
   LoadedMesh loaded_;
-  std::vector<std::array<std::int32_t, 3>> corners_;
+  std::vector<ObjCorner> corners_;
   std::array<std::pair<std::int32_t, std::size_t>, 3>
       highest_{};  // the largest index of each kind and its line
-  std::unordered_map<std::string, std::int32_t> material_indices_, group_indices_;
+  std::unordered_map<std::string, std::int32_t> group_indices_;
+  ObjFaces faces_;
+  ObjMaterials materials_;
   std::int32_t material_ = -1;
   std::int32_t group_ = -1;
   std::size_t unknown_count_ = 0;
@@ -277,16 +239,19 @@ class ObjParser {
 
 /// Reads a Wavefront OBJ and the material files beside it.
 ///
-/// Faces keep the order of the file. A polygon becomes a fan of triangles around its first corner, in place;
-/// face lists refer to the triangles. Groups are the names of `g` and `o` records, whichever came last.
+/// Faces keep the order of the file. A polygon becomes triangles in place, two fewer than its corners; face
+/// lists refer to the triangles. Those of a convex polygon are the fan around its first corner, those of a
+/// concave one come from geometry::PolygonTriangulator; one that crosses itself becomes a fan with a warning.
+/// Groups are the names of `g` and `o` records, whichever came last.
 /// Indices may be negative or refer to what comes later. Material files outside the folder of the OBJ are not
 /// read.
 ///
 /// The records are parsed here and not by tinyobjloader, because that reads malformed numbers as 0, returns
 /// indices beyond the lists with a mere warning, drops short records so that later numbers shift, and gives
-/// no lines for them; it reads the material files, whose colours are checked first.
+/// no lines for them.
 ///
-/// \throws FileError: malformed (with the line), mismatch (a mesh without extent), limit
+/// \throws FileError: malformed (with the line), mismatch (a mesh without extent), limit (also for concave
+///         polygons of so many corners that cutting them would take long)
 [[nodiscard]] inline LoadedMesh read_obj(const std::string& path, const ObjLimits& limits = {}) {
   const std::string text = read_text_file(path, limits.file_bytes);
   return parse_obj(text, path, limits);

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <system_error>
 #include <tapestry/core/error.hpp>
+#include <vector>
 
 namespace tapestry::io {
 
@@ -64,6 +65,13 @@ class TextLines {
                            .what = what,
                            .expected = expected,
                            .found = found});
+  }
+
+  /// Adds a remark about the present line, unless there are 100 already: a broken file could fill memory with
+  /// them.
+  void warn(std::vector<std::string>& warnings, const std::string& what) const {
+    constexpr std::size_t most = 100;
+    if (warnings.size() < most) warnings.push_back(path_ + ":" + std::to_string(number_) + ": " + what);
   }
 
   [[nodiscard]] const std::string& path() const { return path_; }

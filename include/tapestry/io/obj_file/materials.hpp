@@ -1,0 +1,92 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tapestry/core/file_source.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/loaded_mesh.hpp>
+#include <tapestry/io/mtl_file.hpp>
+#include <tapestry/io/text_lines.hpp>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace tapestry::io::detail {
+
+/// The materials of an OBJ: those of its material files, each read once, and those it only names.
+class ObjMaterials {
+ public:
+  /// \param count  materials that there may be
+  /// \param bytes  that all material files together may have
+  ObjMaterials(LoadedMesh& loaded, std::size_t count, std::uint64_t bytes)
+      : loaded_(loaded), most_(count), bytes_left_(bytes) {}
+
+  /// Index of the material that is named on the rest of the line (usemtl).
+  std::int32_t index(const TextLines& lines) {
+    const std::string_view name = lines.rest_of_line();
+    if (name.empty()) lines.fail("usemtl without a name");
+    const std::size_t before = loaded_.mesh.materials.size();
+    const std::int32_t found = add({std::string(name), geometry::Material{}.colour}, lines);
+    if (loaded_.mesh.materials.size() > before)
+      lines.warn(loaded_.warnings,
+                 "material " + in_quotes(name) + " is not defined before; it gets a default colour");
+    return found;
+  }
+
+  /// The rest of the line (mtllib) names one file, or several separated by blanks.
+  void read_libraries(TextLines& lines) {
+    std::error_code ignored;
+    const std::string names(lines.rest_of_line());
+    if (names.empty()) lines.fail("mtllib without a name");
+    if (std::filesystem::exists(folder_of(lines) / names, ignored) ||
+        names.find_first_of(" \t") == std::string::npos)
+      return read_library(lines, names);
+    for (std::string_view name = lines.word(); !name.empty(); name = lines.word())
+      read_library(lines, std::string(name));
+  }
+
+ private:
+  [[nodiscard]] static std::filesystem::path folder_of(const TextLines& lines) {
+    return std::filesystem::path(lines.path()).parent_path();
+  }
+
+  void read_library(const TextLines& lines, const std::string& name) {
+    const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
+    if (!names_.insert(relative.string()).second) return;
+    if (relative.has_root_path() || *relative.begin() == "..")
+      return lines.warn(loaded_.warnings,
+                        "mtllib " + in_quotes(name) + " lies outside the folder of the OBJ and is not read");
+    const std::string path = (folder_of(lines) / relative).string();
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored))
+      return lines.warn(loaded_.warnings, "mtllib " + in_quotes(name) + " is not there (" + path +
+                                              "); materials get a default colour");
+    const std::string text = read_text_file(path, bytes_left_);
+    bytes_left_ -= text.size();
+    for (const auto& material : parse_mtl(text, path, loaded_.warnings)) add(material, lines);
+  }
+
+  /// The index of the material of this name; the first one of a name counts.
+  std::int32_t add(const geometry::Material& material, const TextLines& lines) {
+    auto& materials = loaded_.mesh.materials;
+    const auto [found, added] =
+        indices_.try_emplace(material.name, static_cast<std::int32_t>(materials.size()));
+    if (!added) return found->second;
+    if (materials.size() >= most_)
+      lines.fail("mesh is too large", "at most " + std::to_string(most_) + " materials", "more",
+                 ErrorKind::limit);
+    materials.push_back(material);
+    return found->second;
+  }
+
+  LoadedMesh& loaded_;
+  std::size_t most_;
+  std::uint64_t bytes_left_;
+  std::unordered_set<std::string> names_;
+  std::unordered_map<std::string, std::int32_t> indices_;
+};
+
+}  // namespace tapestry::io::detail
