@@ -7,12 +7,10 @@
 namespace tapestry {
 namespace detail {
 struct Exp {
-  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return exp(x); }
   static auto partial(auto, auto exp_x) { return exp_x; }
 };
 struct Exp2 {
-  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return exp2(x); }
   static auto partial(auto, auto exp2_x) { return std::numbers::ln2_v<Base<decltype(exp2_x)>> * exp2_x; }
 };
@@ -38,11 +36,46 @@ struct Log1p {
 };
 struct Sigmoid {
   static auto value(auto x) { return sigmoid(x); }
-  static auto partial(auto x, auto) { return sigmoid_derivative(x); }
+  template <std::floating_point T>
+  static T partial(T x, T) {
+    return sigmoid_slope(x);
+  }
+  template <DualNumber T>
+  static T partial(const T& x, const T& sigmoid_x) {
+    const auto slope = partial(x.value(), sigmoid_x.value());
+    return dual_of<Sigmoid>(x, slope, -slope * tanh(x.value() / 2));
+  }
 };
 struct Softplus {
   static auto value(auto x) { return softplus(x); }
   static auto partial(auto x, auto) { return sigmoid(x); }
+};
+/// d sigmoid(x − y) / dx.
+struct SigmoidSlopeOfDifference {
+  template <std::floating_point T>
+  static T value(T x, T y) {
+    const T slope = sigmoid_slope(x - y);
+    return slope - slope * (std::tanh((x - y) / 2) * lost_by_difference(x, y));
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y) {
+    return dual_binary<SigmoidSlopeOfDifference, T>(x, y);
+  }
+  static auto partial_x(auto x, auto y, auto slope) { return -slope * tanh((x - y) / 2); }
+  static auto partial_y(auto x, auto y, auto slope) { return slope * tanh((x - y) / 2); }
+};
+struct SigmoidOfDifference {
+  template <std::floating_point T>
+  static T value(T x, T y) {
+    const T s = sigmoid_of(x - y);
+    return s + s * (sigmoid_of(y - x) * lost_by_difference(x, y));
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y) {
+    return dual_binary<SigmoidOfDifference, T>(x, y);
+  }
+  static auto partial_x(auto x, auto y, auto) { return SigmoidSlopeOfDifference::value(x, y); }
+  static auto partial_y(auto x, auto y, auto) { return -SigmoidSlopeOfDifference::value(x, y); }
 };
 struct LogSumExp {
   static auto value(auto x, auto y) { return logsumexp(x, y); }
@@ -51,7 +84,7 @@ struct LogSumExp {
 
  private:
   static auto share(auto x, auto y) {
-    return isinf(x) && x == y ? decltype(x)(0.5) : sigmoid_of_difference(x, y);
+    return isinf(x) && x == y ? decltype(x)(0.5) : SigmoidOfDifference::value(x, y);
   }
 };
 }  // namespace detail

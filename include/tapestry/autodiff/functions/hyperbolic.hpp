@@ -15,7 +15,15 @@ struct Cosh {
 };
 struct Tanh {
   static auto value(auto x) { return tanh(x); }
-  static auto partial(auto x, auto tanh_x) { return tanh_derivative(x, tanh_x); }
+  template <std::floating_point T>
+  static T partial(T x, T tanh_x) {
+    return tanh_slope(x, tanh_x);
+  }
+  template <DualNumber T>
+  static T partial(const T& x, const T& tanh_x) {
+    const auto slope = partial(x.value(), tanh_x.value());
+    return dual_of<Tanh>(x, slope, -2 * tanh_x.value() * slope);
+  }
 };
 struct Asinh {
   static auto value(auto x) { return asinh(x); }
@@ -27,7 +35,16 @@ struct Acosh {
 };
 struct Atanh {
   static auto value(auto x) { return atanh(x); }
-  static auto partial(auto x, auto) { return 1 / ((1 - x) * (1 + x)); }
+  template <std::floating_point T>
+  static T partial(T x, T) {
+    return 1 / ((1 - x) * (1 + x));
+  }
+  /// Given its slope: what the two factors would give for it cancels near 0.
+  template <DualNumber T>
+  static T partial(const T& x, const T& atanh_x) {
+    const auto f = partial(x.value(), atanh_x.value());
+    return dual_of<Atanh>(x, f, 2 * x.value() * f * f);
+  }
 };
 }  // namespace detail
 

@@ -12,15 +12,21 @@ struct Square {
   static auto partial(auto x, auto) { return 2 * x; }
 };
 struct Sqrt {
-  static constexpr bool needs_only_value = true;
   static constexpr bool is_cheap = true;
   static auto value(auto x) { return sqrt(x); }
   static auto partial(auto, auto sqrt_x) { return 1 / (2 * sqrt_x); }
 };
 struct Cbrt {
-  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return cbrt(x); }
-  static auto partial(auto x, auto cbrt_x) { return cbrt_derivative(x, cbrt_x); }
+  template <std::floating_point T>
+  static T partial(T x, T cbrt_x) {
+    return cbrt_slope(x, cbrt_x);
+  }
+  template <DualNumber T>
+  static T partial(const T& x, const T& cbrt_x) {
+    const auto slope = partial(x.value(), cbrt_x.value());
+    return dual_of<Cbrt>(x, slope, -2 * slope / (3 * x.value()));
+  }
 };
 struct Pow {
   static constexpr bool skips_zero = true;

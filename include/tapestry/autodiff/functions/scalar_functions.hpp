@@ -45,48 +45,49 @@ using std::tanh;
 using std::tgamma;
 
 /// 1 / (1 + exp(−x)), without overflow for any x.
-template <Scalar T>
-[[nodiscard]] T sigmoid_of(const T& x) {
-  const T e = exp(-abs(x));
+template <std::floating_point T>
+[[nodiscard]] T sigmoid_of(T x) {
+  const T e = std::exp(-std::abs(x));
   return (x < 0 ? e : T(1)) / (1 + e);
 }
 
-/// d sigmoid / dx = e / (1 + e)², e = exp(−|x|): to full precision where 1 − sigmoid(x) would cancel.
-template <Scalar T>
-[[nodiscard]] T sigmoid_derivative(const T& x) {
-  const T e = exp(-abs(x));
+/// d sigmoid / dx = e / (1 + e)², e = exp(−|x|): to full precision where 1 − sigmoid(x) would cancel. For
+/// numbers only, as is all here that looks at |x| or at a rounding: as a formula of duals it would have no
+/// slope at 0.
+template <std::floating_point T>
+[[nodiscard]] T sigmoid_slope(T x) {
+  const T e = std::exp(-std::abs(x));
   return e / ((1 + e) * (1 + e));
 }
 
-/// sigmoid(x − y), for finite x and y also by what the difference loses to rounding, which a difference of
-/// hundreds would multiply.
-template <Scalar T>
-[[nodiscard]] T sigmoid_of_difference(const T& x, const T& y) {
+/// What x − y loses to rounding, 0 where it is infinite: a difference of hundreds, as an exponent, multiplies
+/// it.
+template <std::floating_point T>
+[[nodiscard]] T lost_by_difference(T x, T y) {
   const T difference = x - y;
-  const T s = sigmoid_of(difference);
-  if (!isfinite(difference)) return s;
+  if (!std::isfinite(difference)) return T(0);
   const T y_seen = x - difference;
-  const T lost = (x - (difference + y_seen)) + (y_seen - y);
-  return s + s * (sigmoid_of(-difference) * lost);
+  return (x - (difference + y_seen)) + (y_seen - y);
 }
 
 /// d tanh / dx, given both x and tanh x: to full precision also where 1 − tanh² would cancel.
-template <Scalar T>
-[[nodiscard]] T tanh_derivative(const T& x, const T& tanh_x) {
-  if (abs(tanh_x) < T(0.5)) return 1 - tanh_x * tanh_x;
-  const T e = exp(-2 * abs(x));
+template <std::floating_point T>
+[[nodiscard]] T tanh_slope(T x, T tanh_x) {
+  if (std::abs(tanh_x) < T(0.5)) return 1 - tanh_x * tanh_x;
+  const T e = std::exp(-2 * std::abs(x));
   return 4 * e / ((1 + e) * (1 + e));
 }
 
 /// d cbrt / dx, given both x and cbrt x.
-template <Scalar T>
-[[nodiscard]] T cbrt_derivative(const T&, const T& cbrt_x) {
+template <std::floating_point T>
+[[nodiscard]] T cbrt_slope(T, T cbrt_x) {
   return 1 / (3 * cbrt_x * cbrt_x);
 }
 /// The same without the error of cbrt_x, several ulp in some libraries: what x − cbrt_x³ says of it.
-[[nodiscard]] inline double cbrt_derivative(double x, double cbrt_x) {
+[[nodiscard]] inline double cbrt_slope(double x, double cbrt_x) {
   if (x == 0 || !std::isfinite(x)) return 1 / (3 * cbrt_x * cbrt_x);
-  if (std::abs(x) < 0x1p-900) return 0x1p200 * cbrt_derivative(x * 0x1p300, cbrt_x * 0x1p100);
+  if (std::abs(x) < 0x1p-900) return 0x1p200 * cbrt_slope(x * 0x1p300, cbrt_x * 0x1p100);
+  if (std::abs(x) > 0x1p900) return 0x1p-200 * cbrt_slope(x * 0x1p-300, cbrt_x * 0x1p-100);
   const double squared = cbrt_x * cbrt_x, cubed = squared * cbrt_x;
   const double squared_rest = std::fma(cbrt_x, cbrt_x, -squared),
                cubed_rest = std::fma(squared, cbrt_x, -cubed);
@@ -94,7 +95,7 @@ template <Scalar T>
   const double slope = 1 / (3 * squared);
   return slope - slope * (2 * residual * slope / cbrt_x);
 }
-[[nodiscard]] inline float cbrt_derivative(float x, float) {
+[[nodiscard]] inline float cbrt_slope(float x, float) {
   const double root = std::cbrt(static_cast<double>(x));
   return static_cast<float>(1 / (3 * root * root));
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/autodiff/functions/hyperbolic.hpp>
 #include <tapestry/autodiff/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/formula.hpp>
@@ -14,17 +15,25 @@ struct Cos {
   static auto partial(auto x, auto) { return -sin(x); }
 };
 struct Tan {
-  static constexpr bool needs_only_value = true;
   static auto value(auto x) { return tan(x); }
   static auto partial(auto, auto tan_x) { return 1 + tan_x * tan_x; }
 };
 struct Asin {
   static auto value(auto x) { return asin(x); }
-  static auto partial(auto x, auto) { return 1 / sqrt((1 - x) * (1 + x)); }
+  template <std::floating_point T>
+  static T partial(T x, T) {
+    return 1 / std::sqrt((1 - x) * (1 + x));
+  }
+  /// Given its slope: what the two factors would give for it cancels near 0.
+  template <DualNumber T>
+  static T partial(const T& x, const T& asin_x) {
+    const auto f = partial(x.value(), asin_x.value());
+    return dual_of<Asin>(x, f, x.value() * f * Atanh::partial(x.value(), f));
+  }
 };
 struct Acos {
   static auto value(auto x) { return acos(x); }
-  static auto partial(auto x, auto) { return -1 / sqrt((1 - x) * (1 + x)); }
+  static auto partial(auto x, auto acos_x) { return -Asin::partial(x, acos_x); }
 };
 struct Atan {
   static auto value(auto x) { return atan(x); }

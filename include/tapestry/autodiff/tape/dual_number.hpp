@@ -89,12 +89,18 @@ constexpr void add_tangents(std::array<T, N>& tangents, const std::array<T, N>& 
   for (std::size_t k = 0; k < N; ++k) tangents[k] += chain(from[k], partial);
 }
 
+/// f(x), given f and its derivative at the value of x.
+template <class Operation, class T, std::size_t N, class Tag>
+[[nodiscard]] constexpr Dual<T, N, Tag> dual_of(const Dual<T, N, Tag>& x, const T& value, const T& slope) {
+  std::array<T, N> tangents{};
+  add_tangents<Operation, T, N>(tangents, x.tangents(), slope);
+  return {value, tangents};
+}
+
 template <class Operation, class T, std::size_t N, class Tag>
 [[nodiscard]] constexpr Dual<T, N, Tag> dual_unary(const Dual<T, N, Tag>& x) {
   const T value = Operation::value(x.value());
-  std::array<T, N> tangents{};
-  add_tangents<Operation, T, N>(tangents, x.tangents(), Operation::partial(x.value(), value));
-  return {value, tangents};
+  return dual_of<Operation>(x, value, Operation::partial(x.value(), value));
 }
 
 /// One of x and y is a D, the other a D, or a constant that converts to the T of it.
