@@ -1,5 +1,6 @@
 // The car as this library renders it.
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
@@ -30,7 +31,7 @@ class TapestryRenderer {
   TapestryRenderer(const Scene& scene, const WorkerOptions& options)
       : scene_(scene),
         options_(options),
-        painted_(scene.mesh.faces.size(), 1),
+        body_{scene.mesh, std::vector<std::uint8_t>(scene.mesh.faces.size(), 1), scene.layout},
         weights_(test::scoring_weights(options.size)) {
     limit_threads(options.threads);
     const std::size_t rate = options.variant.find_first_of("1248");
@@ -41,14 +42,14 @@ class TapestryRenderer {
     if (options.stage == "visibility") run_ = [this](const auto& camera) { fragments_ = list(camera); };
     if (options.stage == "frame") run_ = [this](const auto& camera) { picture_ = frame(camera); };
     if (options.stage == "step" && !is_cached)
-      run_ = [this](const auto& camera) { step(operator_of(camera, scene_.layout)); };
+      run_ = [this](const auto& camera) { step(operator_of(body_, camera)); };
     if (options.stage == "vertex-gradient") {
       colours_ = test::scoring_colours(scene.mesh);
+      body_.layout = colour_a_position;
       run_ = [this](const auto& camera) { motion_ = vertex_gradient(camera); };
     }
     if (options.stage == "texture-backward" || is_cached)
-      for (const geometry::Camera& camera : scene.cameras)
-        operators_.push_back(operator_of(camera, scene.layout));
+      for (const geometry::Camera& camera : scene.cameras) operators_.push_back(operator_of(body_, camera));
     if (options.stage == "texture-backward" || options.stage == "step")
       texels_adjoint_ = zeros<float, 2>(scene.texels.shape());
     if (!run_ && operators_.empty())
@@ -115,15 +116,14 @@ class TapestryRenderer {
     return raster::list_fragments(scene_.mesh, camera, options_.size, options_.size, samples_of(camera));
   }
 
-  [[nodiscard]] Operator operator_of(const geometry::Camera& camera,
-                                     const raster::TextureLayout& layout) const {
-    return raster::texture_operator<float>(scene_.mesh, painted_, camera, options_.size, options_.size,
-                                           layout, white, samples_of(camera));
+  [[nodiscard]] Operator operator_of(const raster::PaintedMesh& body, const geometry::Camera& camera) const {
+    return raster::texture_operator<float>(body, camera, options_.size, options_.size, white,
+                                           samples_of(camera));
   }
 
   [[nodiscard]] Array<float, 3> frame(const geometry::Camera& camera) const {
-    return raster::render_textured(scene_.mesh, painted_, camera, options_.size, options_.size, scene_.layout,
-                                   white, scene_.texels, samples_of(camera))
+    return raster::render_textured(body_, camera, options_.size, options_.size, white, scene_.texels,
+                                   samples_of(camera))
         .colour;
   }
 
@@ -135,8 +135,7 @@ class TapestryRenderer {
   /// The derivative of ⟨weights, picture⟩, the positions having colours of their own.
   [[nodiscard]] Motion vertex_gradient(const geometry::Camera& camera) const {
     const raster::Unlit unlit;
-    const raster::Surface<float, raster::Unlit> surface{scene_.mesh, painted_, colour_a_position, colours_,
-                                                        unlit};
+    const raster::Surface<float, raster::Unlit> surface{body_, colours_, unlit};
     Motion gradient(scene_.mesh.positions.size(), geometry::Vector3{0, 0, 0});
     if (has("boundary_integral"))
       raster::vertex_adjoint(surface, camera, weights_, gradient,
@@ -163,8 +162,10 @@ class TapestryRenderer {
   }
 
   [[nodiscard]] std::vector<float> gradient_of_faces() const {
+    raster::PaintedMesh body = body_;
+    body.layout = colour_a_face;
     auto gradient = zeros<float, 2>({scene_.mesh.faces.size(), 3});
-    raster::render_adjoint(operator_of(scene_.scored_camera, colour_a_face), weights_, gradient);
+    raster::render_adjoint(operator_of(body, scene_.scored_camera), weights_, gradient);
     std::vector<float> red(scene_.mesh.faces.size());
     for (std::size_t face = 0; face < red.size(); ++face) red[face] = gradient(face, 0);
     return red;
@@ -172,7 +173,7 @@ class TapestryRenderer {
 
   const Scene& scene_;
   const WorkerOptions& options_;
-  std::vector<std::uint8_t> painted_;
+  raster::PaintedMesh body_;
   Array<float, 3> weights_;
   Array<float, 2> colours_;  ///< of positions
   std::size_t samples_ = 1;  ///< along an axis; 0: automatic

@@ -339,7 +339,7 @@ void export_scene(const std::string& path, const PaintedScene& scene) {
     Array<float, 3> texture(Extents<3>{scene.layout.height, scene.layout.width, 3});
     std::copy_n(scene.texels.data(), scene.texels.size(), texture.data());
     const auto write = is_glb ? io::write_painted_glb<float> : io::write_painted_obj<float>;
-    write(path, scene.mesh, scene.painted, texture, scene.layout.u_extent);
+    write(path, scene, texture);
     return;
   }
   geometry::Mesh mesh = scene.mesh;

@@ -120,9 +120,9 @@ class Shader {
   }
 
   void paint_texture() {
-    const auto map =
-        raster::texture_operator<float>(scene_.car, geometry::faces_by_material(scene_.car, {"body"}),
-                                        scene_.camera, height_, width_, scene_.layout, scene_.light);
+    const auto map = raster::texture_operator<float>(
+        {scene_.car, geometry::faces_by_material(scene_.car, {"body"}), scene_.layout}, scene_.camera,
+        height_, width_, scene_.light);
     texture_ = raster::render(map, scene_.texels);
     texture_coverage_ = map.coverage;
     textured_faces_ = scene_.car.faces.size();  // the main car comes first

@@ -39,7 +39,7 @@ int main() {
   layout.kind = raster::TextureKind::atlas;
   layout.height = layout.width = 2;
   const raster::Light light{0.4, 0.6, {1, 0.3, 0.5}, {1, 1, 1}};
-  const auto view = raster::texture_operator<double>(mesh, {1, 1}, camera, 32, 32, layout, light);
+  const auto view = raster::texture_operator<double>({mesh, {1, 1}, layout}, camera, 32, 32, light);
 
   const Array<double, 2> painted = {{0.9, 0.1, 0.1}, {0.2, 0.7, 0.3}, {0.1, 0.3, 0.8}, {0.6, 0.6, 0.2}};
   const Array<double, 3> seen = raster::render(view, painted);

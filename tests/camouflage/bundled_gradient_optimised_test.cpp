@@ -15,14 +15,15 @@
 // The pipeline's gradient at full size: the bundled sedan, detector and three of the bundled frames.
 
 namespace camouflage = tapestry::camouflage;
+namespace raster = tapestry::raster;
 namespace loss = tapestry::loss;
 using tapestry::Array;
 
 namespace {
 const std::string assets = TAPESTRY_SOURCE "/examples/assets/";
 
-camouflage::PaintedMesh sedan() {
-  camouflage::PaintedMesh car;
+raster::PaintedMesh sedan() {
+  raster::PaintedMesh car;
   car.mesh = tapestry::io::read_obj(assets + "car_sedan.obj").mesh;
   car.painted = tapestry::geometry::faces_by_material(car.mesh, {"body"});
   car.layout.height = 64;
@@ -40,7 +41,7 @@ tapestry::detect::Network<T> bundled_detector() {
 }
 
 template <class T>
-std::vector<camouflage::View<T>> bundled_views(const camouflage::PaintedMesh& car) {
+std::vector<camouflage::View<T>> bundled_views(const raster::PaintedMesh& car) {
   std::vector<camouflage::View<T>> views;
   for (const char* name : {"003", "027", "058"}) {
     const auto stored = tapestry::io::read_frame(assets + "frames/test/" + name + ".npz");
@@ -64,7 +65,7 @@ Array<double, 2> start_texture(std::uint64_t seed = 7) {
 }
 
 template <class T>
-Array<T, 2> gradient_of(const camouflage::PaintedMesh& car, loss::AdversarialLoss kind, std::uint64_t seed) {
+Array<T, 2> gradient_of(const raster::PaintedMesh& car, loss::AdversarialLoss kind, std::uint64_t seed) {
   const auto network = bundled_detector<T>();
   const auto views = bundled_views<T>(car);
   camouflage::ObjectiveOptions options;

@@ -10,12 +10,13 @@
 #include "../support/tiny_scene.hpp"
 
 namespace camouflage = tapestry::camouflage;
+namespace raster = tapestry::raster;
 namespace test = tapestry::test;
 using tapestry::Array;
 
 namespace {
 struct Fixture {
-  camouflage::PaintedMesh car = test::tiny_car();
+  raster::PaintedMesh car = test::tiny_car();
   tapestry::detect::Network<float> network = test::tiny_network<float>();
   camouflage::ViewStore<float> store = test::tiny_store<float>(car, 4);
   camouflage::Objective<float> objective{network, car.layout, {}};

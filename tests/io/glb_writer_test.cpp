@@ -20,6 +20,8 @@ namespace geometry = tapestry::geometry;
 using tapestry::test::JsonValue;
 
 namespace {
+const tapestry::raster::TextureLayout two_wide{tapestry::raster::TextureKind::atlas, 2, 4, 2, 0};
+const tapestry::raster::TextureLayout no_width{tapestry::raster::TextureKind::atlas, 2, 4, 0, 0};
 
 geometry::Mesh small_mesh() {
   geometry::Mesh mesh;
@@ -104,7 +106,7 @@ TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
   const tapestry::test::TemporaryFolder folder;
   const auto mesh = small_mesh();
   const auto texture = tapestry::test::random_array<float>({3, 5, 3}, 1);
-  io::write_painted_glb(folder.path("car.glb"), mesh, {1, 0, 1, 0}, texture, 2);
+  io::write_painted_glb(folder.path("car.glb"), {mesh, {1, 0, 1, 0}, two_wide}, texture);
   const Glb glb(folder.read("car.glb"));
   const auto& primitives = glb.json["meshes"][0]["primitives"];
   REQUIRE(primitives.elements.size() == 3);  // paint, lacquer, none
@@ -188,10 +190,12 @@ TEST_CASE("what cannot be written as .glb is refused, and nothing is left", "[io
   const auto texture = tapestry::test::random_array<float>({2, 2, 3}, 1);
   const std::string path = folder.path("car.glb");
   auto mesh = small_mesh();
-  CHECK_THROWS_AS(io::write_painted_glb(path, mesh, {1}, texture), tapestry::ShapeError);
-  CHECK_THROWS_AS(io::write_painted_glb(path, mesh, {1, 0, 1, 0}, texture, 0), tapestry::DomainError);
-  CHECK_THROWS_AS(io::write_painted_glb(path, mesh, {1, 0, 1, 0}, tapestry::zeros<float, 3>({2, 2, 4})),
-                  tapestry::ShapeError);
+  CHECK_THROWS_AS(io::write_painted_glb(path, {mesh, {1}, two_wide}, texture), tapestry::ShapeError);
+  CHECK_THROWS_AS(io::write_painted_glb(path, {mesh, {1, 0, 1, 0}, no_width}, texture),
+                  tapestry::DomainError);
+  CHECK_THROWS_AS(
+      io::write_painted_glb(path, {mesh, {1, 0, 1, 0}, two_wide}, tapestry::zeros<float, 3>({2, 2, 4})),
+      tapestry::ShapeError);
   CHECK_THROWS_AS(io::write_glb(path, geometry::Mesh{}), tapestry::DomainError);
   CHECK_THROWS_AS(io::write_glb(folder.path("absent/car.glb"), mesh), tapestry::FileError);
   mesh.positions[2][1] = std::nan("");

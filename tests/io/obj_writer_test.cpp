@@ -13,6 +13,8 @@ namespace io = tapestry::io;
 namespace geometry = tapestry::geometry;
 
 namespace {
+const tapestry::raster::TextureLayout two_wide{tapestry::raster::TextureKind::atlas, 2, 4, 2, 0};
+const tapestry::raster::TextureLayout no_width{tapestry::raster::TextureKind::atlas, 2, 4, 0, 0};
 geometry::Mesh small_mesh() {
   geometry::Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1.0 / 3, 0, 1e-7}, {0, 1, 0}, {-2, 1e5, 0.1}};
@@ -52,7 +54,7 @@ TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
   const tapestry::test::TemporaryFolder folder;
   const auto mesh = small_mesh();
   const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
-  io::write_painted_obj(folder.path("car.obj"), mesh, {1, 0, 1}, texture, 2);
+  io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 0, 1}, two_wide}, texture);
   const auto loaded = io::read_obj(folder.path("car.obj"));
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0], Catch::Contains("textures (map_Kd) are not read"));
@@ -72,8 +74,9 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {
   const tapestry::test::TemporaryFolder folder;
   auto mesh = small_mesh();
   const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
-  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), mesh, {1}, texture), tapestry::ShapeError);
-  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), mesh, {1, 0, 1}, texture, 0),
+  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), {mesh, {1}, two_wide}, texture),
+                  tapestry::ShapeError);
+  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 0, 1}, no_width}, texture),
                   tapestry::DomainError);
   mesh.positions[1][1] = std::numeric_limits<double>::infinity();
   CHECK_THROWS_AS(io::write_obj(folder.path("car.obj"), mesh), tapestry::NumericError);

@@ -46,14 +46,15 @@ Array<double, 2> ramp(std::size_t size) {
 
 Array<double, 3> picture_of(const Mesh& mesh, const TextureLayout& layout, const Array<double, 2>& texels) {
   return raster::render(
-      raster::texture_operator<double>(mesh, painted, Camera{}, 40, 40, layout, raster::Unlit{}, 2), texels);
+      raster::texture_operator<double>({mesh, painted, layout}, Camera{}, 40, 40, raster::Unlit{}, 2),
+      texels);
 }
 
 }  // namespace
 
 TEST_CASE("cubes baked from an atlas hold its colours at their barycentric coordinates", "[raster][bake]") {
   const Mesh mesh = screen();
-  const auto baked = raster::bake_cube(mesh, painted, atlas(64), ramp(64), cube);
+  const auto baked = raster::bake_cube({mesh, painted, atlas(64)}, ramp(64), cube);
   REQUIRE(baked.shape(0) == 3 * 216);
   // Texel (5, 0, 0) of face 0 is its corner 0, at uv (0, 1), within half a texel of the border.
   CHECK(baked(5 * 36, 0) == Approx(0.2 + 0.25 / 64));
@@ -70,8 +71,8 @@ TEST_CASE("an atlas baked into cubes and back keeps the picture", "[raster][bake
   const Mesh mesh = screen();
   const auto texels = ramp(64);
   const auto before = picture_of(mesh, atlas(64), texels);
-  const auto cubes = raster::bake_cube(mesh, painted, atlas(64), texels, cube);
-  const auto back = raster::bake_atlas(mesh, painted, cube, cubes, atlas(96));
+  const auto cubes = raster::bake_cube({mesh, painted, atlas(64)}, texels, cube);
+  const auto back = raster::bake_atlas({mesh, painted, cube}, cubes, atlas(96));
   // A cube's taps beside the plane a + b + c = s − 1 are normalised ones, so even a ramp is only nearly kept.
   CHECK(tapestry::test::relative_distance(picture_of(mesh, cube, cubes), before) <= 0.02);
   CHECK(tapestry::test::relative_distance(picture_of(mesh, atlas(96), back), picture_of(mesh, cube, cubes)) <=
@@ -81,10 +82,11 @@ TEST_CASE("an atlas baked into cubes and back keeps the picture", "[raster][bake
 TEST_CASE("an atlas baked into itself comes back, vertex colours become a ramp", "[raster][bake]") {
   const Mesh mesh = screen();
   const auto texels = tapestry::test::random_array<double>({24 * 24, 3}, 1);
-  const auto same = raster::bake_atlas(mesh, painted, atlas(24), texels, atlas(24));
+  const auto same = raster::bake_atlas({mesh, painted, atlas(24)}, texels, atlas(24));
   CHECK(tapestry::test::relative_distance(same, texels) <= 1e-12);
   const Array<double, 2> corners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}};
-  const auto baked = raster::bake_atlas(mesh, painted, {TextureKind::vertex, 0, 0, 1, 0}, corners, atlas(24));
+  const auto baked =
+      raster::bake_atlas({mesh, painted, {TextureKind::vertex, 0, 0, 1, 0}}, corners, atlas(24));
   double error = 0;
   for (std::size_t i = 0; i < 24 * 24; ++i) {
     error = std::max(error, std::abs(baked(i, 0) - (static_cast<double>(i % 24) + 0.5) / 24));
@@ -98,7 +100,7 @@ TEST_CASE("beside a chart its rim's colour is kept, elsewhere nothing is painted
   for (auto& uv : mesh.uvs) uv = {0.25 + uv[0] / 2, 0.25 + uv[1] / 2};  // the middle of the atlas
   const Array<double, 2> red = {{1, 0, 0}};
   const auto baked =
-      raster::bake_atlas(mesh, painted, {TextureKind::solid, 0, 0, 1, 0}, red, atlas(16), 0.25);
+      raster::bake_atlas({mesh, painted, {TextureKind::solid, 0, 0, 1, 0}}, red, atlas(16), 0.25);
   CHECK(baked(8 * 16 + 8, 0) == 1);
   CHECK(baked(8 * 16 + 3, 0) == 1);  // half a texel to the left of the chart
   CHECK(baked(8 * 16 + 2, 0) == 0.25);
@@ -107,10 +109,10 @@ TEST_CASE("beside a chart its rim's colour is kept, elsewhere nothing is painted
 
 TEST_CASE("baking refuses what does not fit", "[raster][bake][bad_input]") {
   const Mesh mesh = screen();
-  CHECK_THROWS_AS(raster::bake_cube(mesh, painted, atlas(8), ramp(7), cube), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::bake_cube(mesh, painted, atlas(8), ramp(8), atlas(8)), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::bake_atlas(mesh, painted, atlas(8), ramp(8), cube), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::bake_atlas(mesh, {1, 1}, atlas(8), ramp(8), atlas(8)), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::bake_atlas(mesh, {1, 1, 1}, atlas(8), ramp(8), atlas(8)),
+  CHECK_THROWS_AS(raster::bake_cube({mesh, painted, atlas(8)}, ramp(7), cube), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::bake_cube({mesh, painted, atlas(8)}, ramp(8), atlas(8)), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::bake_atlas({mesh, painted, atlas(8)}, ramp(8), cube), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::bake_atlas({mesh, {1, 1}, atlas(8)}, ramp(8), atlas(8)), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::bake_atlas({mesh, {1, 1, 1}, atlas(8)}, ramp(8), atlas(8)),
                   tapestry::Error);  // no uv
 }

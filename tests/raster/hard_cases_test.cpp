@@ -34,8 +34,8 @@ namespace {
 
 Array<double, 3> picture_of(const Mesh& mesh, const raster::TextureLayout& layout, std::size_t height,
                             std::size_t width, std::uint64_t seed = 1) {
-  const auto view = raster::texture_operator<double>(mesh, every_face(mesh), Camera{}, height, width, layout,
-                                                     raster::Unlit{}, 4);
+  const auto view = raster::texture_operator<double>({mesh, every_face(mesh), layout}, Camera{}, height,
+                                                     width, raster::Unlit{}, 4);
   return raster::render(view, random_array<double>({view.texel_count, 3}, seed));
 }
 
@@ -51,11 +51,11 @@ bool is_finite(const std::vector<Vector3>& gradient) {
 }
 
 std::vector<Vector3> vertex_gradient(const Mesh& mesh, std::size_t height, std::size_t width) {
-  const auto painted = every_face(mesh);
+  const raster::PaintedMesh body{mesh, every_face(mesh), vertex};
   const auto colours = random_array<double>({mesh.positions.size(), 3}, 2);
   std::vector<Vector3> gradient(mesh.positions.size(), Vector3{0, 0, 0});
-  raster::vertex_adjoint(raster::Surface<double, raster::Light>{mesh, painted, vertex, colours, warm},
-                         Camera{}, random_array<double>({height, width, 3}, 3), gradient);
+  raster::vertex_adjoint(raster::Surface<double, raster::Light>{body, colours, warm}, Camera{},
+                         random_array<double>({height, width, 3}, 3), gradient);
   return gradient;
 }
 
@@ -128,9 +128,9 @@ TEST_CASE("a face whose uv have no area shows one colour", "[raster][hard_case]"
   const Vector3 a{-2, -2, 2}, b{6, -2, 2}, c{-2, 6, 2};
   for (const auto& layout : {atlas, trilinear}) {
     const auto texels = random_array<double>({layout.height * layout.width, 3}, 6);
-    const auto view =
-        raster::texture_operator<double>(triangle_soup({{a, b, c}}, {{{0.3, 0.6}, {0.3, 0.6}, {0.3, 0.6}}}),
-                                         {1}, Camera{}, 16, 16, layout, raster::Unlit{}, 4);
+    const auto view = raster::texture_operator<double>(
+        {triangle_soup({{a, b, c}}, {{{0.3, 0.6}, {0.3, 0.6}, {0.3, 0.6}}}), {1}, layout}, Camera{}, 16, 16,
+        raster::Unlit{}, 4);
     const bool has_pyramid = layout.filter == raster::TextureFilter::trilinear;
     const auto picture = raster::render(view, has_pyramid ? raster::mip_pyramid(layout, texels) : texels);
     std::array<double, 3> expected{};
@@ -158,7 +158,7 @@ TEST_CASE("a seam between two charts mixes no colour of what lies beside them", 
   auto texels = tapestry::zeros<double, 2>({8 * 64, 3});
   for (std::size_t i = 0; i < texels.shape(0); ++i) texels(i, i % 64 < 16 ? 0 : i % 64 >= 46 ? 1 : 2) = 1;
   const auto view =
-      raster::texture_operator<double>(mesh, every_face(mesh), Camera{}, 32, 32, wide, raster::Unlit{}, 8);
+      raster::texture_operator<double>({mesh, every_face(mesh), wide}, Camera{}, 32, 32, raster::Unlit{}, 8);
   const auto picture = raster::render(view, texels);
   double blue = 0, darkest = 1;
   for (std::size_t pixel = 0; pixel < 32 * 32; ++pixel) {
@@ -176,11 +176,11 @@ TEST_CASE("pictures of 1 x 1, 1 x 4096, 4096 x 1 and of no whole number of tiles
   for (const auto& [height, width] :
        std::vector<std::array<std::size_t, 2>>{{1, 1}, {1, 4096}, {4096, 1}, {33, 65}, {31, 127}}) {
     const auto view =
-        raster::texture_operator<double>(mesh, every_face(mesh), Camera{}, height, width, atlas, warm, 4);
+        raster::texture_operator<double>({mesh, every_face(mesh), atlas}, Camera{}, height, width, warm, 4);
     const auto texels = random_array<double>({view.texel_count, 3}, 8);
     const auto picture = raster::render(view, texels);
     const auto once =
-        raster::render_textured(mesh, every_face(mesh), Camera{}, height, width, atlas, warm, texels, 4);
+        raster::render_textured({mesh, every_face(mesh), atlas}, Camera{}, height, width, warm, texels, 4);
     CHECK(largest_difference(picture, once.colour) <= 1e-12);
     const auto weights = random_array<double>({height, width, 3}, 9);
     auto gradient = tapestry::zeros<double, 2>({view.texel_count, 3});

@@ -14,7 +14,7 @@ raster::TextureOperator<double> some_view() {
   const auto mesh = tapestry::test::random_triangles(20, 3, 1.2);
   auto painted = tapestry::test::every_face(mesh);
   for (std::size_t face = 0; face < painted.size(); face += 3) painted[face] = 0;
-  return raster::texture_operator<double>(mesh, painted, {}, 9, 12, tapestry::test::atlas,
+  return raster::texture_operator<double>({mesh, painted, tapestry::test::atlas}, {}, 9, 12,
                                           tapestry::test::warm);
 }
 }  // namespace

@@ -117,7 +117,7 @@ TEST_CASE("trilinear comes nearer to the area average than bilinear", "[raster][
   const auto texels = random_array<double>({64 * 64, 3}, 5);
   const auto fine = layout_of(64, 64, TextureFilter::bilinear);
   const auto reference = raster::render(
-      raster::texture_operator<double>(mesh, {1}, Camera{}, 480, 640, fine, raster::Unlit{}, 8), texels);
+      raster::texture_operator<double>({mesh, {1}, fine}, Camera{}, 480, 640, raster::Unlit{}, 8), texels);
   Array<double, 3> mean = tapestry::zeros<double, 3>({60, 80, 3});  // of 64 × 64 samples a pixel
   for (std::size_t i = 0; i < 480; ++i)
     for (std::size_t j = 0; j < 640; ++j)
@@ -125,7 +125,7 @@ TEST_CASE("trilinear comes nearer to the area average than bilinear", "[raster][
   const auto error_of = [&](TextureFilter filter, std::size_t samples) {
     const auto layout = layout_of(64, 64, filter);
     const auto picture =
-        raster::texture_operator<double>(mesh, {1}, Camera{}, 60, 80, layout, raster::Unlit{}, samples);
+        raster::texture_operator<double>({mesh, {1}, layout}, Camera{}, 60, 80, raster::Unlit{}, samples);
     return tapestry::test::relative_distance(
         raster::render(picture,
                        filter == TextureFilter::trilinear ? raster::mip_pyramid(layout, texels) : texels),
@@ -143,7 +143,7 @@ TEST_CASE("an atlas that is not minified is the same with both filters", "[raste
   const auto at = [&](TextureFilter filter) {
     const auto layout = layout_of(16, 16, filter);
     const auto picture =
-        raster::texture_operator<double>(mesh, {1}, Camera{}, 50, 50, layout, raster::Unlit{}, 1);
+        raster::texture_operator<double>({mesh, {1}, layout}, Camera{}, 50, 50, raster::Unlit{}, 1);
     return raster::render(picture,
                           filter == TextureFilter::trilinear ? raster::mip_pyramid(layout, texels) : texels);
   };

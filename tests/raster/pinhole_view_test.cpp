@@ -18,9 +18,9 @@ TEST_CASE("a principal point beside the picture's centre shows a window of the l
   const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 1};
   const auto texels = tapestry::test::random_array<double>({mesh.faces.size(), 3}, 2);
   const auto draw = [&](const geometry::Camera& camera, std::size_t height, std::size_t width) {
-    return raster::render(
-        raster::texture_operator<double>(mesh, painted, camera, height, width, cube, tapestry::test::warm, 2),
-        texels);
+    return raster::render(raster::texture_operator<double>({mesh, painted, cube}, camera, height, width,
+                                                           tapestry::test::warm, 2),
+                          texels);
   };
   const auto whole = draw(geometry::Camera{}, 64, 64);
   // Rows 8 … 39 and columns 24 … 63 of it: the same focal length, the centre at column 32 − 24, row 32 − 8.

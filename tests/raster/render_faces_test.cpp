@@ -20,9 +20,9 @@ TEST_CASE("render_faces equals the unpainted part of a texture operator", "[rast
   const raster::Light light{0.4, 0.5, {1, -1, -1}, {1, 0.9, 0.7}};
   const tapestry::geometry::Camera camera;
   const auto picture = raster::render_faces(mesh, colours, camera, 31, 22, light, 4);
-  const auto reference =
-      raster::texture_operator<double>(mesh, std::vector<std::uint8_t>(80, 0), camera, 31, 22,
-                                       {raster::TextureKind::cube, 0, 0, 1, 1}, light, 4);
+  const auto reference = raster::texture_operator<double>(
+      {mesh, std::vector<std::uint8_t>(80, 0), {raster::TextureKind::cube, 0, 0, 1, 1}}, camera, 31, 22,
+      light, 4);
   double error = 0;
   for (std::size_t i = 0; i < picture.colour.size(); ++i) {
     error = std::max(error,

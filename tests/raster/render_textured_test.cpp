@@ -20,9 +20,9 @@ TEST_CASE("render_textured equals the picture of a texture operator", "[raster][
     const auto texels = tapestry::test::random_array<double>({layout.texel_count(mesh), 3}, 2);
     for (const std::size_t samples : std::vector<std::size_t>{1, 4}) {
       const auto picture =
-          raster::render_textured(mesh, painted, camera, 37, 70, layout, light, texels, samples);
+          raster::render_textured({mesh, painted, layout}, camera, 37, 70, light, texels, samples);
       const auto linear =
-          raster::texture_operator<double>(mesh, painted, camera, 37, 70, layout, light, samples);
+          raster::texture_operator<double>({mesh, painted, layout}, camera, 37, 70, light, samples);
       const auto expected = raster::render(linear, texels);
       double error = 0;
       for (std::size_t i = 0; i < expected.size(); ++i)
@@ -37,6 +37,6 @@ TEST_CASE("render_textured refuses texels that do not fit", "[raster][render_tex
   const auto mesh = tapestry::test::random_triangles(2, 1);
   const tapestry::Array<float, 2> texels = tapestry::zeros<float, 2>({5, 3});
   CHECK_THROWS_WITH(
-      raster::render_textured(mesh, {1, 1}, {}, 8, 8, {raster::TextureKind::cube, 0, 0, 1, 1}, {}, texels),
+      raster::render_textured({mesh, {1, 1}, {raster::TextureKind::cube, 0, 0, 1, 1}}, {}, 8, 8, {}, texels),
       "render_textured: texels is [5, 3], expected [2, 3]");
 }

@@ -23,8 +23,8 @@ TEST_CASE("the compressed Jacobian of a picture by its texels is the operator it
   const auto mesh = tapestry::test::random_triangles(40, 5);
   const std::size_t height = 24, width = 30;
   const auto picture =
-      raster::texture_operator<double>(mesh, tapestry::test::every_face(mesh), tapestry::geometry::Camera{},
-                                       height, width, tapestry::test::cube, tapestry::test::warm, 2);
+      raster::texture_operator<double>({mesh, tapestry::test::every_face(mesh), tapestry::test::cube},
+                                       tapestry::geometry::Camera{}, height, width, tapestry::test::warm, 2);
   const auto start = tapestry::test::random_array<double>({picture.texel_count, 3}, 1);
 
   // Channel c of pixel p depends on channel c of its texels.

@@ -57,7 +57,7 @@ TEST_CASE("an atlas of the picture's size comes out as it is, row 0 on top", "[r
   const raster::TextureLayout layout{TextureKind::atlas, 6, 8, 1, 0};
   const Mesh mesh = screen();
   const auto picture =
-      raster::texture_operator<double>(mesh, every_face(mesh), Camera{}, 6, 8, layout, unlit, 1);
+      raster::texture_operator<double>({mesh, every_face(mesh), layout}, Camera{}, 6, 8, unlit, 1);
   const auto texels = random_array<double>({48, 3}, 1);
   const auto image = raster::render(picture, texels);
   double error = 0;
@@ -133,7 +133,7 @@ TEST_CASE("a cube of one texel an edge is the face's colour", "[raster][cube]") 
   const Mesh mesh = screen();
   const raster::TextureLayout layout{TextureKind::cube, 0, 0, 1, 1};
   const auto picture =
-      raster::texture_operator<float>(mesh, every_face(mesh), Camera{}, 5, 5, layout, unlit, 2);
+      raster::texture_operator<float>({mesh, every_face(mesh), layout}, Camera{}, 5, 5, unlit, 2);
   const Array<float, 2> texels = {{1, 0, 0}, {0, 1, 0}};
   const auto image = raster::render(picture, texels);
   CHECK(image(0, 4, 0) == 1.0F);
@@ -146,12 +146,12 @@ TEST_CASE("vertex colours are interpolated in perspective, a solid colour is eve
   // Two corners at depth 1, one at 3; the middle of the picture's left edge shows b = (3/4, 0, 1/4).
   const Mesh mesh = triangle_soup({{Vector3{-1, -1, 1}, Vector3{1, -1, 1}, Vector3{-3, 3, 3}}});
   const auto picture =
-      raster::texture_operator<double>(mesh, {1}, Camera{}, 1000, 1000, vertex, raster::Unlit{}, 1);
+      raster::texture_operator<double>({mesh, {1}, vertex}, Camera{}, 1000, 1000, raster::Unlit{}, 1);
   const Array<double, 2> texels = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const auto image = raster::render(picture, texels);
   CHECK(std::abs(image(499, 0, 0) - 0.75) <= 2e-3);
   CHECK(std::abs(image(499, 0, 2) - 0.25) <= 2e-3);
-  const auto plain = raster::texture_operator<double>(mesh, {1}, Camera{}, 9, 9, solid, raster::Unlit{}, 2);
+  const auto plain = raster::texture_operator<double>({mesh, {1}, solid}, Camera{}, 9, 9, raster::Unlit{}, 2);
   CHECK(plain.texel_count == 1);
   const Array<double, 2> colour = {{0.25, 0.5, 1}};
   const auto filled = raster::render(plain, colour);
@@ -171,7 +171,7 @@ TEST_CASE("light, coverage and material make the picture of a plain texture", "[
   const auto light = raster::face_light(mesh, camera, warm);
   const auto buffer = raster::visibility(mesh, camera, 20, 28, 2);
   for (const auto& layout : {atlas, cube}) {
-    const auto picture = raster::texture_operator<double>(mesh, painted, camera, 20, 28, layout, warm, 2);
+    const auto picture = raster::texture_operator<double>({mesh, painted, layout}, camera, 20, 28, warm, 2);
     const auto image =
         raster::render(picture, tapestry::filled<double, 2>({layout.texel_count(mesh), 3}, 0.5));
     double error = 0;
@@ -204,7 +204,7 @@ double transpose_error(const Mesh& mesh, const raster::TextureLayout& layout, co
                        std::size_t samples) {
   auto painted = every_face(mesh);
   painted[7] = 0;
-  const auto picture = raster::texture_operator<T>(mesh, painted, Camera{}, 45, 37, layout, light, samples);
+  const auto picture = raster::texture_operator<T>({mesh, painted, layout}, Camera{}, 45, 37, light, samples);
   const bool has_pyramid = layout.filter == raster::TextureFilter::trilinear;
   const auto x = random_array<T>({layout.texel_count(mesh), 3}, 7, -1);
   const auto y = random_array<T>({45, 37, 3}, 8, -1);
@@ -245,7 +245,7 @@ TEMPLATE_TEST_CASE("render_adjoint is the transpose of render", "[raster][gradie
 TEMPLATE_TEST_CASE("render_adjoint agrees with central differences", "[raster][gradient]", float, double) {
   const Mesh mesh = random_triangles(20, 9);
   const auto picture =
-      raster::texture_operator<TestType>(mesh, every_face(mesh), Camera{}, 16, 16, atlas, warm);
+      raster::texture_operator<TestType>({mesh, every_face(mesh), atlas}, Camera{}, 16, 16, warm);
   const auto texels = random_array<TestType>({128, 3}, 10);
   const auto direction = tapestry::test::random_direction<TestType>({128, 3}, 11);
   const auto weights = tapestry::test::random_direction<TestType>({16, 16, 3}, 12);
@@ -267,7 +267,7 @@ TEST_CASE("operator, picture and gradient have the same bits for any number of t
   for (const int count : {1, 3, 4}) {
     tapestry::limit_threads(count);
     const auto picture =
-        raster::texture_operator<float>(mesh, every_face(mesh), Camera{}, 70, 90, cube, warm);
+        raster::texture_operator<float>({mesh, every_face(mesh), cube}, Camera{}, 70, 90, warm);
     images.push_back(raster::render(picture, texels));
     gradients.push_back(tapestry::zeros<float, 2>({mesh.faces.size() * 27, 3}));
     raster::render_adjoint(picture, y, gradients.back());
@@ -285,14 +285,14 @@ TEST_CASE("a view without the mesh, a view of one pixel and a mesh of one face",
   Camera away;
   away.translation = {0, 0, -20};
   const auto texels = random_array<double>({128, 3}, 16);
-  const auto empty = raster::texture_operator<double>(mesh, {1}, away, 9, 7, atlas, warm);
+  const auto empty = raster::texture_operator<double>({mesh, {1}, atlas}, away, 9, 7, warm);
   CHECK(empty.pixels.empty());
   CHECK((raster::render(empty, texels) == tapestry::zeros<double, 3>({9, 7, 3})));
   auto gradient = tapestry::zeros<double, 2>({128, 3});
   raster::render_adjoint(empty, random_array<double>({9, 7, 3}, 17), gradient);
   CHECK((gradient == tapestry::zeros<double, 2>({128, 3})));
 
-  const auto one = raster::texture_operator<double>(mesh, {1}, Camera{}, 1, 1, atlas, unlit);
+  const auto one = raster::texture_operator<double>({mesh, {1}, atlas}, Camera{}, 1, 1, unlit);
   REQUIRE(one.pixels.size() == 1);
   double sum = 0;
   for (const double weight : one.weights) sum += weight;
@@ -303,7 +303,7 @@ TEST_CASE("a view without the mesh, a view of one pixel and a mesh of one face",
 TEST_CASE("texture_operator refuses what does not fit", "[raster][texture_operator]") {
   Mesh mesh = random_triangles(2, 18);
   const auto make = [&](const raster::TextureLayout& layout, const std::vector<std::uint8_t>& painted) {
-    return raster::texture_operator<float>(mesh, painted, Camera{}, 8, 8, layout, warm);
+    return raster::texture_operator<float>({mesh, painted, layout}, Camera{}, 8, 8, warm);
   };
   CHECK_THROWS_WITH(make(atlas, {1}), "texture_operator: painted is [1], expected [2], one entry a face");
   CHECK_THROWS_AS(make({TextureKind::atlas, 0, 4, 1, 0}, {1, 1}), tapestry::DomainError);
@@ -324,9 +324,9 @@ TEST_CASE("texture_operator refuses what does not fit", "[raster][texture_operat
   mesh.face_uvs[0][1] = 1048576;
   CHECK_THROWS_WITH(make(atlas, {1, 0}),
                     "texture_operator: face 0 is painted from an atlas but refers to uv 1048576 of 6");
-  CHECK_THROWS_WITH(
-      raster::render_textured(mesh, {1, 0}, Camera{}, 8, 8, atlas, warm, tapestry::zeros<float, 2>({128, 3})),
-      Catch::Contains("render_textured: face 0 is painted from an atlas but refers to uv"));
+  CHECK_THROWS_WITH(raster::render_textured({mesh, {1, 0}, atlas}, Camera{}, 8, 8, warm,
+                                            tapestry::zeros<float, 2>({128, 3})),
+                    Catch::Contains("render_textured: face 0 is painted from an atlas but refers to uv"));
   mesh.face_uvs.clear();
   CHECK_THROWS_AS(make(atlas, {1, 0}), tapestry::Error);
   CHECK_NOTHROW(make(cube, {1, 1}));

@@ -28,7 +28,7 @@ Pictures<T> some_views(std::size_t count, const raster::TextureLayout& layout = 
   for (std::size_t n = 0; n < count; ++n) {
     const auto mesh = tapestry::test::random_triangles(30, n + 1, 0.9);
     pictures.push_back(std::make_shared<const raster::TextureOperator<T>>(raster::texture_operator<T>(
-        mesh, tapestry::test::every_face(mesh), {}, 20 + n, 24, layout, tapestry::test::warm)));
+        {mesh, tapestry::test::every_face(mesh), layout}, {}, 20 + n, 24, tapestry::test::warm)));
   }
   return pictures;
 }
@@ -93,7 +93,7 @@ TEST_CASE("views that nothing depends on, passive textures and a second record c
   CHECK(tape.record_count() == 0);
   const auto gradient = [&](std::size_t times) {
     tapestry::Tape<double> own;
-    const auto scope = own.activate();
+    const auto own_scope = own.activate();
     const auto input = own.input(texels);
     Variable<double> loss = 0;
     for (std::size_t i = 0; i < times; ++i) loss = loss + weighted(raster::render(views, input)[1], 4);

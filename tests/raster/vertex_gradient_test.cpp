@@ -82,8 +82,7 @@ TEST_CASE("what moves inside a face agrees with central differences of the pictu
   const auto weights = smooth_weights();
   const auto check = [&](const auto& scene) {
     const auto loss = [&](const auto& at) {
-      const auto view =
-          raster::texture_operator<double>(at.mesh, at.painted, Camera{}, side, side, at.layout, at.light, 1);
+      const auto view = raster::texture_operator<double>(at, Camera{}, side, side, at.light, 1);
       const auto image = raster::render(view, at.texels);
       double sum = 0;
       for (std::size_t i = 0; i < image.size(); ++i) sum += image.data()[i] * weights.data()[i];

@@ -114,7 +114,7 @@ TEST_CASE("the car rendered into a scene in its own colour is the scene", "[scen
   const auto picture = scenes::draw_scene(scene, 96, 96);
   const tapestry::raster::TextureLayout layout{tapestry::raster::TextureKind::atlas, 16, 32, 2, 0};
   const auto map = tapestry::raster::texture_operator<float>(
-      scene.car, tapestry::geometry::faces_by_material(scene.car, {"body"}), scene.camera, 96, 96, layout,
+      {scene.car, tapestry::geometry::faces_by_material(scene.car, {"body"}), layout}, scene.camera, 96, 96,
       scene.light);
   tapestry::Array<float, 2> texels(tapestry::Extents<2>{layout.height * layout.width, 3});
   for (std::size_t i = 0; i < texels.size(); ++i) texels.data()[i] = (*options.colour)[i % 3];

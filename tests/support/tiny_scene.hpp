@@ -13,9 +13,9 @@
 namespace tapestry::test {
 
 /// A box on wheels reduced to the box: 12 faces, all painted but the bottom, uv one to one on a 2×1 atlas.
-inline camouflage::PaintedMesh tiny_car(std::size_t texel_rows = 12,
-                                        raster::TextureKind kind = raster::TextureKind::atlas) {
-  camouflage::PaintedMesh car;
+inline raster::PaintedMesh tiny_car(std::size_t texel_rows = 12,
+                                    raster::TextureKind kind = raster::TextureKind::atlas) {
+  raster::PaintedMesh car;
   auto& mesh = car.mesh;
   for (int i = 0; i < 8; ++i)
     mesh.positions.push_back(
@@ -88,7 +88,7 @@ detect::Network<T> tiny_network(const std::string& activation = "leaky", std::ui
 }
 
 template <class T>
-camouflage::ViewStore<T> tiny_store(const camouflage::PaintedMesh& car, std::size_t count) {
+camouflage::ViewStore<T> tiny_store(const raster::PaintedMesh& car, std::size_t count) {
   std::vector<typename camouflage::ViewStore<T>::Loader> loaders;
   for (std::size_t i = 0; i < count; ++i) loaders.push_back([i] { return tiny_frame(i); });
   return {car, {48, 48, 2}, std::move(loaders)};

@@ -17,18 +17,18 @@ namespace tapestry::test {
 inline const raster::TextureLayout small_atlas{raster::TextureKind::atlas, 5, 7, 1, 0};
 inline constexpr std::size_t side = 16;  // pixels; at depth 1 a unit of the world spans 8 of them
 
-/// A mesh with its paint.
+/// A mesh painted all over, with its texture and light.
 template <class Model = raster::Unlit>
-struct Scene {
-  geometry::Mesh mesh;
-  raster::TextureLayout layout = solid;
-  Model light{};
-  std::vector<std::uint8_t> painted = every_face(mesh);
-  Array<double, 2> texels = random_array<double>({layout.texel_count(mesh), 3}, 11, 0.1);
+struct Scene : raster::PaintedMesh {
+  explicit Scene(const geometry::Mesh& shape, const raster::TextureLayout& paint = solid, Model lamp = {})
+      : PaintedMesh{shape, every_face(shape), paint},
+        light(lamp),
+        texels(random_array<double>({paint.texel_count(shape), 3}, 11, 0.1)) {}
 
-  [[nodiscard]] raster::Surface<double, Model> surface() const {
-    return {mesh, painted, layout, texels, light};
-  }
+  Model light;
+  Array<double, 2> texels;
+
+  [[nodiscard]] raster::Surface<double, Model> surface() const { return {*this, texels, light}; }
   template <class Policy = raster::BoundaryIntegral>
   [[nodiscard]] std::vector<geometry::Vector3> gradient(const Array<double, 3>& render_adjoint,
                                                         const Policy& policy = {}) const {

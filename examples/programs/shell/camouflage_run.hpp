@@ -34,8 +34,7 @@ inline std::size_t default_epochs(std::size_t views, bool drawn) {
   return drawn ? 20 : std::max<std::size_t>(5, block_count(2400, views));
 }
 
-inline Array<float, 2> start_texture(const OptimisationSettings& settings,
-                                     const camouflage::PaintedMesh& car) {
+inline Array<float, 2> start_texture(const OptimisationSettings& settings, const raster::PaintedMesh& car) {
   const std::size_t count = car.layout.texel_count(car.mesh);
   if (settings.start == "zero") return zeros<float, 2>({count, 3});
   if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
@@ -207,8 +206,8 @@ class CamouflageRun {
     raw.write(path("texture.npz"));
     const auto atlas = camouflage::atlas_of<float>(car, colours);
     io::write_image(path("texture.png"), atlas);
-    io::write_painted_obj(path("painted.obj"), car.mesh, car.painted, atlas, car.layout.u_extent);
-    io::write_painted_glb(path("painted.glb"), car.mesh, car.painted, atlas, car.layout.u_extent);
+    io::write_painted_obj(path("painted.obj"), car, atlas);
+    io::write_painted_glb(path("painted.glb"), car, atlas);
   }
 
   CamouflageOptions options_;

@@ -95,7 +95,7 @@ inline std::size_t class_index_of(const DetectorSettings& settings, const Detect
 
 /// The car as painted, before any frame is known.
 struct Car {
-  camouflage::PaintedMesh painted;
+  raster::PaintedMesh painted;
   std::vector<std::string> warnings;
 };
 

@@ -23,11 +23,8 @@ struct PictureSettings {
   std::array<double, 3> background{1, 1, 1};
 };
 
-/// A mesh with its paint, ready to be drawn.
-struct PaintedScene {
-  geometry::Mesh mesh;
-  std::vector<std::uint8_t> painted;  ///< one entry a face
-  raster::TextureLayout layout;
+/// A painted mesh with its texture and light, ready to be drawn.
+struct PaintedScene : raster::PaintedMesh {
   Array<float, 2> texels;  ///< the texture's own, without a pyramid
   raster::SmoothLight light;
   std::string lighting = "flat";  ///< none, flat or smooth
@@ -64,8 +61,8 @@ Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Came
 inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Camera& camera,
                                    const PictureSettings& picture) {
   const auto draw = [&](const auto& light) {
-    const auto view = raster::texture_operator<float>(scene.mesh, scene.painted, camera, picture.height,
-                                                      picture.width, scene.layout, light, picture.samples);
+    const auto view =
+        raster::texture_operator<float>(scene, camera, picture.height, picture.width, light, picture.samples);
     const bool has_pyramid = view.texel_count != scene.texels.shape(0);
     auto image =
         raster::render(view, has_pyramid ? raster::mip_pyramid(scene.layout, scene.texels) : scene.texels);

@@ -20,7 +20,7 @@ inline std::array<float, 3> face_colour(const geometry::Mesh& mesh, std::size_t 
 /// The colours that the painted faces have by their materials, as a texture, [texel, 3]. Atlas texels that
 /// no painted face uses take the mean over painted faces.
 template <class T>
-[[nodiscard]] Array<T, 2> own_colours(const PaintedMesh& car) {
+[[nodiscard]] Array<T, 2> own_colours(const raster::PaintedMesh& car) {
   std::array<double, 3> sum{};
   double count = 0;
   for (std::size_t face = 0; face < car.painted.size(); ++face) {
@@ -57,12 +57,12 @@ template <class T>
 /// A texture as an atlas picture, [H, W, 3] in [0, 1] with row 0 at v = 1. Textures of other kinds than an
 /// atlas are baked into one of 512 × 1024 texels; faces without uv do not show.
 template <class T>
-[[nodiscard]] Array<T, 3> atlas_of(const PaintedMesh& car, const Array<T, 2>& colours) {
+[[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours) {
   auto layout = car.layout;
   Array<T, 2> texels = colours;
   if (layout.kind != raster::TextureKind::atlas) {
     layout = {raster::TextureKind::atlas, 512, 1024, car.layout.u_extent};
-    texels = raster::bake_atlas(car.mesh, car.painted, car.layout, colours, layout);
+    texels = raster::bake_atlas(car, colours, layout);
   }
   Array<T, 3> picture(Extents<3>{layout.height, layout.width, 3});
   std::copy_n(texels.data(), texels.size(), picture.data());

@@ -17,13 +17,6 @@
 
 namespace tapestry::camouflage {
 
-/// The painted car: its mesh and the faces that the texture covers.
-struct PaintedMesh {
-  geometry::Mesh mesh;
-  std::vector<std::uint8_t> painted;  ///< one entry a face, 1 where the texture shows
-  raster::TextureLayout layout;
-};
-
 /// One picture taken from a known place, before the car is painted into it.
 struct Frame {
   std::string name;
@@ -119,7 +112,7 @@ void for_each_window_pixel(const View<T>& view, Visit visit) {
 /// visible_pixels is 0 and the target an empty box.
 /// \throws ShapeError if the frame's mask has other extents than its image
 template <class T>
-[[nodiscard]] View<T> make_view(const Frame& frame, const PaintedMesh& car, std::size_t height,
+[[nodiscard]] View<T> make_view(const Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis = 2) {
   if (frame.mask.size() != 0)
     require_shape("make_view", "mask", frame.mask, {frame.image.shape(0), frame.image.shape(1)});
@@ -130,8 +123,7 @@ template <class T>
   view.mask = detail::mask_of<T>(frame, height, width);
   view.target = {0, 0, 0, 0};
   const auto camera = detail::letterboxed(frame.camera, box, height, width);
-  view.picture = raster::texture_operator<T>(car.mesh, car.painted, camera, height, width, car.layout,
-                                             frame.light, samples_per_axis);
+  view.picture = raster::texture_operator<T>(car, camera, height, width, frame.light, samples_per_axis);
   detail::measure_target(view);
   return view;
 }

@@ -32,7 +32,7 @@ class ViewStore {
   };
 
   /// \param car  must outlive the store
-  ViewStore(const PaintedMesh& car, Settings settings, std::vector<Loader> loaders)
+  ViewStore(const raster::PaintedMesh& car, Settings settings, std::vector<Loader> loaders)
       : car_(car), settings_(settings), loaders_(std::move(loaders)), kept_(loaders_.size()) {}
 
   [[nodiscard]] std::size_t size() const { return loaders_.size(); }
@@ -77,7 +77,7 @@ class ViewStore {
     kept_[index] = view;
   }
 
-  const PaintedMesh& car_;
+  const raster::PaintedMesh& car_;
   Settings settings_;
   std::vector<Loader> loaders_;
   std::vector<std::shared_ptr<const View<T>>> kept_;

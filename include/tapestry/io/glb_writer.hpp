@@ -18,6 +18,7 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/json_reader.hpp>
 #include <tapestry/io/obj_writer.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
 #include <vector>
 
 namespace tapestry::io {
@@ -256,19 +257,18 @@ inline void write_glb(const std::string& path, const geometry::Mesh& mesh) {
 
 /// Writes a painted mesh as .glb with its texture inside; parameters and errors as write_painted_obj().
 template <std::floating_point T>
-void write_painted_glb(const std::string& path, const geometry::Mesh& mesh,
-                       const std::vector<std::uint8_t>& painted, const Array<T, 3>& texture,
-                       double u_extent = 1) {
+void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
+  const auto& [mesh, painted, layout] = body;
   detail::require_writable_mesh(mesh);
   detail::require_faces("write_painted_glb", mesh);
   if (painted.size() != mesh.faces.size())
     throw ShapeError("write_painted_glb: painted has " + std::to_string(painted.size()) +
                      " entries, expected " + std::to_string(mesh.faces.size()));
-  if (!(u_extent > 0)) throw DomainError("write_painted_glb: u_extent must be positive");
-  detail::GlbBuilder builder(mesh, u_extent);
+  if (!(layout.u_extent > 0)) throw DomainError("write_painted_glb: u_extent must be positive");
+  detail::GlbBuilder builder(mesh, layout.u_extent);
   builder.add_png(png_file(path, texture));
   builder.add_primitive(builder.add_material(detail::paint_name(mesh), {1, 1, 1}, 0), true,
-                        [&](std::size_t face) { return painted[face] != 0; });
+                        [&](std::size_t face) { return body.painted[face] != 0; });
   detail::add_plain_primitives(builder, mesh, painted);
   write_file_atomically(path, builder.file(path));
 }

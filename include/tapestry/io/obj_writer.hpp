@@ -13,6 +13,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
 #include <vector>
 
 namespace tapestry::io {
@@ -135,24 +136,23 @@ inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
 /// Writes a painted mesh: `car.obj`, `car.mtl` and the texture `car.png`, each of them whole or not at all,
 /// the OBJ last. Painted faces get a material of their own with the texture; the others keep theirs.
 ///
-/// \param painted   1 for a painted face, else 0; one entry a face
-/// \param texture   RGB in [0, 1], [H, W, 3], row 0 at v = 1
-/// \param u_extent  the texture spans u in [0, u_extent); written u are divided by it, as viewers expect one
-/// \throws ShapeError unless there is an entry a face; NumericError; FileError (write)
+/// \param body     the texture spans u in [0, body.layout.u_extent); written u are divided by it, as viewers
+///                 expect. The rest of the layout does not matter
+/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1
+/// \throws ShapeError unless body.painted has an entry a face; NumericError; FileError (write)
 template <std::floating_point T>
-void write_painted_obj(const std::string& path, const geometry::Mesh& mesh,
-                       const std::vector<std::uint8_t>& painted, const Array<T, 3>& texture,
-                       double u_extent = 1) {
+void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
+  const auto& [mesh, painted, layout] = body;
   detail::require_writable_mesh(mesh);
   if (painted.size() != mesh.faces.size())
     throw ShapeError("write_painted_obj: painted has " + std::to_string(painted.size()) +
                      " entries, expected " + std::to_string(mesh.faces.size()));
-  if (!(u_extent > 0)) throw DomainError("write_painted_obj: u_extent must be positive");
+  if (!(layout.u_extent > 0)) throw DomainError("write_painted_obj: u_extent must be positive");
   const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
   const std::string name = stem.filename().string();
   write_image(stem.string() + ".png", texture);
   write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, name + ".png"));
-  write_file_atomically(path, detail::obj_text(mesh, painted, name + ".mtl", u_extent));
+  write_file_atomically(path, detail::obj_text(mesh, painted, name + ".mtl", layout.u_extent));
 }
 
 }  // namespace tapestry::io

@@ -73,11 +73,9 @@ inline std::array<double, 3> clamped_barycentric(std::array<double, 3> b) {
 }
 
 template <std::floating_point T>
-void require_bakeable(const char* operation, const geometry::Mesh& mesh,
-                      const std::vector<std::uint8_t>& painted, const TextureLayout& from,
-                      const Array<T, 2>& texels) {
-  require_layout(operation, mesh, painted, from);
-  require_shape(operation, "texels", texels, {from.texel_count(mesh), 3});
+void require_bakeable(const char* operation, const PaintedMesh& body, const Array<T, 2>& texels) {
+  require_layout(operation, body);
+  require_shape(operation, "texels", texels, {body.layout.texel_count(body.mesh), 3});
 }
 
 }  // namespace detail
@@ -86,27 +84,25 @@ void require_bakeable(const char* operation, const geometry::Mesh& mesh,
 /// has there, texels just outside a chart that of its rim. Where a chart's own texels and another's rim meet,
 /// the chart's count.
 ///
-/// \param from    layout of `texels`, [texel_count, 3]
+/// \param texels  [texel_count, 3], laid out as body.layout says
 /// \param to      layout of the atlas
 /// \param unused  colour of texels that no painted face covers
 /// \returns       [to.height · to.width, 3]
-/// \throws ShapeError, DomainError, Error (mismatch) as texture_operator() does for `from`; DomainError
-/// unless
-///         `to` is an atlas
+/// \throws ShapeError, DomainError, Error (mismatch) as texture_operator() does; DomainError unless `to` is
+///         an atlas
 template <std::floating_point T>
-[[nodiscard]] Array<T, 2> bake_atlas(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
-                                     const TextureLayout& from, const Array<T, 2>& texels,
+[[nodiscard]] Array<T, 2> bake_atlas(const PaintedMesh& body, const Array<T, 2>& texels,
                                      const TextureLayout& to, T unused = T(0.5)) {
-  detail::require_bakeable("bake_atlas", mesh, painted, from, texels);
+  detail::require_bakeable("bake_atlas", body, texels);
   if (to.kind != TextureKind::atlas || to.height == 0 || to.width == 0 || !(to.u_extent > 0))
     throw DomainError("bake_atlas: expected the layout of an atlas with rows, columns and a u_extent");
-  const SurfaceColour<T, PreparedUnlit> colour(mesh, painted, from, texels, {});
+  const SurfaceColour<T, PreparedUnlit> colour(body, texels, {});
   auto atlas = filled<T, 2>({to.height * to.width, 3}, unused);
   for (const bool is_rim : {true, false}) {
-    for (std::size_t face = 0; face < painted.size(); ++face) {
-      if (painted[face] == 0) continue;
+    for (std::size_t face = 0; face < body.painted.size(); ++face) {
+      if (body.painted[face] == 0) continue;
       for_each_atlas_texel(
-          mesh, to, face, [&](std::size_t row, std::size_t column, const std::array<double, 3>& b) {
+          body.mesh, to, face, [&](std::size_t row, std::size_t column, const std::array<double, 3>& b) {
             if ((std::min({b[0], b[1], b[2]}) < 0) != is_rim) return;
             const auto value = colour.at(static_cast<std::int32_t>(face), detail::clamped_barycentric(b));
             for (std::size_t c = 0; c < 3; ++c) atlas(row * to.width + column, c) = static_cast<T>(value[c]);
@@ -124,17 +120,16 @@ template <std::floating_point T>
 /// \returns   [F · s³, 3]; `unused` in faces that are not painted
 /// \throws as bake_atlas(); DomainError unless `to` is a cube of 1 to 256 texels an edge
 template <std::floating_point T>
-[[nodiscard]] Array<T, 2> bake_cube(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
-                                    const TextureLayout& from, const Array<T, 2>& texels,
+[[nodiscard]] Array<T, 2> bake_cube(const PaintedMesh& body, const Array<T, 2>& texels,
                                     const TextureLayout& to, T unused = T(0.5)) {
-  detail::require_bakeable("bake_cube", mesh, painted, from, texels);
+  detail::require_bakeable("bake_cube", body, texels);
   if (to.kind != TextureKind::cube || to.texels_per_edge == 0 || to.texels_per_edge > 256)
     throw DomainError("bake_cube: expected the layout of a cube of 1 to 256 texels an edge");
-  const SurfaceColour<T, PreparedUnlit> colour(mesh, painted, from, texels, {});
+  const SurfaceColour<T, PreparedUnlit> colour(body, texels, {});
   const std::size_t edge = to.texels_per_edge, count = edge * edge * edge;
-  auto cube = filled<T, 2>({to.texel_count(mesh), 3}, unused);
-  for (std::size_t face = 0; face < painted.size(); ++face) {
-    if (painted[face] == 0) continue;
+  auto cube = filled<T, 2>({to.texel_count(body.mesh), 3}, unused);
+  for (std::size_t face = 0; face < body.painted.size(); ++face) {
+    if (body.painted[face] == 0) continue;
     for (std::size_t texel = 0; texel < count; ++texel) {
       const std::array<double, 3> at{static_cast<double>(texel / (edge * edge)),
                                      static_cast<double>(texel / edge % edge),

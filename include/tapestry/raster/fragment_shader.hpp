@@ -11,6 +11,7 @@
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_cube.hpp>
 #include <tapestry/raster/texture_layout.hpp>
@@ -45,8 +46,8 @@ inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
   }
 }
 
-inline void require_layout(const char* operation, const geometry::Mesh& mesh,
-                           const std::vector<std::uint8_t>& painted, const TextureLayout& layout) {
+inline void require_layout(const char* operation, const PaintedMesh& body) {
+  const auto& [mesh, painted, layout] = body;
   const std::string name = operation;
   if (painted.size() != mesh.faces.size()) {
     throw ShapeError(name + ": painted is [" + std::to_string(painted.size()) + "], expected [" +
@@ -71,9 +72,7 @@ inline void require_layout(const char* operation, const geometry::Mesh& mesh,
 /// of a light.
 template <class Lighting>
 struct FragmentShader {
-  const geometry::Mesh& mesh;
-  const std::vector<std::uint8_t>& painted;
-  const TextureLayout& layout;
+  const PaintedMesh& body;
   const Lighting& lighting;
   const std::vector<geometry::Vector3>& positions_view;
   const geometry::Camera& camera;
@@ -95,12 +94,12 @@ struct FragmentShader {
   template <class Visit>
   void visit_taps(const Fragment& fragment, Visit visit) const {
     const auto face = static_cast<std::size_t>(fragment.face);
-    switch (layout.kind) {
+    switch (body.layout.kind) {
       case TextureKind::cube:
-        return visit_cube_taps(layout, face, fragment.barycentric, visit);
+        return visit_cube_taps(body.layout, face, fragment.barycentric, visit);
       case TextureKind::vertex:
         for (std::size_t k = 0; k < 3; ++k)
-          visit(Tap{static_cast<std::size_t>(mesh.faces[face][k]), fragment.barycentric[k]});
+          visit(Tap{static_cast<std::size_t>(body.mesh.faces[face][k]), fragment.barycentric[k]});
         return;
       case TextureKind::solid:
         return visit(Tap{0, 1});
@@ -112,6 +111,7 @@ struct FragmentShader {
  private:
   template <class Visit>
   void visit_taps_of_atlas(const Fragment& fragment, Visit visit) const {
+    const auto& [mesh, painted, layout] = body;
     const auto face = static_cast<std::size_t>(fragment.face);
     std::array<double, 2> uv{0, 0};
     std::array<std::array<double, 2>, 3> corner_uvs;
@@ -131,23 +131,20 @@ struct FragmentShader {
   }
 };
 
+/// \param body       must outlive the shader
 /// \param fragments  of the same mesh and camera
 template <class Lighting>
-[[nodiscard]] FragmentShader<Lighting> make_shader(const geometry::Mesh& mesh,
-                                                   const std::vector<std::uint8_t>& painted,
-                                                   const TextureLayout& layout, const Lighting& lighting,
+[[nodiscard]] FragmentShader<Lighting> make_shader(const PaintedMesh& body, const Lighting& lighting,
                                                    const FragmentBands& fragments,
                                                    const geometry::Camera& camera, std::size_t height,
                                                    std::size_t width) {
-  FragmentShader<Lighting> shader{mesh,
-                                  painted,
-                                  layout,
+  FragmentShader<Lighting> shader{body,
                                   lighting,
                                   fragments.positions_view(),
                                   camera,
                                   {static_cast<double>(height), static_cast<double>(width)}};
-  if (layout.kind == TextureKind::atlas && layout.filter == TextureFilter::trilinear)
-    shader.levels = mip_levels(layout);
+  if (body.layout.kind == TextureKind::atlas && body.layout.filter == TextureFilter::trilinear)
+    shader.levels = mip_levels(body.layout);
   return shader;
 }
 

@@ -78,37 +78,34 @@ class TexelQueue {
 
 /// Renders a view once: what render() makes of texture_operator(), without keeping the operator.
 ///
-/// \param painted  1 for faces that take their colour from the texture; one entry a face
 /// \param texels   [texel_count, 3]
 /// \throws as texture_operator(), and ShapeError if texels does not fit the layout
 template <std::floating_point T, LightModel Model = Light>
-[[nodiscard]] TexturedPicture<T> render_textured(const geometry::Mesh& mesh,
-                                                 const std::vector<std::uint8_t>& painted,
-                                                 const geometry::Camera& camera, std::size_t height,
-                                                 std::size_t width, const TextureLayout& layout,
-                                                 const Model& light, const Array<T, 2>& texels,
+[[nodiscard]] TexturedPicture<T> render_textured(const PaintedMesh& body, const geometry::Camera& camera,
+                                                 std::size_t height, std::size_t width, const Model& light,
+                                                 const Array<T, 2>& texels,
                                                  std::size_t samples_per_axis = 2) {
-  detail::require_layout("render_textured", mesh, painted, layout);
-  require_shape("render_textured", "texels", texels, {stored_texel_count(layout, mesh), 3});
-  const FragmentBands fragments("render_textured", mesh, camera, height, width, samples_per_axis);
-  const auto lighting = prepare(mesh, camera, light);
-  const auto shader = detail::make_shader(mesh, painted, layout, lighting, fragments, camera, height, width);
+  detail::require_layout("render_textured", body);
+  require_shape("render_textured", "texels", texels, {stored_texel_count(body.layout, body.mesh), 3});
+  const FragmentBands fragments("render_textured", body.mesh, camera, height, width, samples_per_axis);
+  const auto lighting = prepare(body.mesh, camera, light);
+  const auto shader = detail::make_shader(body, lighting, fragments, camera, height, width);
   TexturedPicture<T> picture{zeros<T, 3>({height, width, 3}), zeros<T, 2>({height, width}),
                              fragments.non_finite_faces()};
   parallel_for(fragments.band_count(), [&](std::size_t band) {
     detail::TexelQueue<T> queue(texels.data());
-    fragments.visit_band(band, detail::grain_of(layout), [&](const Fragment& fragment) {
+    fragments.visit_band(band, detail::grain_of(body.layout), [&](const Fragment& fragment) {
       const auto face = static_cast<std::size_t>(fragment.face);
       picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
       T* const pixel = picture.colour.data() + 3 * fragment.pixel;
       std::array<T, 3> scale;
       const double factor = fragment.coverage * shader.light_of(fragment);
       for (std::size_t c = 0; c < 3; ++c) scale[c] = static_cast<T>(factor * lighting.light_colour[c]);
-      if (painted[face] != 0) {
+      if (body.painted[face] != 0) {
         queue.add(shader, fragment, scale, pixel);
         return;
       }
-      const std::array<float, 3> colour = detail::material_colour(mesh, face);
+      const std::array<float, 3> colour = detail::material_colour(body.mesh, face);
       for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * static_cast<T>(colour[c]);
     });
     queue.finish_all();

@@ -22,9 +22,7 @@ namespace tapestry::raster {
 /// What the faces of a mesh show: paint, material and light. Refers to its parts, which must outlive it.
 template <std::floating_point T, LightModel Model = Light>
 struct Surface {
-  const geometry::Mesh& mesh;
-  const std::vector<std::uint8_t>& painted;  ///< one entry a face, as for texture_operator()
-  const TextureLayout& layout;
+  const PaintedMesh& body;
   const Array<T, 2>& texels;  ///< [texel_count, 3]
   const Model& light;
 };
@@ -36,9 +34,12 @@ class SurfaceColour {
  public:
   using Colour = std::array<double, 3>;
 
-  SurfaceColour(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
-                const TextureLayout& layout, const Array<T, 2>& texels, Lighting lighting)
-      : mesh_(mesh), painted_(painted), layout_(layout), texels_(texels), lighting_(std::move(lighting)) {}
+  SurfaceColour(const PaintedMesh& body, const Array<T, 2>& texels, Lighting lighting)
+      : mesh_(body.mesh),
+        painted_(body.painted),
+        layout_(body.layout),
+        texels_(texels),
+        lighting_(std::move(lighting)) {}
 
   /// Lit colour at barycentric coordinates b, all of them ≥ 0.
   [[nodiscard]] Colour at(std::int32_t face, const std::array<double, 3>& b) const {
@@ -167,14 +168,14 @@ class SurfaceColour {
 template <std::floating_point T, class Model>
 [[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera,
                                   const char* operation = "surface_colour") {
-  detail::require_layout(operation, surface.mesh, surface.painted, surface.layout);
-  if (surface.layout.kind == TextureKind::atlas && surface.layout.filter != TextureFilter::bilinear)
+  const auto& [mesh, painted, layout] = surface.body;
+  detail::require_layout(operation, surface.body);
+  if (layout.kind == TextureKind::atlas && layout.filter != TextureFilter::bilinear)
     throw DomainError(std::string(operation) + ": expected a bilinear atlas, found a trilinear one");
-  require_corners(operation, surface.mesh);
-  require_shape(operation, "texels", surface.texels, {surface.layout.texel_count(surface.mesh), 3});
-  return SurfaceColour<T, decltype(prepare(surface.mesh, camera, surface.light))>(
-      surface.mesh, surface.painted, surface.layout, surface.texels,
-      prepare(surface.mesh, camera, surface.light));
+  require_corners(operation, mesh);
+  require_shape(operation, "texels", surface.texels, {layout.texel_count(mesh), 3});
+  auto lighting = prepare(mesh, camera, surface.light);
+  return SurfaceColour<T, decltype(lighting)>(surface.body, surface.texels, std::move(lighting));
 }
 
 }  // namespace tapestry::raster

@@ -114,16 +114,16 @@ void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture
 template <class T, class Lighting>
 void shade_band(const FragmentBands& fragments, std::size_t index, const FragmentShader<Lighting>& shader,
                 OperatorBand<T>& band, TextureOperator<T>& picture) {
-  fragments.visit_band(index, grain_of(shader.layout), [&](const Fragment& fragment) {
+  fragments.visit_band(index, grain_of(shader.body.layout), [&](const Fragment& fragment) {
     const auto face = static_cast<std::size_t>(fragment.face);
     picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
-    if (shader.painted[face] != 0) {
+    if (shader.body.painted[face] != 0) {
       if (fragment.pixel != band.pixel) band.finish_pixel();
       band.pixel = fragment.pixel;
       shader.add_taps(fragment, band.taps);
       return;
     }
-    const std::array<float, 3> colour = material_colour(shader.mesh, face);
+    const std::array<float, 3> colour = material_colour(shader.body.mesh, face);
     const double light = shader.light_of(fragment);
     for (std::size_t c = 0; c < 3; ++c) {
       const double lit = static_cast<double>(colour[c]) * light * shader.lighting.light_colour[c];
@@ -178,28 +178,24 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 /// The operator of a trilinear atlas takes the texels of its pyramid, see mip_pyramid().
 /// The result is the same for any number of threads.
 ///
-/// \param painted           1 for faces that take their colour from the texture; one entry a face. The
-///                          others keep their material's colour.
 /// \param light             Unlit, Light (flat) or SmoothLight
 /// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square
-/// \throws ShapeError if painted does not have one entry a face
+/// \throws ShapeError if body.painted does not have one entry a face
 /// \throws DomainError for a picture, camera, light or layout outside the stated limits
 /// \throws Error (mismatch) if a painted face has no uv, or a face refers to a missing position
 template <std::floating_point T, LightModel Model = Light>
-[[nodiscard]] TextureOperator<T> texture_operator(const geometry::Mesh& mesh,
-                                                  const std::vector<std::uint8_t>& painted,
-                                                  const geometry::Camera& camera, std::size_t height,
-                                                  std::size_t width, const TextureLayout& layout,
-                                                  const Model& light, std::size_t samples_per_axis = 2) {
-  detail::require_layout("texture_operator", mesh, painted, layout);
-  const FragmentBands fragments("texture_operator", mesh, camera, height, width, samples_per_axis);
-  const auto lighting = prepare(mesh, camera, light);
-  const auto shader = detail::make_shader(mesh, painted, layout, lighting, fragments, camera, height, width);
+[[nodiscard]] TextureOperator<T> texture_operator(const PaintedMesh& body, const geometry::Camera& camera,
+                                                  std::size_t height, std::size_t width, const Model& light,
+                                                  std::size_t samples_per_axis = 2) {
+  detail::require_layout("texture_operator", body);
+  const FragmentBands fragments("texture_operator", body.mesh, camera, height, width, samples_per_axis);
+  const auto lighting = prepare(body.mesh, camera, light);
+  const auto shader = detail::make_shader(body, lighting, fragments, camera, height, width);
 
   TextureOperator<T> picture;
   picture.height = height;
   picture.width = width;
-  picture.texel_count = stored_texel_count(layout, mesh);
+  picture.texel_count = stored_texel_count(body.layout, body.mesh);
   for (std::size_t c = 0; c < 3; ++c) picture.light_colour[c] = static_cast<T>(lighting.light_colour[c]);
   picture.constant = zeros<T, 3>({height, width, 3});
   picture.coverage = zeros<T, 2>({height, width});

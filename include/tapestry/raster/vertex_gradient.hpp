@@ -48,9 +48,9 @@ void require_vertex_adjoint(const Surface<T, Model>& surface, const Array<T, 3>&
                             const std::vector<geometry::Vector3>& positions_adjoint) {
   require_shape("vertex_adjoint", "render_adjoint", render_adjoint,
                 {render_adjoint.shape(0), render_adjoint.shape(1), 3});
-  if (positions_adjoint.size() != surface.mesh.positions.size())
+  if (positions_adjoint.size() != surface.body.mesh.positions.size())
     throw ShapeError("vertex_adjoint: positions_adjoint is [" + std::to_string(positions_adjoint.size()) +
-                     "], expected [" + std::to_string(surface.mesh.positions.size()) +
+                     "], expected [" + std::to_string(surface.body.mesh.positions.size()) +
                      "], one entry a position");
 }
 
@@ -87,7 +87,7 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const InteriorOnly& model) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
   detail::add_interior(surface, surface_colour(surface, camera, "vertex_adjoint"), camera,
-                       positions_in_view(surface.mesh, camera), render_adjoint, model.samples_per_axis,
+                       positions_in_view(surface.body.mesh, camera), render_adjoint, model.samples_per_axis,
                        positions_adjoint);
 }
 
@@ -97,16 +97,16 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const BoundaryIntegral& model = {}) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
   const auto colour = surface_colour(surface, camera, "vertex_adjoint");
-  const auto positions_view = positions_in_view(surface.mesh, camera);
+  const auto positions_view = positions_in_view(surface.body.mesh, camera);
   detail::add_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
                        positions_adjoint);
-  const MeshEdges edges = mesh_edges(surface.mesh);
-  const FaceField field(surface.mesh, positions_view, camera, render_adjoint.shape(0),
+  const MeshEdges edges = mesh_edges(surface.body.mesh);
+  const FaceField field(surface.body.mesh, positions_view, camera, render_adjoint.shape(0),
                         render_adjoint.shape(1));
   const auto adjoint_of = detail::pixel_adjoint(render_adjoint);
   const double longest_piece = 1 / static_cast<double>(model.samples_per_axis);
-  const detail::BoundaryScene scene{surface.mesh, edges,  positions_view, field,
-                                    camera,       colour, adjoint_of,     longest_piece};
+  const detail::BoundaryScene scene{surface.body.mesh, edges,        positions_view, field, camera, colour,
+                                    adjoint_of,        longest_piece};
   detail::Outlines(scene).add_to(positions_adjoint);
   if (model.intersections) detail::Intersections(scene).add_to(positions_adjoint);
 }
@@ -117,11 +117,11 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                     const NeuralMeshRenderer& model) {
   detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
   const auto colour = surface_colour(surface, camera, "vertex_adjoint");
-  const auto positions_view = positions_in_view(surface.mesh, camera);
+  const auto positions_view = positions_in_view(surface.body.mesh, camera);
   const std::size_t axis = model.samples_per_axis;
   const auto buffer =
-      visibility(surface.mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), axis);
-  const auto colours = detail::sample_colours(surface.mesh, positions_view, camera, buffer, colour);
+      visibility(surface.body.mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), axis);
+  const auto colours = detail::sample_colours(surface.body.mesh, positions_view, camera, buffer, colour);
   std::vector<std::array<double, 3>> adjoints(colours.size());
   const std::size_t columns = buffer.width * axis;
   for (std::size_t i = 0; i < adjoints.size(); ++i) {
@@ -130,7 +130,8 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
       adjoints[i][c] =
           static_cast<double>(render_adjoint.data()[3 * pixel + c]) / static_cast<double>(axis * axis);
   }
-  detail::PixelMap(surface.mesh, positions_view, camera, buffer, colours, adjoints).add_to(positions_adjoint);
+  detail::PixelMap(surface.body.mesh, positions_view, camera, buffer, colours, adjoints)
+      .add_to(positions_adjoint);
   if (model.interior)
     detail::add_interior(surface, colour, camera, positions_view, render_adjoint, axis, positions_adjoint);
 }

@@ -113,11 +113,11 @@ template <std::floating_point T, class Model, class Colour>
 void add_interior(const Surface<T, Model>& surface, const Colour& colour, const geometry::Camera& camera,
                   const std::vector<geometry::Vector3>& positions_view, const Array<T, 3>& render_adjoint,
                   std::size_t samples_per_axis, std::vector<geometry::Vector3>& positions_adjoint) {
-  const FragmentBands fragments("vertex_adjoint", surface.mesh, camera, render_adjoint.shape(0),
+  const FragmentBands fragments("vertex_adjoint", surface.body.mesh, camera, render_adjoint.shape(0),
                                 render_adjoint.shape(1), samples_per_axis);
   std::vector<std::vector<FaceAdjoint>> bands(fragments.band_count());
   parallel_for(bands.size(), [&](std::size_t index) {
-    fragments.visit_band(index, grain_of(surface.layout), [&](const Fragment& fragment) {
+    fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
       const auto slope = colour.slope(fragment.face, fragment.barycentric);
@@ -130,8 +130,8 @@ void add_interior(const Surface<T, Model>& surface, const Colour& colour, const 
         part.light += weight * tinted[c];
         for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * slope[c][k];
       }
-      part.corners_view = moving_texture_adjoint(corners_in_view(surface.mesh, positions_view, fragment.face),
-                                                 fragment.barycentric, sum);
+      part.corners_view = moving_texture_adjoint(
+          corners_in_view(surface.body.mesh, positions_view, fragment.face), fragment.barycentric, sum);
       auto& band = bands[index];
       if (!band.empty() && band.back().face == part.face)
         add_part(band.back(), part);
@@ -145,8 +145,8 @@ void add_interior(const Surface<T, Model>& surface, const Colour& colour, const 
     for (const FaceAdjoint& part : band) {
       for (std::int32_t k = 0; k < 3; ++k)
         shares[0].push_back(
-            {corner_of(surface.mesh, part.face, k), part.corners_view[static_cast<std::size_t>(k)]});
-      add_light_adjoint(surface.mesh, camera, surface.light, part.face, part.light, positions_adjoint);
+            {corner_of(surface.body.mesh, part.face, k), part.corners_view[static_cast<std::size_t>(k)]});
+      add_light_adjoint(surface.body.mesh, camera, surface.light, part.face, part.light, positions_adjoint);
     }
   }
   add_shares(shares, camera, positions_adjoint);
