@@ -125,6 +125,7 @@
 #include <tapestry/io/zip_archive.hpp>
 #include <tapestry/io/zip_writer.hpp>
 #include <tapestry/loss/adversarial.hpp>
+#include <tapestry/loss/adversarial_variable.hpp>
 #include <tapestry/loss/anchor_match.hpp>
 #include <tapestry/loss/classification.hpp>
 #include <tapestry/loss/logistic.hpp>
@@ -132,6 +133,7 @@
 #include <tapestry/loss/objectness.hpp>
 #include <tapestry/loss/overlap.hpp>
 #include <tapestry/loss/prediction.hpp>
+#include <tapestry/loss/prediction_variable.hpp>
 #include <tapestry/loss/responsible.hpp>
 #include <tapestry/loss/smoothness.hpp>
 #include <tapestry/loss/yolo_training.hpp>

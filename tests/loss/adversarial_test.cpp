@@ -5,6 +5,7 @@
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
+#include "../support/tiny_heads.hpp"
 
 namespace loss = tapestry::loss;
 namespace detect = tapestry::detect;
@@ -19,33 +20,16 @@ constexpr std::size_t input_height = 64, input_width = 96, classes = 3;
 const std::vector<AdversarialLoss> all_kinds{AdversarialLoss::paper, AdversarialLoss::as_coded,
                                              AdversarialLoss::max_score};
 
-/// Three heads of two anchors with strides 32, 16 and 8, in Darknet's order; the finest with scale_x_y 1.2.
 std::vector<detect::Head> three_heads(DecodeFamily decode = DecodeFamily::darknet) {
-  const auto head = [=](std::size_t stride, std::vector<std::array<double, 2>> anchors, double scale_x_y) {
-    detect::Head made{};
-    made.classes = classes;
-    made.grid_height = input_height / stride;
-    made.grid_width = input_width / stride;
-    made.anchors = std::move(anchors);
-    made.scale_x_y = scale_x_y;
-    made.decode = decode;
-    return made;
-  };
-  return {head(32, {{40, 30}, {60, 50}}, 1.0), head(16, {{20, 16}, {30, 30}}, 1.0),
-          head(8, {{6, 6}, {9, 14}}, 1.2)};
+  return tapestry::test::TinyHeads(decode).heads();
 }
 
 template <class T>
 using Logits = std::vector<Array<T, 4>>;
 
 template <class T>
-Logits<T> random_logits(const std::vector<detect::Head>& heads, std::uint64_t seed, double size = 1) {
-  Logits<T> logits;
-  for (std::size_t i = 0; i < heads.size(); ++i)
-    logits.push_back(tapestry::test::random_array<T>(
-        {2, heads[i].anchors.size() * (5 + classes), heads[i].grid_height, heads[i].grid_width},
-        seed * 10 + i, -size, size));
-  return logits;
+Logits<T> random_logits(std::uint64_t seed, double size = 1) {
+  return tapestry::test::TinyHeads().logits<T>(2, seed, -size, size);
 }
 
 template <class T>
@@ -90,7 +74,7 @@ const loss::Target car{0, {50.0, 30.0, 26.0, 17.0}};
 TEST_CASE("the paper's loss adds IoU, objectness and class probability of each scale",
           "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(heads, 1);
+  auto logits = random_logits<double>(1);
   fill(logits, -60);  // every box vanishes and no candidate is sure of anything
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 2.0);  // centre (56, 24)
   predict(heads, logits, {2, 1, 3, 6}, 9, 14, 1.0);   // centre (52, 28)
@@ -107,7 +91,7 @@ TEST_CASE("the paper's loss adds IoU, objectness and class probability of each s
 
 TEST_CASE("max_score is minus the log of the chance that nothing finds the target", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(heads, 1);
+  auto logits = random_logits<double>(1);
   fill(logits, -60);
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 2.0);
   predict(heads, logits, {2, 1, 3, 6}, 9, 14, 1.0);
@@ -121,7 +105,7 @@ TEST_CASE("max_score is minus the log of the chance that nothing finds the targe
 
 TEST_CASE("as_coded equals the published terms worked out by hand", "[loss][adversarial]") {
   auto heads = three_heads();
-  auto logits = random_logits<double>(heads, 1);
+  auto logits = random_logits<double>(1);
   fill(logits, 0);
   for (auto& head : heads) head.scale_x_y = 1;
   // A target of 20 × 16 around (56, 24): ratios below 4 for all anchors, so two matches a head.
@@ -150,7 +134,7 @@ TEST_CASE("as_coded equals the published terms worked out by hand", "[loss][adve
 
 TEST_CASE("anchors match up to a ratio of 4, in the cell of the centre only", "[loss][adversarial]") {
   const auto heads = three_heads();
-  const auto logits = random_logits<double>(heads, 1);
+  const auto logits = random_logits<double>(1);
   const auto matches = [&](std::size_t head, const detect::Box& box) {
     return loss::matched_candidates(view(heads, logits), head, {0, box});
   };
@@ -169,7 +153,7 @@ TEST_CASE("adversarial_adjoint agrees with central differences in double", "[los
   const loss::AdversarialWeights weights{0.7, 1.3, 0.9, 1.1};
   CAPTURE(loss::name_of(kind), detect::name_of(decode));
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const auto logits = random_logits<double>(heads, seed);
+    const auto logits = random_logits<double>(seed);
     auto adjoint = zeros_like(logits);
     for (int half = 0; half < 2; ++half)
       loss::adversarial_adjoint(view(heads, logits), car, kind, weights, 0.5, loss::to_add_to(adjoint));
@@ -212,7 +196,7 @@ TEST_CASE("adversarial_adjoint agrees with central differences in double", "[los
 
 TEST_CASE("adversarial in float follows double", "[loss][adversarial]") {
   const auto heads = three_heads();
-  const auto logits = random_logits<double>(heads, 3);
+  const auto logits = random_logits<double>(3);
   Logits<float> rounded;
   for (const auto& head : logits) rounded.push_back(tapestry::cast<float>(head));
   for (const auto kind : all_kinds) {
@@ -235,7 +219,7 @@ TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
   const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
   const auto heads = three_heads(decode);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score);
-  auto logits = random_logits<double>(heads, 7, 3);
+  auto logits = random_logits<double>(7, 3);
   for (int step = 0; step < 400; ++step) {
     auto adjoint = zeros_like(logits);
     loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(adjoint));
@@ -247,7 +231,7 @@ TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
 
 TEST_CASE("the slope of an ultralytics box equals the one worked out by hand", "[loss][adversarial]") {
   const auto heads = three_heads(DecodeFamily::ultralytics);
-  auto logits = random_logits<double>(heads, 1);
+  auto logits = random_logits<double>(1);
   fill(logits, std::log(3.0));  // σ = ¾, σ' = 3/16
   const loss::Candidate candidate{2, 1, 3, 6};
   const auto box = loss::decoded_box(view(heads, logits), candidate);
@@ -269,7 +253,7 @@ TEST_CASE("the slope of an ultralytics box equals the one worked out by hand", "
 TEST_CASE("a box of saturated ultralytics logits has a finite slope", "[loss][adversarial]") {
   const auto heads = three_heads(DecodeFamily::ultralytics);
   const double size = GENERATE(100.0, -100.0, 800.0, -800.0, 1e30);
-  auto logits = random_logits<double>(heads, 1);
+  auto logits = random_logits<double>(1);
   fill(logits, size);
   auto adjoint = zeros_like(logits);
   loss::decoded_box_adjoint(view(heads, logits), {1, 0, 1, 3}, {1, 1, 1, 1}, loss::to_add_to(adjoint));
@@ -283,7 +267,7 @@ TEST_CASE("a box of saturated ultralytics logits has a finite slope", "[loss][ad
 
 TEST_CASE("losses refuse heads that give no raw logits", "[loss][adversarial]") {
   auto heads = three_heads();
-  const auto logits = random_logits<double>(heads, 1);
+  const auto logits = random_logits<double>(1);
   heads[2].decode = DecodeFamily::scaled;
   const std::string message =
       ": heads of the decode family scaled (new_coords=1) give activations, but losses need raw logits; "
@@ -299,7 +283,7 @@ TEST_CASE("losses refuse heads that give no raw logits", "[loss][adversarial]") 
 
 TEST_CASE("no detection at any scale makes the loss exactly 0", "[loss][adversarial]") {
   const auto heads = three_heads();
-  const auto logits = random_logits<double>(heads, 4);
+  const auto logits = random_logits<double>(4);
   const loss::Target outside{0, {-500.0, -500.0, 10.0, 10.0}};
   const loss::Target flat{0, {50.0, 30.0, 0.0, 10.0}};
   for (const auto kind : {AdversarialLoss::paper, AdversarialLoss::max_score})
@@ -318,7 +302,7 @@ TEST_CASE("no detection at any scale makes the loss exactly 0", "[loss][adversar
 
 TEST_CASE("a target box touching or crossing the border is measured whole", "[loss][adversarial]") {
   const auto heads = three_heads();
-  const auto logits = random_logits<double>(heads, 5);
+  const auto logits = random_logits<double>(5);
   for (const auto kind : all_kinds)
     for (const detect::Box& box :
          {detect::Box{8, 32, 16, 20}, detect::Box{0, 0, 30, 30}, detect::Box{93, 60, 30, 30}}) {
@@ -332,7 +316,7 @@ TEST_CASE("saturated logits give finite losses and gradients", "[loss][adversari
   const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
   const auto heads = three_heads(decode);
   const double size = GENERATE(100.0, -100.0, 800.0, -800.0, 1e30);
-  auto logits = random_logits<double>(heads, 6);
+  auto logits = random_logits<double>(6);
   fill(logits, size);
   for (const auto kind : all_kinds) {
     if (kind == AdversarialLoss::as_coded && size == 1e30) continue;
@@ -347,7 +331,7 @@ TEST_CASE("saturated logits give finite losses and gradients", "[loss][adversari
 
 TEST_CASE("max_score still pulls where the detector is utterly sure", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(heads, 1);
+  auto logits = random_logits<double>(1);
   fill(logits, -60);
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 100.0);
   const auto predictions = view(heads, logits);
@@ -362,7 +346,7 @@ TEST_CASE("max_score still pulls where the detector is utterly sure", "[loss][ad
 
 TEST_CASE("a tie goes to the first candidate", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(heads, 1);
+  auto logits = random_logits<double>(1);
   fill(logits, -60);
   predict(heads, logits, {1, 0, 1, 2}, 16, 16, 1.0);  // 8 px left of the target's centre
   predict(heads, logits, {1, 0, 1, 3}, 16, 16, 1.0);  // 8 px right of it
@@ -375,7 +359,7 @@ TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial
   const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
   const auto heads = three_heads(decode);
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    auto logits = random_logits<double>(heads, seed, 0.2 * static_cast<double>(seed));
+    auto logits = random_logits<double>(seed, 0.2 * static_cast<double>(seed));
     const loss::Target target{seed % classes, {1.5 * static_cast<double>(seed), 30, 26, 17}};
     for (std::size_t head = 0; head < heads.size(); ++head) {
       std::optional<loss::Responsible> best;
@@ -394,11 +378,11 @@ TEST_CASE("NaN arriving in the loss is passed on", "[loss][adversarial]") {
   const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
   const auto heads = three_heads(decode);
   for (const auto kind : all_kinds) {
-    auto logits = random_logits<double>(heads, 8);
+    auto logits = random_logits<double>(8);
     const auto place = loss::matched_candidates(view(heads, logits), 1, car).front();
     logits[1].data()[loss::logit_index(view(heads, logits), place, loss::w_channel)] = std::nan("");
     CHECK(std::isnan(loss::adversarial(view(heads, logits), car, kind).total));
-    auto anywhere = random_logits<double>(heads, 8);
+    auto anywhere = random_logits<double>(8);
     anywhere[2].data()[loss::logit_index(view(heads, anywhere), {2, 1, 7, 0}, loss::objectness_channel)] =
         std::nan("");
     CHECK(std::isnan(loss::adversarial(view(heads, anywhere), car, kind).total));
@@ -407,7 +391,7 @@ TEST_CASE("NaN arriving in the loss is passed on", "[loss][adversarial]") {
 
 TEST_CASE("adversarial refuses what does not fit together", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(heads, 9);
+  auto logits = random_logits<double>(9);
   const auto kind = AdversarialLoss::paper;
   CHECK_THROWS_AS(loss::adversarial(view(heads, logits, 2), car, kind), tapestry::DomainError);
   CHECK_THROWS_AS(loss::adversarial(view(heads, logits), {3, car.box}, kind), tapestry::DomainError);

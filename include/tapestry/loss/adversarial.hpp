@@ -127,6 +127,15 @@ void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& tar
   }
 }
 
+template <class T>
+void terms_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
+                   const TermSums& adjoint, const LogitsAdjoint<T>& logits_adjoint) {
+  if (kind == AdversarialLoss::paper) paper_terms_adjoint(predictions, target, adjoint, logits_adjoint);
+  if (kind == AdversarialLoss::as_coded) as_coded_terms_adjoint(predictions, target, adjoint, logits_adjoint);
+  if (kind == AdversarialLoss::max_score)
+    max_score_adjoint(predictions, target, adjoint.max_score, logits_adjoint);
+}
+
 }  // namespace detail
 
 /// The loss to minimise so that one image's target is not found, on the raw logits of the heads.
@@ -168,12 +177,7 @@ void adversarial_adjoint(const Predictions<T>& predictions, const Target& target
   const auto seed = static_cast<double>(total_adjoint);
   const detail::TermSums adjoint{seed * weights.iou, seed * weights.objectness, seed * weights.classification,
                                  seed * weights.max_score};
-  if (kind == AdversarialLoss::paper)
-    detail::paper_terms_adjoint(predictions, target, adjoint, logits_adjoint);
-  if (kind == AdversarialLoss::as_coded)
-    detail::as_coded_terms_adjoint(predictions, target, adjoint, logits_adjoint);
-  if (kind == AdversarialLoss::max_score)
-    max_score_adjoint(predictions, target, adjoint.max_score, logits_adjoint);
+  detail::terms_adjoint(predictions, target, kind, adjoint, logits_adjoint);
 }
 
 }  // namespace tapestry::loss

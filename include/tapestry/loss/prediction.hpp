@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <string>
 #include <tapestry/core/array.hpp>
@@ -51,6 +52,14 @@ template <class T>
   for (auto& array : arrays) addresses.push_back(&array);
   return addresses;
 }
+
+/// What losses of a batch have to know of the network that gave the logits; detect::Network is one.
+template <class D>
+concept Detector = requires(const D& detector) {
+  { detector.heads() } -> std::convertible_to<const std::vector<detect::Head>&>;
+  { detector.input_height() } -> std::convertible_to<std::size_t>;
+  { detector.input_width() } -> std::convertible_to<std::size_t>;
+};
 
 /// The place of one predicted box. The order of candidates, in which ties go to the first, is by head,
 /// then anchor, then row, then column.

@@ -1,0 +1,41 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/loss/prediction.hpp>
+#include <vector>
+
+namespace tapestry::loss::detail {
+
+/// Logits of a batch on the tape as a loss's pullback keeps them: shared, and with the heads they are of, so
+/// that nothing that happens to the detector or the tape afterwards matters.
+template <class T>
+class KeptLogits {
+ public:
+  template <Detector D>
+  KeptLogits(const D& detector, const std::vector<ArrayVariable<T, 4>>& logits)
+      : heads_(detector.heads()),
+        input_height_(detector.input_height()),
+        input_width_(detector.input_width()) {
+    for (const auto& head : logits) {
+      arrays_.push_back(head.shared_value());
+      view_.push_back(arrays_.back().get());
+    }
+  }
+
+  [[nodiscard]] const std::vector<detect::Head>& heads() const { return heads_; }
+  [[nodiscard]] std::size_t input_height() const { return input_height_; }
+  [[nodiscard]] std::size_t input_width() const { return input_width_; }
+  [[nodiscard]] const LogitsView<T>& view() const { return view_; }
+  [[nodiscard]] Predictions<T> of_image(std::size_t image) const {
+    return {heads_, view_, image, input_height_, input_width_};
+  }
+
+ private:
+  std::vector<detect::Head> heads_;
+  std::size_t input_height_, input_width_;
+  std::vector<std::shared_ptr<const Array<T, 4>>> arrays_;
+  LogitsView<T> view_;
+};
+
+}  // namespace tapestry::loss::detail
