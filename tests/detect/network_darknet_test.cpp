@@ -68,6 +68,14 @@ TEST_CASE("logits equal those of Darknet for every common layer", "[detect][dark
   check_against_darknet(random_detector<float>(detect::read_network_config(path), 3), path, 5e-6);
 }
 
+TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[detect][darknet]") {
+  const TemporaryFolder folder;
+  std::string cfg = unequal_layers;
+  cfg.insert(cfg.find("[upsample]") + 11, "scale=-.75\n");  // which OpenCV passes over
+  const std::string path = folder.write("some.cfg", cfg);
+  check_against_darknet(random_detector<float>(detect::read_network_config(path), 3), path, 5e-6);
+}
+
 TEST_CASE("logits of yolov3-tiny equal those of Darknet", "[detect][darknet]") {
   const std::string path = "/usr/share/darknet/cfg/yolov3-tiny.cfg";
   if (!std::filesystem::exists(path)) {

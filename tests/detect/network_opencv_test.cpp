@@ -69,6 +69,10 @@ TEST_CASE("logits equal those of OpenCV for the layers of small relatives", "[de
   check_cfg_text(relatives_layers, 5e-6);
 }
 
+TEST_CASE("shortcuts of unequal channels add what OpenCV adds", "[detect][opencv]") {
+  check_cfg_text(unequal_layers, 5e-6);
+}
+
 TEST_CASE("logits of yolov3-tiny equal those of OpenCV", "[detect][opencv]") {
   const std::string path = "/usr/share/darknet/cfg/yolov3-tiny.cfg";
   if (!std::filesystem::exists(path)) {

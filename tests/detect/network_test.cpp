@@ -83,6 +83,7 @@ groups=2
 group_id=1
 [upsample]
 stride=2
+scale=-.75
 [route]
 layers=-1,3
 [convolutional]
@@ -93,6 +94,45 @@ activation=linear
 [yolo]
 mask=0,1
 anchors=2,3, 3,2
+classes=2
+num=2
+)";
+
+/// Shortcuts that add layers of more and of fewer channels, and a layer to itself.
+const std::string unequal_layers = R"(
+[net]
+width=16
+height=16
+[convolutional]
+filters=6
+size=3
+stride=2
+pad=1
+batch_normalize=1
+activation=mish
+[convolutional]
+filters=9
+size=1
+activation=linear
+[shortcut]
+from=-2
+activation=swish
+[convolutional]
+filters=4
+size=3
+pad=1
+batch_normalize=1
+activation=linear
+[shortcut]
+from=-3,-4,-2,-1
+activation=linear
+[convolutional]
+filters=14
+size=1
+activation=linear
+[yolo]
+mask=0,1
+anchors=4,5, 9,8
 classes=2
 num=2
 )";
@@ -157,6 +197,20 @@ activation=leaky
 filters=12
 size=3
 pad=1
+activation=leaky
+[shortcut]
+from=-2
+activation=linear
+[convolutional]
+filters=20
+size=1
+activation=leaky
+[shortcut]
+from=-2
+activation=linear
+[convolutional]
+filters=10
+size=1
 activation=leaky
 [shortcut]
 from=-2
@@ -307,12 +361,11 @@ double central_difference(Function f, double h) {
 }  // namespace
 
 TEST_CASE("the input gradient agrees with central differences", "[detect][network][gradient]") {
-  const auto network = random_network<double>(every_layer);
+  const auto network = random_network<double>(GENERATE(every_layer, unequal_layers));
   const auto images = random_array<double>({2, 3, 16, 16}, 2);
   for (const auto mode : {detect::Mode::input_gradient, detect::Mode::training}) {
     detect::Pass<double> pass;
     network.forward(images, pass, mode);
-    REQUIRE(pass.logits.size() == 2);
     const auto adjoint = random_like(pass.logits, 3);
     auto gradient = tapestry::zeros<double, 4>({2, 3, 16, 16});
     for (int half = 0; half < 2; ++half) network.input_adjoint(pass, adjoint, gradient);  // adjoints add
@@ -360,7 +413,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
 }
 
 TEST_CASE("the parameter gradient agrees with central differences", "[detect][network][gradient]") {
-  auto network = random_network<double>(every_layer);
+  auto network = random_network<double>(GENERATE(every_layer, unequal_layers));
   const auto images = random_array<double>({3, 3, 16, 16}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);

@@ -147,6 +147,53 @@ classes=2
 num=3
 )";
 
+/// Shortcuts of a layer of fewer channels and of one of more.
+inline const std::string unequal_layers = R"([net]
+width=32
+height=32
+channels=3
+[convolutional]
+filters=16
+size=3
+stride=2
+pad=1
+activation=leaky
+[convolutional]
+filters=24
+size=1
+stride=1
+pad=1
+activation=leaky
+[shortcut]
+from=-2
+activation=linear
+[convolutional]
+filters=12
+size=3
+stride=1
+pad=1
+activation=leaky
+[shortcut]
+from=-2
+activation=linear
+[maxpool]
+size=2
+stride=2
+[upsample]
+stride=2
+[convolutional]
+filters=21
+size=1
+stride=1
+pad=1
+activation=linear
+[yolo]
+mask=0,1,2
+anchors=10,14, 23,27, 37,58
+classes=2
+num=3
+)";
+
 /// The network of a cfg with random weights, shifts, scales and running statistics.
 template <class T>
 detect::Network<T> random_detector(detect::NetworkConfig config, std::uint64_t seed, std::size_t size = 0) {

@@ -7,10 +7,10 @@
 
 namespace tapestry::nn {
 
-/// Repeats each pixel of [images, height, width, channels] `factor` times along both axes.
+/// Repeats each pixel of [images, height, width, channels] `factor` times along both axes, times `scale`.
 template <std::floating_point T>
 void upsample(std::size_t images, std::size_t height, std::size_t width, std::size_t channels,
-              std::size_t factor, const T* in, T* out) {
+              std::size_t factor, T scale, const T* in, T* out) {
   const std::size_t row = width * factor * channels;
   parallel_for(images * height, [&](std::size_t y) {
     const T* from = in + y * width * channels;
@@ -18,21 +18,29 @@ void upsample(std::size_t images, std::size_t height, std::size_t width, std::si
     for (std::size_t x = 0; x < width; ++x)
       for (std::size_t copy = 0; copy < factor; ++copy)
         std::memcpy(first + (x * factor + copy) * channels, from + x * channels, channels * sizeof(T));
+    if (scale != T(1))
+      for (std::size_t i = 0; i < row; ++i) first[i] *= scale;
     for (std::size_t copy = 1; copy < factor; ++copy) std::memcpy(first + copy * row, first, row * sizeof(T));
   });
 }
 
-/// Adds to each pixel the adjoints of its copies.
+/// Adds to each pixel the adjoints of its copies, times `scale`.
 template <std::floating_point T>
 void upsample_adjoint(std::size_t images, std::size_t height, std::size_t width, std::size_t channels,
-                      std::size_t factor, const T* out_adjoint, T* in_adjoint) {
+                      std::size_t factor, T scale, const T* out_adjoint, T* in_adjoint) {
   const std::size_t row = width * factor * channels;
   parallel_for(images * height, [&](std::size_t y) {
     for (std::size_t r = 0; r < factor; ++r)
       for (std::size_t x = 0; x < width; ++x)
-        for (std::size_t copy = 0; copy < factor; ++copy)
-          kernels<T>().add(out_adjoint + (y * factor + r) * row + (x * factor + copy) * channels,
-                           in_adjoint + (y * width + x) * channels, channels);
+        for (std::size_t copy = 0; copy < factor; ++copy) {
+          const T* const from = out_adjoint + (y * factor + r) * row + (x * factor + copy) * channels;
+          T* const to = in_adjoint + (y * width + x) * channels;
+          if (scale == T(1)) {
+            kernels<T>().add(from, to, channels);
+          } else {
+            for (std::size_t c = 0; c < channels; ++c) to[c] += scale * from[c];
+          }
+        }
   });
 }
 

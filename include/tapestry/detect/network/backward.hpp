@@ -102,14 +102,21 @@ class BackwardPass {
     const T* const adjoint = adjoints_[i].data();
     const auto& inputs = graph_.inputs[i];
     const auto is_gated_copy = [&](std::size_t value) {
-      return adjoints_[value].empty() && is_gate(i, value);
+      return adjoints_[value].empty() && is_gate(i, value) && graph_.is_whole(i, value);
     };
     std::size_t taker = 0;
     for (std::size_t k = inputs.size(); k-- > 0;)
-      if (!is_gated_copy(inputs[k])) taker = k;
+      if (!is_gated_copy(inputs[k]) && graph_.is_whole(i, inputs[k])) taker = k;
     for (std::size_t k = 0; k < inputs.size(); ++k) {
       const std::size_t value = inputs[k];
       if (k == taker) continue;
+      if (!graph_.is_whole(i, value)) {
+        const std::size_t own = graph_.shapes[i].channels;
+        const std::size_t channels = graph_.shapes[value].channels;
+        copy_channels(adjoint, own, summed_adjoint(value), channels, std::min(own, channels), pixels_of(i),
+                      true);
+        continue;
+      }
       if (!is_gated_copy(value)) {
         add_copy(value, adjoint);
         continue;
@@ -140,8 +147,8 @@ class BackwardPass {
                              summed_adjoint(input));
         break;
       case LayerKind::upsample:
-        nn::upsample_adjoint(pass_.images, in.height, in.width, in.channels, layer.stride, adjoint,
-                             summed_adjoint(input));
+        nn::upsample_adjoint(pass_.images, in.height, in.width, in.channels, layer.stride,
+                             static_cast<T>(layer.scale), adjoint, summed_adjoint(input));
         break;
       case LayerKind::route:
         join_adjoint(i, adjoint);

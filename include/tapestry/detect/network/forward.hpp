@@ -108,7 +108,8 @@ class ForwardPass {
         break;
       }
       case LayerKind::upsample:
-        nn::upsample(pass_.images, in.height, in.width, in.channels, layer.stride, from, to);
+        nn::upsample(pass_.images, in.height, in.width, in.channels, layer.stride,
+                     static_cast<T>(layer.scale), from, to);
         break;
       case LayerKind::route:
         join(i, to);
@@ -132,16 +133,24 @@ class ForwardPass {
   /// more.
   void add_up(std::size_t i) {
     if (!pass_.layers[i].output.empty()) return;
-    const std::size_t first = graph_.inputs[i].front();
-    if (graph_.last_use[first] == i && !keeps_output(first) && first != graph_.image()) {
+    const auto& inputs = graph_.inputs[i];
+    const std::size_t first = inputs.front();
+    const bool is_free = graph_.last_use[first] == i && !keeps_output(first) && first != graph_.image();
+    if (is_free && std::ranges::count(inputs, first) == 1) {
       pass_.layers[i].output = std::move(pass_.layers[first].output);
     } else {
       nn::copy(output_of(first), make_output(i), size_of(i));
     }
     T* const to = pass_.layers[i].output.data();
-    for (std::size_t k = 1; k < graph_.inputs[i].size(); ++k) {
-      const std::size_t other = graph_.inputs[i][k];
-      nn::add(other == first ? to : output_of(other), to, size_of(i));
+    for (std::size_t k = 1; k < inputs.size(); ++k) {
+      const std::size_t other = inputs[k];
+      if (graph_.is_whole(i, other)) {
+        nn::add(output_of(other), to, size_of(i));
+      } else {
+        const std::size_t own = graph_.shapes[i].channels;
+        const std::size_t channels = graph_.shapes[other].channels;
+        copy_channels(output_of(other), channels, to, own, std::min(own, channels), pixels_of(i), true);
+      }
     }
     activate(i, to);
   }
@@ -155,6 +164,7 @@ class ForwardPass {
                           graph_.inputs[sum].size() == 2;
     if (!is_plain || !nn::is_piecewise_linear(graph_.config.layers[i].activation)) return i;
     const std::size_t other = addend_of(i, sum);
+    if (!graph_.is_whole(sum, other) || !graph_.is_whole(sum, i)) return i;
     return other < i || other == graph_.image() ? sum : i;
   }
   [[nodiscard]] std::size_t addend_of(std::size_t i, std::size_t sum) const {

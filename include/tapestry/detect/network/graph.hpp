@@ -28,6 +28,11 @@ struct Graph {
   [[nodiscard]] std::size_t image() const { return config.layers.size(); }
   [[nodiscard]] bool makes_value(std::size_t layer) const { return value_of[layer] == layer; }
 
+  /// Whether shortcut i adds all channels of a value to all of its own, and not only those both have.
+  [[nodiscard]] bool is_whole(std::size_t i, std::size_t value) const {
+    return shapes[value].channels == shapes[i].channels;
+  }
+
   [[nodiscard]] nn::ConvolutionShape convolution(std::size_t i) const {
     const LayerConfig& layer = config.layers[i];
     const FeatureShape& in = shapes[inputs[i].front()];

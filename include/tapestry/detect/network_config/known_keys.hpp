@@ -2,96 +2,114 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tapestry/core/nearest_word.hpp>
 #include <tapestry/detect/network_config/section.hpp>
+#include <unordered_map>
 #include <vector>
 
 namespace tapestry::detect::detail {
 
-/// Options that say how Darknet trains or draws; they do not change what the network computes.
-inline constexpr auto ignored_cfg_keys = std::to_array<std::string_view>({"batch",
-                                                                          "subdivisions",
-                                                                          "momentum",
-                                                                          "decay",
-                                                                          "angle",
-                                                                          "aspect",
-                                                                          "saturation",
-                                                                          "exposure",
-                                                                          "hue",
-                                                                          "learning_rate",
-                                                                          "learning_rate_min",
-                                                                          "burn_in",
-                                                                          "max_batches",
-                                                                          "policy",
-                                                                          "steps",
-                                                                          "scales",
-                                                                          "scale",
-                                                                          "step",
-                                                                          "gamma",
-                                                                          "power",
-                                                                          "time_steps",
-                                                                          "notruth",
-                                                                          "random",
-                                                                          "adam",
-                                                                          "B1",
-                                                                          "B2",
-                                                                          "eps",
-                                                                          "max_crop",
-                                                                          "min_crop",
-                                                                          "max_ratio",
-                                                                          "min_ratio",
-                                                                          "center",
-                                                                          "flip",
-                                                                          "blur",
-                                                                          "mixup",
-                                                                          "cutmix",
-                                                                          "mosaic",
-                                                                          "mosaic_bound",
-                                                                          "gaussian_noise",
-                                                                          "letter_box",
-                                                                          "label_smooth_eps",
-                                                                          "dynamic_minibatch",
-                                                                          "optimized_memory",
-                                                                          "workspace_size_limit_MB",
-                                                                          "num_steps",
-                                                                          "track",
-                                                                          "augment_speed",
-                                                                          "sgdr_cycle",
-                                                                          "sgdr_mult",
-                                                                          "loss_scale",
-                                                                          "cudnn_half",
-                                                                          "ema_alpha",
-                                                                          "weights_reject_freq",
-                                                                          "equidistant_point",
-                                                                          "burnin_power",
-                                                                          "jitter",
-                                                                          "resize",
-                                                                          "ignore_thresh",
-                                                                          "truth_thresh",
-                                                                          "iou_thresh",
-                                                                          "iou_normalizer",
-                                                                          "cls_normalizer",
-                                                                          "obj_normalizer",
-                                                                          "delta_normalizer",
-                                                                          "iou_loss",
-                                                                          "iou_thresh_kind",
-                                                                          "nms_kind",
-                                                                          "beta_nms",
-                                                                          "max",
-                                                                          "max_delta",
-                                                                          "map",
-                                                                          "counters_per_class",
-                                                                          "focal_loss",
-                                                                          "objectness_smooth",
-                                                                          "stopbackward",
-                                                                          "learning_rate_scale",
-                                                                          "dropblock",
-                                                                          "probability",
-                                                                          "onlyforward",
-                                                                          "train_only_bn",
-                                                                          "tanh_mult"});
+using CfgKeys = std::span<const std::string_view>;
+
+/// Options of any section that say how Darknet trains its layer.
+inline constexpr auto layer_training_keys = std::to_array<std::string_view>(
+    {"stopbackward", "onlyforward", "train_only_bn", "learning_rate", "learning_rate_scale"});
+
+/// Options that say how Darknet trains or draws and do not change what the network computes, of one section.
+/// The same word may mean something elsewhere: `scale` of [net] is of its learning rate, that of [upsample]
+/// of its values.
+[[nodiscard]] inline CfgKeys training_keys(std::string_view section) {
+  static constexpr auto net = std::to_array<std::string_view>({"batch",
+                                                               "subdivisions",
+                                                               "momentum",
+                                                               "decay",
+                                                               "angle",
+                                                               "aspect",
+                                                               "saturation",
+                                                               "exposure",
+                                                               "hue",
+                                                               "learning_rate",
+                                                               "learning_rate_min",
+                                                               "burn_in",
+                                                               "burnin_power",
+                                                               "max_batches",
+                                                               "policy",
+                                                               "steps",
+                                                               "scales",
+                                                               "scale",
+                                                               "step",
+                                                               "num_steps",
+                                                               "gamma",
+                                                               "power",
+                                                               "time_steps",
+                                                               "notruth",
+                                                               "random",
+                                                               "adam",
+                                                               "B1",
+                                                               "B2",
+                                                               "eps",
+                                                               "max_crop",
+                                                               "min_crop",
+                                                               "max_ratio",
+                                                               "min_ratio",
+                                                               "center",
+                                                               "flip",
+                                                               "blur",
+                                                               "mixup",
+                                                               "cutmix",
+                                                               "mosaic",
+                                                               "mosaic_bound",
+                                                               "gaussian_noise",
+                                                               "letter_box",
+                                                               "label_smooth_eps",
+                                                               "dynamic_minibatch",
+                                                               "optimized_memory",
+                                                               "workspace_size_limit_MB",
+                                                               "track",
+                                                               "augment_speed",
+                                                               "sgdr_cycle",
+                                                               "sgdr_mult",
+                                                               "loss_scale",
+                                                               "cudnn_half",
+                                                               "ema_alpha",
+                                                               "weights_reject_freq",
+                                                               "equidistant_point"});
+  static constexpr auto yolo = std::to_array<std::string_view>({"random",
+                                                                "jitter",
+                                                                "resize",
+                                                                "ignore_thresh",
+                                                                "truth_thresh",
+                                                                "iou_thresh",
+                                                                "iou_normalizer",
+                                                                "cls_normalizer",
+                                                                "obj_normalizer",
+                                                                "delta_normalizer",
+                                                                "iou_loss",
+                                                                "iou_thresh_kind",
+                                                                "nms_kind",
+                                                                "beta_nms",
+                                                                "max",
+                                                                "max_delta",
+                                                                "map",
+                                                                "counters_per_class",
+                                                                "focal_loss",
+                                                                "objectness_smooth",
+                                                                "label_smooth_eps"});
+  static constexpr auto dropout = std::to_array<std::string_view>(
+      {"probability", "dropblock", "dropblock_size_rel", "dropblock_size_abs"});
+  if (section == "net" || section == "network") return net;
+  if (section == "yolo") return yolo;
+  if (section == "dropout") return dropout;
+  return {};
+}
+
+[[nodiscard]] inline bool is_training_key(std::string_view section, std::string_view key) {
+  return std::ranges::find(layer_training_keys, key) != layer_training_keys.end() ||
+         std::ranges::find(training_keys(section), key) != training_keys(section).end();
+}
 
 /// Options that would change the result and that Tapestry does not implement, with the value that is
 /// harmless.
@@ -130,7 +148,7 @@ inline constexpr auto unsupported_cfg_keys =
             "dilation", "groups", "batch_normalize", "activation"};
   }
   if (section == "maxpool" || section == "max") return {"size", "stride", "padding"};
-  if (section == "upsample") return {"stride"};
+  if (section == "upsample") return {"stride", "scale"};
   if (section == "route") return {"layers", "groups", "group_id"};
   if (section == "shortcut") return {"from", "activation"};
   if (section == "yolo") return {"mask", "anchors", "classes", "num", "scale_x_y", "new_coords"};
@@ -138,50 +156,65 @@ inline constexpr auto unsupported_cfg_keys =
   return {};
 }
 
+/// A remark, unless there are 100 already.
+inline void add_cfg_warning(std::vector<std::string>& warnings, const std::string& path, std::size_t line,
+                            const std::string& what) {
+  if (warnings.size() < 100) warnings.push_back(path + ":" + std::to_string(line) + ": " + what);
+}
+
 /// An option given twice is an error where it means something, else a warning.
 inline void check_repeated_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
-  const auto& options = reader.section().options;
-  for (std::size_t i = 0; i < options.size(); ++i) {
-    const auto earlier = std::find_if(options.begin(), options.begin() + static_cast<std::ptrdiff_t>(i),
-                                      [&](const CfgOption& option) { return option.key == options[i].key; });
-    if (earlier == options.begin() + static_cast<std::ptrdiff_t>(i)) continue;
-    const std::string what = "option " + in_quotes(options[i].key) + " given twice in one section";
-    if (std::ranges::find(ignored_cfg_keys, options[i].key) == ignored_cfg_keys.end()) {
-      throw cfg_error(path, options[i].line, what, "one value",
-                      "another on line " + std::to_string(earlier->line));
+  std::unordered_map<std::string_view, std::size_t> line_of;
+  for (const CfgOption& option : reader.section().options) {
+    const auto [earlier, is_new] = line_of.try_emplace(option.key, option.line);
+    if (is_new) continue;
+    const std::string what = "option " + in_quotes(option.key) + " given twice in one section";
+    if (!is_training_key(reader.name(), option.key)) {
+      throw cfg_error(path, option.line, what, "one value",
+                      "another on line " + std::to_string(earlier->second));
     }
-    if (warnings.size() < 100) warnings.push_back(path + ":" + std::to_string(options[i].line) + ": " + what);
+    add_cfg_warning(warnings, path, option.line, what);
   }
 }
 
+/// What is said about an option that nobody knows, with the nearest known key.
+[[nodiscard]] inline std::string unknown_option(std::string_view section, std::string_view unknown) {
+  std::string_view nearest;
+  std::size_t distance = 4;  // anything farther is no misspelling
+  for (const std::string_view key : understood_keys(section)) {
+    const std::size_t d = edit_distance(key, unknown);
+    if (d < distance) {
+      distance = d;
+      nearest = key;
+    }
+  }
+  std::string text = "unknown option " + in_quotes(unknown) + " of [" + std::string(section) + "] ignored";
+  if (!nearest.empty()) text += "; did you mean " + in_quotes(nearest) + "?";
+  return text;
+}
+
 /// Looks at the options that nobody asked for: those that would change the result are errors, those that
-/// are not known at all become warnings with the nearest known key.
+/// are not known at all become warnings.
 inline void check_leftover_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
   for (const CfgOption& option : reader.section().options) {
-    if (option.asked_for || std::ranges::find(ignored_cfg_keys, option.key) != ignored_cfg_keys.end())
-      continue;
+    if (option.asked_for) continue;
+    if (option.key == "nms_kind" && option.value != "greedynms" && option.value != "default")
+      add_cfg_warning(warnings, path, option.line,
+                      "nms_kind=" + std::string(option.value.substr(0, 40)) +
+                          " is not obeyed; boxes are suppressed by their IoU (greedynms)");
+    if (is_training_key(reader.name(), option.key)) continue;
     const auto unsupported = std::ranges::find_if(
         unsupported_cfg_keys, [&](const auto& key_and_value) { return key_and_value[0] == option.key; });
-    if (unsupported != unsupported_cfg_keys.end()) {
-      if ((*unsupported)[1] == option.value) continue;
-      throw reader.error(option, "unsupported option " + in_quotes(option.key), "none, or its neutral value",
-                         in_quotes(option.value));
+    if (unsupported == unsupported_cfg_keys.end()) {
+      if (warnings.size() < 100)
+        add_cfg_warning(warnings, path, option.line, unknown_option(reader.name(), option.key));
+      continue;
     }
-    std::string_view nearest;
-    std::size_t distance = 4;  // anything farther is no misspelling
-    for (const std::string_view key : understood_keys(reader.name())) {
-      const std::size_t d = edit_distance(key, option.key);
-      if (d < distance) {
-        distance = d;
-        nearest = key;
-      }
-    }
-    std::string warning = path + ":" + std::to_string(option.line) + ": unknown option " +
-                          in_quotes(option.key) + " of [" + std::string(reader.name()) + "] ignored";
-    if (!nearest.empty()) warning += "; did you mean " + in_quotes(nearest) + "?";
-    if (warnings.size() < 100) warnings.push_back(warning);
+    if ((*unsupported)[1] == option.value) continue;
+    throw reader.error(option, "unsupported option " + in_quotes(option.key), "none, or its neutral value",
+                       in_quotes(option.value));
   }
 }
 

@@ -36,6 +36,7 @@ struct LayerConfig {
   bool batch_normalize = false;
   nn::Activation activation = nn::Activation::linear;
   double temperature = 1;  ///< softmax
+  double scale = 1;        ///< upsample: factor of the values
 
   std::size_t classes = 0;  ///< yolo
   std::vector<std::array<double, 2>>

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -22,6 +23,7 @@ inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
                                 nn::Activation::logistic, nn::Activation::swish, nn::Activation::mish}) {
     if (nn::name_of(activation) == option->value) return activation;
   }
+  if (option->value == "silu") return nn::Activation::swish;  // two names of x·σ(x)
   throw FileError(
       ErrorKind::malformed,
       {path, std::to_string(option->line) + ":" + std::to_string(option->column), "unsupported activation",
@@ -144,6 +146,9 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, LayerConf
   } else if (name == "upsample") {
     layer.kind = LayerKind::upsample;
     layer.stride = reader.count("stride", 2, 1, 64, ErrorKind::malformed);
+    layer.scale = reader.real("scale", 1);
+    if (std::abs(layer.scale) > 1e6)
+      throw reader.error(*reader.find("scale"), "scale out of range", "-1e6 to 1e6");
   } else if (name == "route") {
     layer.kind = LayerKind::route;
     parse_route(reader, index, layer);

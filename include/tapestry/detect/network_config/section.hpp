@@ -51,14 +51,18 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
   if (equals == std::string_view::npos) {
     throw cfg_error(path, line_number, "not an option", "key=value or [section]", in_quotes(line));
   }
-  CfgOption option{trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1)), line_number, 0};
+  std::string_view value = trimmed(line.substr(equals + 1));
+  for (const std::string_view comment : {" #", "\t#", " ;", "\t;"})
+    value = trimmed(value.substr(0, value.find(comment)));
+  CfgOption option{trimmed(line.substr(0, equals)), value, line_number, 0};
   option.column = static_cast<std::size_t>(option.value.data() - whole_line.data()) + 1;
   section.options.push_back(option);
 }
 
-/// Cuts the text of a cfg file into sections. Lines that begin with # or ; are comments; a byte order
-/// mark, tabs and either kind of line end are accepted. The views point into `text`.
-/// \throws FileError (malformed, or limit above 2,048 layers) with path and line
+/// Cuts the text of a cfg file into sections. Lines that begin with # or ; are comments, and so is what
+/// follows a value and begins with a blank and one of them; a byte order mark, tabs and either kind of line
+/// end are accepted. The views point into `text`. \throws FileError (malformed, or limit above 2,048 layers)
+/// with path and line
 [[nodiscard]] inline std::vector<CfgSection> cfg_sections(std::string_view text, const std::string& path) {
   if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
   std::vector<CfgSection> sections;

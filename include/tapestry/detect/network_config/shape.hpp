@@ -149,8 +149,8 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
     case LayerKind::shortcut:
       for (const std::size_t source : layer.sources) {
         const FeatureShape& other = shapes[source];
-        if (other.channels != shape.channels || other.height != shape.height || other.width != shape.width) {
-          throw misfit(config, index, "cannot add layers of different shapes",
+        if (other.height != shape.height || other.width != shape.width) {
+          throw misfit(config, index, "cannot add layers of different heights or widths",
                        to_text(shape) + " as layer " + std::to_string(index - 1),
                        to_text(other) + " of layer " + std::to_string(source));
         }
