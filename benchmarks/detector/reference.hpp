@@ -5,6 +5,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/image/planes.hpp>
 #include <vector>
 
 #include "../support/relative_distance.hpp"
@@ -44,7 +45,8 @@ class Reference {
  private:
   void solve() {
     if (!logits_.empty()) return;
-    network_.forward(cast<double>(problem_.picture), pass_, detect::Mode::input_gradient);
+    network_.forward(image::pictures_of_planes(cast<double>(problem_.picture)), pass_,
+                     detect::Mode::input_gradient);
     for (const auto& logits : pass_.logits)
       logits_.insert(logits_.end(), logits.data(), logits.data() + logits.size());
     for (const auto& weighting : problem_.weighting) weighting_.push_back(cast<double>(weighting));
@@ -53,9 +55,11 @@ class Reference {
   }
 
   [[nodiscard]] std::vector<double> gradient() {
-    auto gradient = zeros<double, 4>(problem_.picture.shape());
+    const auto& planes = problem_.picture.shape();
+    auto gradient = zeros<double, 4>({planes[0], planes[2], planes[3], planes[1]});
     network_.input_adjoint(pass_, weighting_, gradient);
-    return {gradient.data(), gradient.data() + gradient.size()};
+    const auto turned = image::planes_of(gradient);
+    return {turned.data(), turned.data() + turned.size()};
   }
 
   const Problem& problem_;

@@ -6,6 +6,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_variable.hpp>
+#include <tapestry/image/planes.hpp>
 #include <tapestry/version.hpp>
 
 #include "worker_program.hpp"
@@ -30,29 +31,32 @@ class TapestryDetector {
   TapestryDetector(const Problem& problem, const WorkerOptions& options)
       : problem_(problem),
         network_(problem.config, options.size, options.size),
+        picture_(image::pictures_of_planes(problem.picture)),
         is_taped_(options.engine == "tape") {
     network_.set_engine(engine_of(options.engine));
     limit_threads(options.threads);
     network_.read_weights(options.weights);
-    if (options.wants_gradient) gradient_ = zeros<float, 4>(problem.picture.shape());
+    if (options.wants_gradient) gradient_ = zeros<float, 4>(picture_.shape());
   }
 
   [[nodiscard]] std::string name() const { return "Tapestry " TAPESTRY_VERSION_TEXT; }
 
   void run() {
     if (gradient_.size() == 0) {
-      network_.forward(problem_.picture, *pass_);
+      network_.forward(picture_, *pass_);
       return;
     }
     if (is_taped_) return run_on_tape();
-    network_.forward(problem_.picture, *pass_, detect::Mode::input_gradient);
+    network_.forward(picture_, *pass_, detect::Mode::input_gradient);
     gradient_.fill(0);
     network_.input_adjoint(*pass_, problem_.weighting, gradient_);
   }
 
   [[nodiscard]] Answer answer() const {
-    if (gradient_.size() > 0)
-      return {{gradient_.data(), gradient_.data() + gradient_.size()}, decisions_of(problem_, *pass_)};
+    if (gradient_.size() > 0) {
+      const auto planes = image::planes_of(gradient_);  // as all engines of this benchmark have pictures
+      return {{planes.data(), planes.data() + planes.size()}, decisions_of(problem_, *pass_)};
+    }
     Answer answer;
     for (const auto& logits : pass_->logits) append(answer.values, logits.data(), logits.size());
     return answer;
@@ -62,7 +66,7 @@ class TapestryDetector {
   void run_on_tape() {
     Tape<float> tape;
     const auto scope = tape.activate();
-    const auto picture = tape.input(problem_.picture);
+    const auto picture = tape.input(picture_);
     const auto logits = detect::forward(network_, picture, pass_);
     Variable<float> loss = 0;
     for (std::size_t h = 0; h < logits.size(); ++h) loss += sum(problem_.weighting[h] * logits[h]);
@@ -72,6 +76,7 @@ class TapestryDetector {
 
   const Problem& problem_;
   detect::Network<float> network_;
+  Array<float, 4> picture_;  ///< [1, size, size, 3]
   bool is_taped_;
   std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
   Array<float, 4> gradient_;

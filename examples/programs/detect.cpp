@@ -8,9 +8,9 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/planes.hpp>
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
@@ -52,10 +52,8 @@ std::vector<detect::Detection> detect_in(const std::string& path, const Array<st
                                          const detect::Network<float>& network, detect::Pass<float>& pass) {
   const std::size_t height = network.input_height();
   const std::size_t width = network.input_width();
-  Array<float, 4> planes(Extents<4>{1, 3, height, width});
-  image::write_planes(image::letterboxed(image::from_bytes<float>(picture), height, width, 0.5F),
-                      planes.data());
-  network.forward(planes, pass);
+  network.forward(image::batch_of(image::letterboxed(image::from_bytes<float>(picture), height, width, 0.5F)),
+                  pass);
   require_finite_logits(pass.logits, path);
   auto detections = detect::suppress(
       detect::decode(network.heads(), pass.logits, 0, settings.confidence, height, width), settings.nms);

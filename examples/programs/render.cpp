@@ -314,10 +314,7 @@ struct Shots {
 
 Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& frame,
                const PictureSettings& picture) {
-  if (!o.frame.empty() && frame.has_camera) return {{frame.camera}};
-  if (!o.frame.empty())
-    return {{geometry::carla_camera(frame.vehicle_translation, frame.vehicle_rotation_deg,
-                                    frame.camera_translation, frame.camera_rotation_deg)}};
+  if (!o.frame.empty()) return {{io::camera_of(frame)}};
   if (!o.pose.empty()) return {{camera_of_pose(o, picture)}};
   const auto orbit = orbit_settings(o, scene.mesh, picture);
   const auto distances = o.distance.empty() ? std::vector<double>{orbit.whole_distance()} : o.distance;
@@ -361,7 +358,7 @@ int run(Options& o) {
   require_sound(o);
   if (o.threads > 0) limit_threads(o.threads);
   const io::Frame frame = o.frame.empty() ? io::Frame{} : io::read_frame(o.frame);
-  const auto scene = load_scene(o, o.normalise || (!o.frame.empty() && !frame.has_camera));
+  const auto scene = load_scene(o, o.normalise || (!o.frame.empty() && !frame.camera));
   PictureSettings picture{o.size.back(), o.size.front(), o.samples, {}};
   for (std::size_t c = 0; c < 3; ++c) picture.background[c] = o.background[c];
   const Shots shots = shots_of(o, scene, frame, picture);

@@ -159,7 +159,7 @@ Validation validate(const detect::Network<float>& network, const std::vector<Lab
   const std::size_t size = network.input_width();
   std::vector<bool> found;
   detect::Pass<float> pass;
-  Array<float, 4> batch(Extents<4>{1, 3, size, size});
+  Array<float, 4> batch(Extents<4>{1, size, size, 3});
   Validation result;
   for (const LabelledScene& scene : scenes) {
     put_into_batch(scene, 0, false, {1, 1, 1}, batch);
@@ -215,7 +215,7 @@ class Trainer {
         options_(options),
         pool_(options.seed, network.input_width(), std::max(options.pool, options.batch)),
         adam_(network.parameters().size(), {options.learning_rate}),
-        batch_(Extents<4>{options.batch, 3, network.input_height(), network.input_width()}) {}
+        batch_(Extents<4>{options.batch, network.input_height(), network.input_width(), 3}) {}
 
   loss::YoloTrainingTerms step(std::size_t index) {
     pool_.fill(index, std::min(options_.fresh, options_.batch), batch_, truths_);

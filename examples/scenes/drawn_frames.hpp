@@ -50,24 +50,18 @@ namespace detail {
 
 [[nodiscard]] inline io::Frame frame_of(const Scene& scene, const Picture& picture,
                                         const Array<float, 2>& alone) {
-  const auto height = static_cast<double>(alone.shape(0)), width = static_cast<double>(alone.shape(1));
   io::Frame frame;
   frame.image = image::to_bytes(picture.image);
-  frame.has_camera = frame.has_light = frame.has_mask = frame.has_label = true;
   frame.camera = scene.camera;
-  const auto& light = scene.light;
-  frame.light = {light.ambient,      light.directional, light.direction[0], light.direction[1],
-                 light.direction[2], light.colour[0],   light.colour[1],    light.colour[2]};
-  frame.mask = Array<std::uint8_t, 2>(alone.shape());
+  frame.light = scene.light;
+  auto& mask = frame.mask.emplace(alone.shape());
   for (std::size_t i = 0; i < alone.size(); ++i) {
     const float visible = picture.car_mask.data()[i];  // of a pixel half hidden, the larger half decides
-    frame.mask.data()[i] = visible > 0 && visible >= 0.5F * alone.data()[i] ? 255 : 0;
+    mask.data()[i] = visible > 0 && visible >= 0.5F * alone.data()[i] ? 255 : 0;
   }
   const auto box = std::find_if(picture.boxes.begin(), picture.boxes.end(),
                                 [&](const PictureBox& found) { return found.object == scene.car_object; });
-  frame.label = {static_cast<double>(box->class_index), (box->left + box->right) / (2 * width),
-                 (box->top + box->bottom) / (2 * height), (box->right - box->left) / width,
-                 (box->bottom - box->top) / height};
+  frame.label = {box->class_index, detect::box_from_corners(box->left, box->top, box->right, box->bottom)};
   return frame;
 }
 

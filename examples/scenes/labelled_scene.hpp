@@ -44,20 +44,20 @@ struct LabelledScene {
   return labelled;
 }
 
-/// Copies a scene into one image of a batch [N, 3, size, size], values in [0, 1], each channel times its
+/// Copies a scene into one image of a batch [N, size, size, 3], values in [0, 1], each channel times its
 /// gain.
 inline void put_into_batch(const LabelledScene& scene, std::size_t image, bool mirrored, const Colour& gain,
                            Array<float, 4>& batch) {
-  const std::size_t size = batch.shape(3);
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t row = 0; row < size; ++row) {
-      float* const out = batch.data() + ((image * 3 + c) * size + row) * size;
-      const std::uint8_t* const in = scene.colours.data() + row * size * 3 + c;
-      for (std::size_t column = 0; column < size; ++column) {
-        const std::size_t from = mirrored ? size - 1 - column : column;
-        out[column] = std::min(1.0F, static_cast<float>(in[3 * from]) / 255 * gain[c]);
-      }
+  const std::size_t size = batch.shape(1);
+  for (std::size_t row = 0; row < size; ++row) {
+    float* const out = batch.data() + 3 * (image * size + row) * size;
+    const std::uint8_t* const in = scene.colours.data() + 3 * row * size;
+    for (std::size_t column = 0; column < size; ++column) {
+      const std::size_t from = mirrored ? size - 1 - column : column;
+      for (std::size_t c = 0; c < 3; ++c)
+        out[3 * column + c] = std::min(1.0F, static_cast<float>(in[3 * from + c]) / 255 * gain[c]);
     }
+  }
 }
 
 /// The stream of training pictures: some of each batch are drawn anew, the rest come from the last ones

@@ -4,7 +4,7 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/texture_operator_variable.hpp>
 
 using tapestry::Array;
 using tapestry::ArrayVariable;
@@ -20,15 +20,6 @@ tapestry::geometry::Mesh square_mesh() {
   mesh.face_normals = {{-1, -1, -1}, {-1, -1, -1}};
   mesh.face_groups = mesh.face_materials = {-1, -1};
   return mesh;
-}
-
-/// The renderer as an operation on the tape: its pullback is render_adjoint().
-ArrayVariable<double, 3> rendered(const raster::TextureOperator<double>& view,
-                                  const ArrayVariable<double, 2>& texels) {
-  const auto pullback = [&view](const Array<double, 3>& picture_adjoint, Array<double, 2>* texels_adjoint) {
-    raster::render_adjoint(view, picture_adjoint, *texels_adjoint);
-  };
-  return record_array(raster::render(view, texels.value()), pullback, texels);
 }
 }  // namespace
 
@@ -49,7 +40,7 @@ int main() {
     tapestry::Tape<double> tape;
     const auto scope = tape.activate();
     const auto paint = tape.input(texels);
-    const Variable<double> loss = sum(square(rendered(view, paint) - seen));
+    const Variable<double> loss = sum(square(raster::render(view, paint) - seen));
     tape.reverse(loss);
     texels -= 0.004 * paint.adjoint();
     error = loss.value();

@@ -90,9 +90,15 @@
 #include <tapestry/geometry/pinhole_camera.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
 #include <tapestry/geometry/transform.hpp>
+#include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour.hpp>
-#include <tapestry/image/composite.hpp>
+#include <tapestry/image/crop.hpp>
+#include <tapestry/image/crop_variable.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/letterbox_variable.hpp>
+#include <tapestry/image/over.hpp>
+#include <tapestry/image/over_variable.hpp>
+#include <tapestry/image/pixel_window.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/image/resize_variable.hpp>
@@ -100,7 +106,9 @@
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/face_list_file.hpp>
 #include <tapestry/io/float_formats.hpp>
+#include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/json_reader.hpp>
@@ -136,6 +144,7 @@
 #include <tapestry/loss/prediction_variable.hpp>
 #include <tapestry/loss/responsible.hpp>
 #include <tapestry/loss/smoothness.hpp>
+#include <tapestry/loss/smoothness_variable.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/batch_norm.hpp>
@@ -160,6 +169,7 @@
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
+#include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
@@ -181,6 +191,7 @@
 #include <tapestry/raster/texture_operator_variable.hpp>
 #include <tapestry/raster/texture_slope.hpp>
 #include <tapestry/raster/triangle_setup.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/view_clip.hpp>
 #include <tapestry/raster/visibility.hpp>

@@ -191,7 +191,7 @@ TEST_CASE("new_coords=1 of a cfg makes heads scaled", "[detect][decode_family]")
       detect::with_decode(parsed(two_convolutions), DecodeFamily::ultralytics), 1);
   REQUIRE(scaled.heads()[0].decode == DecodeFamily::scaled);
   REQUIRE(raw.heads()[0].decode == DecodeFamily::ultralytics);
-  const Array<double, 4> images = tapestry::test::random_array<double>({1, 3, 64, 64}, 2);
+  const Array<double, 4> images = tapestry::test::random_array<double>({1, 64, 64, 3}, 2);
   const auto detections = [&](const detect::Network<double>& network) {
     detect::Pass<double> pass;
     network.forward(images, pass);

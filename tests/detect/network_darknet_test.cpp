@@ -1,6 +1,7 @@
 #pragma GCC diagnostic ignored "-Wshadow"  // darknet.h has global names such as image and layer
 
 #include <tapestry/detect/network.hpp>
+#include <tapestry/image/planes.hpp>
 
 #include <cmath>
 #include <filesystem>
@@ -37,7 +38,7 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
     }
   }
   moved.write_weights(weights_path);
-  auto images = random_array<float>({1, 3, network.input_height(), network.input_width()}, 7);
+  const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
   detect::Pass<float> pass;
   network.forward(images, pass);
 
@@ -45,7 +46,8 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
   std::string weights_name = weights_path;
   ::network* darknet = load_network(cfg_name.data(), weights_name.data(), 0);
   set_batch_network(darknet, 1);
-  network_predict(darknet, images.data());
+  auto planes = tapestry::image::planes_of(images);
+  network_predict(darknet, planes.data());
   std::size_t head = 0;
   for (int i = 0; i < darknet->n; ++i) {
     if (darknet->layers[i].type != YOLO) continue;

@@ -1,4 +1,5 @@
 #include <tapestry/detect/network.hpp>
+#include <tapestry/image/planes.hpp>
 
 #include <opencv2/dnn.hpp>
 
@@ -29,7 +30,7 @@ void check_against_opencv(const detect::Network<float>& network, const std::stri
   const TemporaryFolder folder;
   const std::string weights_path = folder.path("random.weights");
   network.write_weights(weights_path);
-  const auto images = random_array<float>({1, 3, network.input_height(), network.input_width()}, 7);
+  const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
   detect::Pass<float> pass;
   network.forward(images, pass);
 
@@ -37,7 +38,8 @@ void check_against_opencv(const detect::Network<float>& network, const std::stri
   net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
   const int extents[4] = {1, 3, static_cast<int>(network.input_height()),
                           static_cast<int>(network.input_width())};
-  net.setInput(cv::Mat(4, extents, CV_32F, const_cast<float*>(images.data())));
+  auto planes = tapestry::image::planes_of(images);
+  net.setInput(cv::Mat(4, extents, CV_32F, planes.data()));
   std::vector<cv::String> names;
   for (std::size_t i = 0; i < network.config().layers.size(); ++i)
     if (network.config().layers[i].kind == detect::LayerKind::yolo)

@@ -362,12 +362,12 @@ double central_difference(Function f, double h) {
 
 TEST_CASE("the input gradient agrees with central differences", "[detect][network][gradient]") {
   const auto network = random_network<double>(GENERATE(every_layer, unequal_layers));
-  const auto images = random_array<double>({2, 3, 16, 16}, 2);
+  const auto images = random_array<double>({2, 16, 16, 3}, 2);
   for (const auto mode : {detect::Mode::input_gradient, detect::Mode::training}) {
     detect::Pass<double> pass;
     network.forward(images, pass, mode);
     const auto adjoint = random_like(pass.logits, 3);
-    auto gradient = tapestry::zeros<double, 4>({2, 3, 16, 16});
+    auto gradient = tapestry::zeros<double, 4>({2, 16, 16, 3});
     for (int half = 0; half < 2; ++half) network.input_adjoint(pass, adjoint, gradient);  // adjoints add
     tapestry::Random random(4);
     for (int trial = 0; trial < 12; ++trial) {
@@ -388,14 +388,14 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][networ
 TEST_CASE("what convolutions do beside their sums agrees with central differences and with one pass each",
           "[detect][network][gradient]") {
   const auto network = random_network<double>(fused_layers);
-  const auto images = random_array<double>({2, 3, 16, 16}, 2);
+  const auto images = random_array<double>({2, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::input_gradient);
   detect::Pass<double> inference;
   network.forward(images, inference, detect::Mode::inference);
   CHECK(relative_distance(inference.logits[0], pass.logits[0]) == 0);
   const auto adjoint = random_like(pass.logits, 3);
-  auto gradient = tapestry::zeros<double, 4>({2, 3, 16, 16});
+  auto gradient = tapestry::zeros<double, 4>({2, 16, 16, 3});
   network.input_adjoint(pass, adjoint, gradient);
   tapestry::Random random(4);
   for (int trial = 0; trial < 24; ++trial) {
@@ -414,7 +414,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
 
 TEST_CASE("the parameter gradient agrees with central differences", "[detect][network][gradient]") {
   auto network = random_network<double>(GENERATE(every_layer, unequal_layers));
-  const auto images = random_array<double>({3, 3, 16, 16}, 2);
+  const auto images = random_array<double>({3, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);
   const auto adjoint = random_like(pass.logits, 3);
@@ -438,7 +438,7 @@ TEST_CASE("the parameter gradient agrees with central differences", "[detect][ne
 
 TEST_CASE("float follows double", "[detect][network]") {
   const auto network = random_network<double>(real_layers);
-  const auto images = random_array<double>({2, 3, 32, 32}, 2);
+  const auto images = random_array<double>({2, 32, 32, 3}, 2);
   const auto single = network.cast<float>();
   detect::Pass<double> pass;
   detect::Pass<float> single_pass;
@@ -450,8 +450,8 @@ TEST_CASE("float follows double", "[detect][network]") {
     CHECK(relative_distance(single_pass.logits[h], pass.logits[h]) < 2e-6);
     single_adjoint.push_back(tapestry::cast<float>(adjoint[h]));
   }
-  auto gradient = tapestry::zeros<double, 4>({2, 3, 32, 32});
-  auto single_gradient = tapestry::zeros<float, 4>({2, 3, 32, 32});
+  auto gradient = tapestry::zeros<double, 4>({2, 32, 32, 3});
+  auto single_gradient = tapestry::zeros<float, 4>({2, 32, 32, 3});
   network.input_adjoint(pass, adjoint, gradient);
   single.input_adjoint(single_pass, single_adjoint, single_gradient);
   CHECK(relative_distance(single_gradient, gradient) < 3e-6);
@@ -459,7 +459,7 @@ TEST_CASE("float follows double", "[detect][network]") {
 
 TEST_CASE("with the kinks of the float pass every engine's gradient follows double", "[detect][network]") {
   const auto network = random_network<double>(wide_layers);
-  const auto images = random_array<double>({2, 3, 64, 64}, 2);
+  const auto images = random_array<double>({2, 64, 64, 3}, 2);
   auto single = network.cast<float>();
   single.set_engine(
       GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4));
@@ -470,8 +470,8 @@ TEST_CASE("with the kinks of the float pass every engine's gradient follows doub
   single.forward(tapestry::cast<float>(images), single_pass, detect::Mode::input_gradient);
   CHECK(relative_distance(single_pass.logits[0], pass.logits[0]) < 2e-6);
   const auto adjoint = random_like(pass.logits, 3);
-  auto gradient = tapestry::zeros<double, 4>({2, 3, 64, 64});
-  auto single_gradient = tapestry::zeros<float, 4>({2, 3, 64, 64});
+  auto gradient = tapestry::zeros<double, 4>({2, 64, 64, 3});
+  auto single_gradient = tapestry::zeros<float, 4>({2, 64, 64, 3});
   pass.take_kinks(single_pass);
   network.input_adjoint(pass, adjoint, gradient);
   single.input_adjoint(single_pass, {tapestry::cast<float>(adjoint[0])}, single_gradient);
@@ -486,13 +486,13 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][n
   auto network = random_network<float>(GENERATE(real_layers, wide_layers));
   network.set_engine(GENERATE(nn::Engine::automatic, nn::Engine::winograd_f4));
   network = network.resized(32, 32);
-  const auto images = random_array<float>({7, 3, 32, 32}, 2);
+  const auto images = random_array<float>({7, 32, 32, 3}, 2);
   const auto run = [&](int threads) {
     tapestry::limit_threads(threads);
     detect::Pass<float> pass;
     network.forward(images, pass, detect::Mode::training);
     const auto adjoint = random_like(pass.logits, 3);
-    auto gradient = tapestry::zeros<float, 4>({7, 3, 32, 32});
+    auto gradient = tapestry::zeros<float, 4>({7, 32, 32, 3});
     std::vector<float> parameters_adjoint(network.parameters().size());
     network.input_adjoint(pass, adjoint, gradient);
     network.parameter_adjoint(pass, adjoint, parameters_adjoint);
@@ -513,7 +513,7 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][n
   detect::Pass<float> single;
   network.forward(images, all);
   for (std::size_t n = 0; n < 7; ++n) {
-    Array<float, 4> image({1, 3, 32, 32});
+    Array<float, 4> image({1, 32, 32, 3});
     std::copy_n(images.data() + n * image.size(), image.size(), image.data());
     network.forward(image, single);  // the pass is used again
     for (std::size_t h = 0; h < all.logits.size(); ++h)
@@ -524,7 +524,7 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][n
 
 TEST_CASE("inference and gradient passes give the same logits", "[detect][network]") {
   const auto network = random_network<float>(every_layer);
-  const auto images = random_array<float>({1, 3, 16, 16}, 2);
+  const auto images = random_array<float>({1, 16, 16, 3}, 2);
   detect::Pass<float> inference;
   detect::Pass<float> gradient;
   network.forward(images, inference);
@@ -534,7 +534,7 @@ TEST_CASE("inference and gradient passes give the same logits", "[detect][networ
 
 TEST_CASE("running statistics of one batch reproduce the training pass", "[detect][network]") {
   auto network = random_network<double>(real_layers);
-  const auto images = random_array<double>({4, 3, 32, 32}, 2);
+  const auto images = random_array<double>({4, 32, 32, 3}, 2);
   detect::Pass<double> training;
   network.forward(images, training, detect::Mode::training);
   network.update_running_statistics(training, 1);  // take the batch's own
@@ -547,8 +547,8 @@ TEST_CASE("running statistics of one batch reproduce the training pass", "[detec
 TEST_CASE("NaN and infinity in a picture stay visible", "[detect][network]") {
   const auto network = random_network<float>(every_layer);
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    auto images = random_array<float>({1, 3, 16, 16}, 2);
-    images(0, 1, 7, 7) = bad;
+    auto images = random_array<float>({1, 16, 16, 3}, 2);
+    images(0, 7, 7, 1) = bad;
     detect::Pass<float> pass;
     network.forward(images, pass);
     const auto logits = flat(pass.logits[1]);
@@ -558,7 +558,7 @@ TEST_CASE("NaN and infinity in a picture stay visible", "[detect][network]") {
 
 TEST_CASE("parameters that change are noticed by the next pass", "[detect][network]") {
   auto network = random_network<float>(real_layers);
-  const auto images = random_array<float>({1, 3, 32, 32}, 2);
+  const auto images = random_array<float>({1, 32, 32, 3}, 2);
   auto& parameters = network.parameters();
   detect::Pass<float> before;
   detect::Pass<float> after;
@@ -574,7 +574,7 @@ TEST_CASE("a network of one pixel works", "[detect][network]") {
       "\nsize=2\n"
       "stride=1\n[convolutional]\nfilters=7\nactivation=linear\n[yolo]\nclasses=2\nanchors=1,1\n";
   const auto network = random_network<double>(cfg);
-  const auto images = random_array<double>({1, 3, 1, 1}, 2);
+  const auto images = random_array<double>({1, 1, 1, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);
   CHECK(pass.logits[0].shape() == tapestry::Extents<4>{1, 7, 1, 1});
@@ -586,13 +586,13 @@ TEST_CASE("a network of one pixel works", "[detect][network]") {
 TEST_CASE("a network names the arguments that do not fit", "[detect][network]") {
   auto network = random_network<float>(real_layers);
   detect::Pass<float> pass;
-  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({0, 3, 32, 32}), pass),
+  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({0, 32, 32, 3}), pass),
                     "Network::forward: a batch of no images");
-  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({1, 3, 32, 64}), pass),
-                    "Network::forward: images is [1, 3, 32, 64], expected [1, 3, 32, 32]");
-  const auto images = random_array<float>({1, 3, 32, 32}, 2);
+  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({1, 32, 64, 3}), pass),
+                    "Network::forward: images is [1, 32, 64, 3], expected [1, 32, 32, 3]");
+  const auto images = random_array<float>({1, 32, 32, 3}, 2);
   network.forward(images, pass);
-  auto gradient = tapestry::zeros<float, 4>({1, 3, 32, 32});
+  auto gradient = tapestry::zeros<float, 4>({1, 32, 32, 3});
   std::vector<float> parameters_adjoint(network.parameters().size());
   CHECK_THROWS_AS(network.input_adjoint(pass, pass.logits, gradient), tapestry::DomainError);
   network.forward(images, pass, detect::Mode::input_gradient);

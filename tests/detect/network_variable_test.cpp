@@ -110,7 +110,7 @@ void check_along(const F& value, const Array<double, Rank>& at, const Array<doub
 
 TEST_CASE("a network on the tape is its input adjoint, bit for bit", "[detect][network][tape]") {
   const auto network = two_headed_network<float>();
-  const auto images = random_array<float, 4>({2, 3, 8, 8}, 1);
+  const auto images = random_array<float, 4>({2, 8, 8, 3}, 1);
   tapestry::Tape<float> tape;
   const auto scope = tape.activate();
   const auto input = tape.input(images);
@@ -128,8 +128,8 @@ TEST_CASE("a network on the tape is its input adjoint, bit for bit", "[detect][n
 TEST_CASE("the gradient through a network on the tape agrees with central differences",
           "[detect][network][tape][gradient]") {
   const auto network = two_headed_network<double>();
-  const auto images = random_array<double, 4>({2, 3, 8, 8}, 2);
-  const auto direction = random_array<double, 4>({2, 3, 8, 8}, 3);
+  const auto images = random_array<double, 4>({2, 8, 8, 3}, 2);
+  const auto direction = random_array<double, 4>({2, 8, 8, 3}, 3);
   const auto value = [&](const Array<double, 4>& x) {
     return total(forward(network, ArrayVariable<double, 4>(x))).value();
   };
@@ -143,7 +143,7 @@ TEST_CASE("the gradient through a network on the tape agrees with central differ
 TEST_CASE("parameters on the tape get their adjoints in training mode", "[detect][network][tape][gradient]") {
   auto network = two_headed_network<double>();
   const auto start = parameters_of(network);
-  const auto images = random_array<double, 4>({3, 3, 8, 8}, 4);
+  const auto images = random_array<double, 4>({3, 8, 8, 3}, 4);
   const auto direction = parameter_direction(start.size());
   const auto value = [&](const Array<double, 1>& parameters) {
     return total(forward(network, ArrayVariable<double, 4>(images), ArrayVariable<double, 1>(parameters)))
@@ -159,7 +159,7 @@ TEST_CASE("parameters on the tape get their adjoints in training mode", "[detect
   CHECK((parameters_of(network) == start));
   check_along(value, start, direction, adjoint);
   if (!wants_images) return;
-  const auto image_direction = random_array<double, 4>({3, 3, 8, 8}, 7);
+  const auto image_direction = random_array<double, 4>({3, 8, 8, 3}, 7);
   const auto image_value = [&](const Array<double, 4>& x) {
     return total(forward(network, ArrayVariable<double, 4>(x), ArrayVariable<double, 1>(start))).value();
   };
@@ -168,7 +168,7 @@ TEST_CASE("parameters on the tape get their adjoints in training mode", "[detect
 
 TEST_CASE("a head that nothing depends on changes nothing", "[detect][network][tape]") {
   const auto network = two_headed_network<double>();
-  const auto images = random_array<double, 4>({1, 3, 8, 8}, 8);
+  const auto images = random_array<double, 4>({1, 8, 8, 3}, 8);
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   const auto input = tape.input(images);
@@ -181,7 +181,7 @@ TEST_CASE("a network's record may be reversed again", "[detect][network][tape]")
   const auto network = two_headed_network<double>();
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
-  const auto input = tape.input(random_array<double, 4>({1, 3, 8, 8}, 13));
+  const auto input = tape.input(random_array<double, 4>({1, 8, 8, 3}, 13));
   const auto logits = forward(network, input);
   const auto first = sum(logits[0]);
   const auto second = 3 * sum(logits[0]);
@@ -195,14 +195,14 @@ TEST_CASE("passive pictures leave no record of a network", "[detect][network][ta
   const auto network = two_headed_network<float>();
   tapestry::Tape<float> tape;
   const auto scope = tape.activate();
-  const auto logits = forward(network, ArrayVariable<float, 4>(random_array<float, 4>({1, 3, 8, 8}, 9)));
+  const auto logits = forward(network, ArrayVariable<float, 4>(random_array<float, 4>({1, 8, 8, 3}, 9)));
   CHECK_FALSE(logits[0].is_active());
   CHECK(tape.statement_count() == 0);
 }
 
 TEST_CASE("a loop records a network again and again in the same memory", "[detect][network][tape]") {
   const auto network = two_headed_network<float>();
-  const auto images = random_array<float, 4>({1, 3, 8, 8}, 10);
+  const auto images = random_array<float, 4>({1, 8, 8, 3}, 10);
   const auto pass = std::make_shared<detect::Pass<float>>();
   Array<float, 4> first;
   for (int step = 0; step < 3; ++step) {
@@ -219,10 +219,10 @@ TEST_CASE("a network on the tape refuses what does not fit", "[detect][network][
   auto network = two_headed_network<float>();
   tapestry::Tape<float> tape;
   const auto scope = tape.activate();
-  const auto images = tape.input(random_array<float, 4>({1, 3, 8, 8}, 11));
+  const auto images = tape.input(random_array<float, 4>({1, 8, 8, 3}, 11));
   const auto few = tape.input(tapestry::zeros<float, 1>({3}));
   CHECK_THROWS_AS(forward(network, images, few), tapestry::ShapeError);
-  const auto wide = tape.input(random_array<float, 4>({1, 3, 8, 16}, 12));
+  const auto wide = tape.input(random_array<float, 4>({1, 8, 16, 3}, 12));
   CHECK_THROWS_AS(forward(network, wide), tapestry::ShapeError);
 
   const auto before = network.parameters();

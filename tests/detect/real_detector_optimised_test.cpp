@@ -1,6 +1,7 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/image/batch.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
 
@@ -65,18 +66,13 @@ const std::array<Row, 4> table = {{
        {"data12505", .66, 217, 298, 333, 232}}}},
 }};
 
-/// A frame as the network takes it, [1, 3, size, size].
+/// A frame as the network takes it, [1, size, size, 3].
 tapestry::Array<float, 4> network_input(const std::string& frame, std::size_t size) {
   const auto picture = tapestry::io::read_frame(data + "carla/" + frame + ".npz").image;
   tapestry::Array<float, 3> colours(picture.shape());
   for (std::size_t i = 0; i < picture.size(); ++i)
     colours.data()[i] = static_cast<float>(picture.data()[i]) / 255;
-  const auto resized = tapestry::image::resize_bilinear(colours, size, size);
-  tapestry::Array<float, 4> input({1, 3, size, size});
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t y = 0; y < size; ++y)
-      for (std::size_t x = 0; x < size; ++x) input(0, c, y, x) = resized(y, x, c);
-  return input;
+  return tapestry::image::batch_of(tapestry::image::resize_bilinear(colours, size, size));
 }
 
 /// The most confident car, its box in pixels of the frame of 800 × 800.

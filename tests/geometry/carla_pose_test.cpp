@@ -9,7 +9,7 @@ using geometry::Vector3;
 
 TEST_CASE("carla_camera flips y once: CARLA's right is the mesh's −y", "[geometry][carla]") {
   // 5 m to the right of a vehicle that looks along +x, looking left at it.
-  const auto camera = geometry::carla_camera({7, 8, 0.6}, {0, 0, 0}, {0, 5, 0.2}, {0, -90, 0});
+  const auto camera = geometry::carla_camera({{7, 8, 0.6}, {0, 0, 0}, {0, 5, 0.2}, {0, -90, 0}});
   const Vector3 eye = geometry::eye_of(camera);
   CHECK(geometry::length(geometry::subtract(eye, {0, -5 * 0.41, 0})) <= 1e-12);
   const Vector3 front =
@@ -20,10 +20,10 @@ TEST_CASE("carla_camera flips y once: CARLA's right is the mesh's −y", "[geome
 }
 
 TEST_CASE("turning vehicle and camera together changes nothing", "[geometry][carla]") {
-  const auto still = geometry::carla_camera({0, 0, 0}, {0, 0, 0}, {-4, 0, 2}, {-25, 0, 0});
+  const auto still = geometry::carla_camera({{0, 0, 0}, {0, 0, 0}, {-4, 0, 2}, {-25, 0, 0}});
   const double turn = 0.5235987755982988;  // 30°
-  const auto turned = geometry::carla_camera({0, 0, 0}, {0, 30, 0},
-                                             {-4 * std::cos(turn), -4 * std::sin(turn), 2}, {-25, 30, 0});
+  const auto turned = geometry::carla_camera(
+      {{0, 0, 0}, {0, 30, 0}, {-4 * std::cos(turn), -4 * std::sin(turn), 2}, {-25, 30, 0}});
   for (std::size_t row = 0; row < 3; ++row) {
     CHECK(geometry::length(geometry::subtract(still.rotation[row], turned.rotation[row])) <= 1e-12);
   }
@@ -31,8 +31,8 @@ TEST_CASE("turning vehicle and camera together changes nothing", "[geometry][car
 }
 
 TEST_CASE("carla_camera refuses numbers that are not finite", "[geometry][carla]") {
-  CHECK_THROWS_AS(geometry::carla_camera({}, {}, {5, 0, 0}, {0, std::nan(""), 0}), tapestry::DomainError);
-  CHECK_THROWS_AS(geometry::carla_camera({}, {}, {std::nan(""), 0, 0}, {0, 0, 0}), tapestry::DomainError);
+  CHECK_THROWS_AS(geometry::carla_camera({{}, {}, {5, 0, 0}, {0, std::nan(""), 0}}), tapestry::DomainError);
+  CHECK_THROWS_AS(geometry::carla_camera({{}, {}, {std::nan(""), 0, 0}, {0, 0, 0}}), tapestry::DomainError);
 }
 
 TEST_CASE("normalise_mesh centres the box and makes its longest half extent 1", "[geometry][carla]") {

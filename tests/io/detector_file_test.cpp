@@ -57,7 +57,7 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
 template <class T>
 std::vector<T> logits_of(const detect::Network<T>& network, std::uint64_t seed) {
   const tapestry::Array<T, 4> images =
-      tapestry::test::random_array<T>({1, 3, network.input_height(), network.input_width()}, seed);
+      tapestry::test::random_array<T>({1, network.input_height(), network.input_width(), 3}, seed);
   detect::Pass<T> pass;
   network.forward(images, pass);
   std::vector<T> logits;

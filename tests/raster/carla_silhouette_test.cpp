@@ -52,9 +52,7 @@ TEST_CASE("the CARLA camera reproduces the published masks", "[raster][carla]") 
   for (const char* number : {"1", "12501", "12502", "12503", "12504", "12505"}) {
     const auto frame = tapestry::io::read_frame(shared + "/data/carla/data" + number + ".npz");
     const auto mask = tapestry::io::read_mask(shared + "/data/carla/mask" + number + ".png");
-    const auto camera =
-        tapestry::geometry::carla_camera(frame.vehicle_translation, frame.vehicle_rotation_deg,
-                                         frame.camera_translation, frame.camera_rotation_deg);
+    const auto camera = tapestry::io::camera_of(frame);
     const auto silhouette = tapestry::raster::coverage_of(
         tapestry::raster::visibility(mesh, camera, mask.shape(0), mask.shape(1), 2));
     const auto found = box_of(silhouette), expected = box_of(mask);

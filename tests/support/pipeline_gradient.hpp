@@ -10,7 +10,7 @@ namespace tapestry::test {
 
 /// What the objective takes as views; the texture decides about T.
 template <class T>
-using ViewPointers = std::type_identity_t<std::span<const camouflage::View<T>* const>>;
+using ViewPointers = std::type_identity_t<typename camouflage::Objective<T>::Views>;
 
 /// The objective's gradient by the texture parameter.
 template <class T>

@@ -49,14 +49,14 @@ inline raster::PaintedMesh tiny_car(std::size_t texel_rows = 12,
 }
 
 /// A frame of noise of the given size, seen from around the car.
-inline camouflage::Frame tiny_frame(std::size_t number, std::size_t size = 48) {
-  camouflage::Frame frame;
+inline io::Frame tiny_frame(std::size_t number, std::size_t size = 48) {
+  io::Frame frame;
   frame.name = "frame" + std::to_string(number);
   frame.image = Array<std::uint8_t, 3>(Extents<3>{size, size, 3});
   Random random(100 + number);
   for (auto& value : frame.image.storage()) value = static_cast<std::uint8_t>(random.index(256));
   frame.camera = geometry::orbit_camera(0.4 + 2.1 * static_cast<double>(number), 0.35, 6, {0, 0, 0.7}, 0.9);
-  frame.light = {0.45, 0.5, {0.3, 0.4, 0.8}, {1, 0.95, 0.9}};
+  frame.light = raster::Light{0.45, 0.5, {0.3, 0.4, 0.8}, {1, 0.95, 0.9}};
   return frame;
 }
 

@@ -75,7 +75,6 @@ inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings
   objective.weights.classification = o.classification;
   objective.weights.max_score = o.max_score;
   objective.smoothness = o.smoothness;
-  objective.smooth_texture = o.smooth_over == "texture";
   objective.class_index = class_index;
   return objective;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/run_state.hpp>
@@ -12,6 +13,7 @@
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <utility>
 #include <vector>
 
@@ -42,6 +44,13 @@ inline Array<float, 2> start_texture(const OptimisationSettings& settings, const
   return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
 }
 
+/// The texels between which smoothness counts steps; null where it counts them in pictures.
+inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const OptimisationSettings& settings,
+                                                               const raster::PaintedMesh& car) {
+  if (settings.smooth_over != "texture") return nullptr;
+  return std::make_shared<const Array<float, 2>>(raster::used_texels<float>(car));
+}
+
 /// One run in its folder.
 class CamouflageRun {
  public:
@@ -52,8 +61,8 @@ class CamouflageRun {
         train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
         test_(inputs_.car.painted, store_settings(),
               frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)),
-        objective_(inputs_.detector.network, inputs_.car.painted.layout,
-                   objective_options(options_.optimisation, inputs_.class_index)) {}
+        objective_(inputs_.detector.network, objective_options(options_.optimisation, inputs_.class_index),
+                   texels_to_smooth(options_.optimisation, inputs_.car.painted)) {}
 
   /// \returns the exit code
   int execute() {

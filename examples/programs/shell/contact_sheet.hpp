@@ -7,18 +7,11 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/image/colour.hpp>
-#include <tapestry/image/planes.hpp>
 #include <vector>
 
 namespace tapestry::shell {
 
 using Bitmap = Array<std::uint8_t, 3>;  // [H, W, 3], RGB
-
-/// A picture [3, height, width] with components in [0, 1] as bytes.
-template <class T>
-Bitmap bitmap_of(const T* picture, std::size_t height, std::size_t width) {
-  return image::to_bytes(image::picture_of_planes<double>(picture, {height, width, 3}));
-}
 
 /// Draws the outline of a box, two pixels wide, inside the picture.
 inline void draw_box(Bitmap& bitmap, const detect::Box& box, const std::array<std::uint8_t, 3>& colour) {

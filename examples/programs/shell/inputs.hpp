@@ -14,6 +14,7 @@
 #include <tapestry/detect/network.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/names_file.hpp>
 #include <tapestry/io/network_file.hpp>
@@ -143,7 +144,7 @@ inline FrameLists find_frames(const SceneSettings& scene) {
   return lists;
 }
 
-inline bool is_posed(const std::string& frame) { return !io::read_frame(frame).has_camera; }
+inline bool is_posed(const std::string& frame) { return !io::read_frame(frame).camera; }
 
 inline void require_one_scale(const FrameLists& lists) {
   if (lists.posed && lists.drawn > 0)
@@ -175,31 +176,17 @@ inline Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::
   return mask;
 }
 
-/// Gives a frame its camera, light and, unless the silhouette is asked for, its own mask. Frames of the
-/// simulator carry a pose and see a car normalised to length 2; our own carry the camera itself and see
-/// it in metres.
-inline camouflage::Frame prepared_frame(std::string name, io::Frame stored, const std::string& mask_rule) {
-  camouflage::Frame frame;
+/// A frame under the name to be shown, with its own mask only where the rule is `auto`.
+inline io::Frame prepared_frame(std::string name, io::Frame frame, const std::string& mask_rule) {
   frame.name = std::move(name);
-  if (stored.has_camera) {
-    frame.camera = stored.camera;
-  } else {
-    frame.camera = geometry::carla_camera(stored.vehicle_translation, stored.vehicle_rotation_deg,
-                                          stored.camera_translation, stored.camera_rotation_deg);
-  }
-  if (stored.has_light) {
-    const auto& light = stored.light;
-    frame.light = {light[0], light[1], {light[2], light[3], light[4]}, {light[5], light[6], light[7]}};
-  }
-  if (mask_rule == "auto" && stored.has_mask) frame.mask = std::move(stored.mask);
-  frame.image = std::move(stored.image);
+  if (mask_rule != "auto") frame.mask.reset();
   return frame;
 }
 
 /// \param posed  see FrameLists; all frames of a run agree in it
-inline camouflage::Frame load_frame(const std::string& path, const std::string& mask_rule, bool posed) {
+inline io::Frame load_frame(const std::string& path, const std::string& mask_rule, bool posed) {
   auto stored = io::read_frame(path);
-  if (stored.has_camera == posed)
+  if (stored.camera.has_value() == posed)
     throw FileError(ErrorKind::mismatch,
                     {path, "", "frames with and without a camera cannot be mixed",
                      posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",

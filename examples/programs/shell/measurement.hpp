@@ -5,11 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/colour.hpp>
 #include <utility>
 #include <vector>
 
@@ -61,13 +63,11 @@ class Meter {
         std::vector<double> sweep = {})
       : network_(network), class_index_(class_index), settings_(settings), sweep_(std::move(sweep)) {}
 
-  /// \param picture  [3, H, W], at the size of the network's input
-  [[nodiscard]] ViewResult examine(const float* picture, const camouflage::View<float>& view) {
+  /// \param picture  [H, W, 3], at the size of the network's input
+  [[nodiscard]] ViewResult examine(const Array<float, 3>& picture, const camouflage::View<float>& view) {
     const std::size_t height = network_.input_height();
     const std::size_t width = network_.input_width();
-    Array<float, 4> batch(Extents<4>{1, 3, height, width});
-    std::copy_n(picture, batch.size(), batch.data());
-    network_.forward(batch, pass_);
+    network_.forward(image::batch_of(picture), pass_);
     require_finite_logits(pass_.logits, view.name);
     double least = settings_.confidence;
     for (const double threshold : sweep_) least = std::min(least, threshold);
@@ -116,9 +116,9 @@ class Meter {
 };
 
 /// A picture with its detections drawn: green the car where it should be, orange everything else.
-inline Bitmap annotated(const float* picture, const ViewResult& result, const camouflage::View<float>& view,
-                        const Meter& meter) {
-  Bitmap bitmap = bitmap_of(picture, view.mask.shape(0), view.mask.shape(1));
+inline Bitmap annotated(const Array<float, 3>& picture, const ViewResult& result,
+                        const camouflage::View<float>& view, const Meter& meter) {
+  Bitmap bitmap = image::to_bytes(picture);
   for (const auto& detection : result.detections) {
     const bool counts = meter.shows_car({detection}, view);
     draw_box(bitmap, detection.box,
@@ -139,10 +139,8 @@ inline Measurement measure(const std::string& name, Meter& meter, camouflage::Vi
   for (const std::size_t index : usable) {
     StopSignal::throw_if_arrived();
     const auto view = store.view(index);
-    const camouflage::View<float>* views[] = {view.get()};
-    const Array<float, 4> composed =
-        colours != nullptr ? camouflage::Objective<float>::pictures_of(*colours, views) : Array<float, 4>();
-    const float* picture = colours != nullptr ? composed.data() : view->background.data();
+    const Array<float, 3> picture =
+        colours != nullptr ? camouflage::picture_of(*view, *colours) : view->background;
     const ViewResult result = meter.examine(picture, *view);
     measurement.found.push_back(result.found);
     for (std::size_t i = 0; i < found_in_sweep.size(); ++i)

@@ -48,7 +48,7 @@ inline std::string history_csv(const std::vector<camouflage::ObjectiveTerms>& hi
 /// Prints where the time of the steps went.
 inline void print_profile(const camouflage::StepTimes& times, std::size_t steps, double total_seconds) {
   const std::vector<std::pair<const char*, double>> parts{{"render", times.render},
-                                                          {"composite", times.compose},
+                                                          {"composite", times.composite},
                                                           {"detector forward", times.detector_forward},
                                                           {"detector backward", times.detector_backward},
                                                           {"losses", times.losses},

@@ -119,6 +119,17 @@ class ArraysRecord final : public TapeRecord<T> {
   std::tuple<Slots...> slots_;
 };
 
+/// Not an operation: a place that the sweep comes by.
+template <class T, class Callback>
+class MarkRecord final : public TapeRecord<T> {
+ public:
+  explicit MarkRecord(Callback passed) : passed_(std::move(passed)) {}
+  void pull_back(T*, std::size_t) override { passed_(); }
+
+ private:
+  Callback passed_;
+};
+
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 [[nodiscard]] ArrayVariable<T, Rank> record_array_slots(std::shared_ptr<const Array<T, Rank>> value,
                                                         Pullback pullback, Slots... slots) {
@@ -215,6 +226,16 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 template <class T, class Pullback, class... Inputs>
 [[nodiscard]] Variable<T> record_scalar(T value, Pullback pullback, const Inputs&... inputs) {
   return detail::record_scalar_slots<T>(value, std::move(pullback), detail::slot_of<T>(inputs)...);
+}
+
+/// Puts a mark on the active tape, if there is one: every reverse sweep that comes by calls passed(). For
+/// clocks and progress; no adjoint is involved.
+template <class T, class Callback>
+void record_mark(Callback passed) {
+  if (!detail::TapeState<T>::is_any_active()) return;
+  using Record = detail::MarkRecord<T, Callback>;
+  static_cast<void>(
+      detail::TapeState<T>::require_active().append_record(std::make_unique<Record>(std::move(passed))));
 }
 
 }  // namespace tapestry

@@ -1,19 +1,22 @@
 #pragma once
 #include <chrono>
+#include <memory>
+#include <tapestry/autodiff/record.hpp>
+#include <utility>
 
 namespace tapestry::camouflage {
 
 /// Seconds spent in each part of the optimisation, summed over steps.
 struct StepTimes {
-  double render = 0;             ///< texture → premultiplied picture, and its pullback
-  double compose = 0;            ///< picture into frame, to planes and back
+  double render = 0;             ///< texture → picture of the car, and its pullback
+  double composite = 0;          ///< the picture over its frame, and its pullback
   double detector_forward = 0;   ///< network
   double detector_backward = 0;  ///< network, gradient to its input
   double losses = 0;             ///< adversarial and smoothness terms with their pullbacks
-  double update = 0;             ///< texture parametrisation, Adam
+  double update = 0;             ///< texture parametrisation with its pullback, Adam
 
   [[nodiscard]] double total() const {
-    return render + compose + detector_forward + detector_backward + losses + update;
+    return render + composite + detector_forward + detector_backward + losses + update;
   }
 };
 
@@ -30,6 +33,53 @@ class ScopedTimer {
  private:
   double& seconds_;
   std::chrono::steady_clock::time_point start_;
+};
+
+/// Divides the time of recording and of the reverse sweep among stages. end_of() between two stages ends the
+/// first one, and leaves a mark on the active tape at which the sweep, which comes from behind, ends the
+/// second.
+template <class T>
+class StageClock {
+ public:
+  using Stage = double StepTimes::*;
+
+  explicit StageClock(std::shared_ptr<StepTimes> times)
+      : shared_(std::make_shared<Shared>(std::move(times))) {
+    mark(nullptr);
+  }
+
+  /// What was recorded since the last call was this stage.
+  /// \param reverse  where the sweep over it counts
+  void end_of(Stage forward, Stage reverse) {
+    shared_->count(forward);
+    mark(reverse);
+  }
+  void end_of(Stage stage) { end_of(stage, stage); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Shared {
+    explicit Shared(std::shared_ptr<StepTimes> all) : times(std::move(all)) {}
+    void count(Stage stage) {
+      const auto now = Clock::now();
+      if (stage != nullptr) (*times).*stage += std::chrono::duration<double>(now - last).count();
+      last = now;
+    }
+    std::shared_ptr<StepTimes> times;
+    Clock::time_point last = Clock::now();
+    Stage swept = nullptr;  ///< the stage that the sweep is in
+  };
+
+  /// Where one stage ends and the next begins.
+  void mark(Stage before) {
+    record_mark<T>([shared = shared_, before] {
+      shared->count(shared->swept);
+      shared->swept = before;
+    });
+  }
+
+  std::shared_ptr<Shared> shared_;
 };
 
 }  // namespace tapestry::camouflage

@@ -1,10 +1,10 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/random.hpp>
 
 namespace tapestry::camouflage {
@@ -19,43 +19,21 @@ enum class TextureStart {
 /// Colours farther than this from 0 and 1 are kept exactly by parameter_of_colours().
 inline constexpr double colour_margin = 1e-3;
 
-/// The colours of a texture parameter: c = ½ (tanh p + 1), so that no step leaves (0, 1).
+/// The colours of a texture parameter on the tape: c = ½ (tanh p + 1), so that no step leaves (0, 1). Its
+/// slope keeps its relative accuracy where tanh saturates. Others write sigmoid(p) or clamp(p, 0, 1) here.
 ///
 /// \param parameter  p, [texel, 3], any real value
 /// \returns          c, [texel, 3], in [0, 1]; exactly 0 or 1 where tanh saturates
 /// Source: the texture parametrisation of Wang et al.'s published FCA program.
 template <class T>
-[[nodiscard]] Array<T, 2> texture_colours(const Array<T, 2>& parameter) {
-  Array<T, 2> colours(parameter.shape());
-  for (std::size_t i = 0; i < parameter.size(); ++i)
-    colours.data()[i] = (std::tanh(parameter.data()[i]) + T(1)) / T(2);
-  return colours;
-}
-
-/// Adds colours_adjoint · dc/dp to parameter_adjoint; dc/dp = ½ (1 − tanh² p) = 2 s / (1 + s)² with
-/// s = e^(−2|p|), a form that keeps its relative accuracy where tanh saturates and never overflows.
-template <class T>
-void texture_colours_adjoint(const Array<T, 2>& parameter, const Array<T, 2>& colours_adjoint,
-                             Array<T, 2>& parameter_adjoint) {
-  require_shape("texture_colours_adjoint", "colours_adjoint", colours_adjoint, parameter.shape());
-  require_shape("texture_colours_adjoint", "parameter_adjoint", parameter_adjoint, parameter.shape());
-  for (std::size_t i = 0; i < parameter.size(); ++i) {
-    const T s = std::exp(T(-2) * std::abs(parameter.data()[i]));
-    parameter_adjoint.data()[i] += colours_adjoint.data()[i] * T(2) * s / ((T(1) + s) * (T(1) + s));
-  }
-}
-
-/// texture_colours() on the tape.
-template <class T>
 [[nodiscard]] ArrayVariable<T, 2> texture_colours(const ArrayVariable<T, 2>& parameter) {
-  return record_array<T, 2>(
-      texture_colours(parameter.value()),
-      [values = parameter.shared_value()](const Array<T, 2>& colours_adjoint,
-                                          Array<T, 2>* parameter_adjoint) {
-        if (parameter_adjoint != nullptr)
-          texture_colours_adjoint(*values, colours_adjoint, *parameter_adjoint);
-      },
-      parameter);
+  return (tanh(parameter) + T(1)) / T(2);
+}
+
+/// The same of plain numbers.
+template <class T>
+[[nodiscard]] Array<T, 2> texture_colours(const Array<T, 2>& parameter) {
+  return texture_colours(ArrayVariable<T, 2>(parameter)).value();
 }
 
 /// The parameter whose colours are given: p = atanh(2c − 1), with c first moved into

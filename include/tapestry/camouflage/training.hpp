@@ -85,9 +85,7 @@ class Training {
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state
   ///         is then what it was before the step
   std::size_t step() {
-    const auto batch = next_batch();
-    std::vector<const View<T>*> views;
-    for (const auto& view : batch) views.push_back(view.get());
+    const auto views = next_batch();
     const Array<T, 2> gradient = gradient_of(views);
     require_finite_gradient(gradient, views);
     const ScopedTimer timer(objective_.times().update);
@@ -113,7 +111,7 @@ class Training {
     return batch;
   }
 
-  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<const View<T>*>& views) {
+  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<T, 2> parameter = tape_.input(state_.parameter);
@@ -123,7 +121,7 @@ class Training {
     return parameter.adjoint();
   }
 
-  void require_finite_terms(const std::vector<const View<T>*>& views) const {
+  void require_finite_terms(const std::vector<ViewPointer>& views) const {
     const auto& terms = objective_.terms();
     const std::array<std::pair<const char*, double>, 6> named{{{"iou", terms.iou},
                                                                {"objectness", terms.objectness},
@@ -137,16 +135,16 @@ class Training {
                            std::to_string(value) + " in the minibatch of " + names_of(views));
   }
 
-  void require_finite_gradient(const Array<T, 2>& gradient, const std::vector<const View<T>*>& views) const {
+  void require_finite_gradient(const Array<T, 2>& gradient, const std::vector<ViewPointer>& views) const {
     for (std::size_t i = 0; i < gradient.size(); ++i)
       if (!std::isfinite(gradient.data()[i]))
         throw NumericError("step " + std::to_string(state_.step + 1) + ": the gradient of texel " +
                            std::to_string(i / 3) + " is not finite in the minibatch of " + names_of(views));
   }
 
-  [[nodiscard]] static std::string names_of(const std::vector<const View<T>*>& views) {
+  [[nodiscard]] static std::string names_of(const std::vector<ViewPointer>& views) {
     std::string names;
-    for (const auto* view : views) names += (names.empty() ? "" : ", ") + view->name;
+    for (const auto& view : views) names += (names.empty() ? "" : ", ") + view->name;
     return names;
   }
 

@@ -12,7 +12,8 @@ namespace tapestry::camouflage {
 /// Bytes that a prepared view holds, besides small change.
 template <class T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view) {
-  return (view.background.size() + view.mask.size()) * sizeof(T) + raster::memory_bytes(view.picture);
+  return (view.background.size() + view.interior.size()) * sizeof(T) +
+         raster::memory_bytes(view.paint_to_picture);
 }
 
 /// Prepares views when they are first asked for and keeps them up to a memory limit, so that an epoch
@@ -22,7 +23,7 @@ template <class T>
 template <class T>
 class ViewStore {
  public:
-  using Loader = std::function<Frame()>;
+  using Loader = std::function<io::Frame()>;
 
   struct Settings {
     std::size_t height = 0;  ///< of the network's input

@@ -122,16 +122,17 @@ class Network {
     return other;
   }
 
-  /// \throws ShapeError unless images are [N, 3, H, W] of the network's extents, N at least 1
+  /// \throws ShapeError unless images are [N, H, W, 3] of the network's extents, N at least 1
   void require_images(const Array<T, 4>& images) const {
     if (images.shape(0) == 0) throw ShapeError("Network::forward: a batch of no images");
     require_shape("Network::forward", "images", images,
-                  {images.shape(0), graph_.config.channels, graph_.height, graph_.width});
+                  {images.shape(0), graph_.height, graph_.width, graph_.config.channels});
   }
 
   /// Logits of every head for a batch of pictures.
   ///
-  /// \param images  [N, 3, H, W], RGB in [0, 1], N at least 1
+  /// \param images  [N, H, W, 3], RGB in [0, 1], N at least 1: pictures as everywhere else, one behind the
+  ///                other. The engines compute channels last, so nothing is turned on the way in or back.
   /// \param pass    takes the logits, and what `mode` says is kept
   /// \throws ShapeError unless images have the network's extents
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const {
@@ -143,7 +144,7 @@ class Network {
     detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, pass).run(images.data());
   }
 
-  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, [N, 3, H, W].
+  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, [N, H, W, 3].
   /// \param pass  of forward() in another mode than inference; may be used again
   /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
   void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
@@ -235,7 +236,7 @@ class Network {
     require_pass(operation, pass, logits_adjoint);
     if (images_adjoint != nullptr) {
       require_shape(operation, "images_adjoint", *images_adjoint,
-                    {pass.images, graph_.config.channels, graph_.height, graph_.width});
+                    {pass.images, graph_.height, graph_.width, graph_.config.channels});
     }
     if (parameters_adjoint) require_parameters_adjoint(operation, pass, parameters_adjoint->size());
     const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);

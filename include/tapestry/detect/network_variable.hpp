@@ -23,7 +23,7 @@ template <class T>
 /// nothing.
 ///
 /// \param network  must outlive the tape's last reverse(), unchanged
-/// \param images   [N, 3, H, W], RGB in [0, 1]
+/// \param images   [N, H, W, 3], RGB in [0, 1]
 /// \param pass     memory to use, for loops that record again and again: not to be used for anything else
 ///                 before the tape's last reverse(), and logits of an earlier call with it are gone. Null
 ///                 takes new memory.

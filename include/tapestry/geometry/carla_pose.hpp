@@ -19,10 +19,18 @@ struct CarlaOptions {
   double far = 100;                       ///< units of the mesh
 };
 
+/// Where a CARLA frame's vehicle and camera stand: x forward, y right, z up (left-handed).
+struct CarlaPose {
+  Vector3 vehicle_translation{};   ///< metres
+  Vector3 vehicle_rotation_deg{};  ///< pitch, yaw, roll
+  Vector3 camera_translation{};    ///< metres from the vehicle, along the axes of the world
+  Vector3 camera_rotation_deg{};   ///< pitch, yaw, roll
+  bool operator==(const CarlaPose&) const = default;
+};
+
 /// The camera that shows a normalised mesh (see normalise_mesh()) as a CARLA frame shows the vehicle.
 ///
-/// CARLA's axes are x forward, y right, z up (left-handed); angles are pitch, yaw, roll in degrees. With
-/// the camera's pitch p and yaw y, the vehicle's yaw ψ, scale s and shift h,
+/// With the camera's pitch p and yaw y, the vehicle's yaw ψ, scale s and shift h,
 ///   eye     = Q·s·(camera offset − (0, 0, h)),
 ///   forward = Q·(cos p · cos y, cos p · sin y, sin p),
 ///   up      = Q·(−sin p · cos y, −sin p · sin y, cos p),
@@ -31,23 +39,16 @@ struct CarlaOptions {
 /// Roll, and the vehicle's position, pitch and roll, have no effect, as in the published program.
 /// Source: Wang et al., Dual Attention Suppression Attack (CVPR 2021), the camera of its data loader.
 ///
-/// \param vehicle_translation   metres; unused, since the camera is given relative to the vehicle
-/// \param vehicle_rotation_deg  pitch, yaw, roll
-/// \param camera_translation    metres from the vehicle, along the axes of the world
-/// \param camera_rotation_deg   pitch, yaw, roll
 /// \throws DomainError if a number is not finite
-[[nodiscard]] inline Camera carla_camera([[maybe_unused]] const Vector3& vehicle_translation,
-                                         const Vector3& vehicle_rotation_deg,
-                                         const Vector3& camera_translation,
-                                         const Vector3& camera_rotation_deg,
-                                         const CarlaOptions& options = {}) {
+[[nodiscard]] inline Camera carla_camera(const CarlaPose& pose, const CarlaOptions& options = {}) {
   constexpr double rad_per_deg = std::numbers::pi / 180;
-  const double pitch = camera_rotation_deg[0] * rad_per_deg, yaw = camera_rotation_deg[1] * rad_per_deg;
-  const double vehicle_yaw = vehicle_rotation_deg[1] * rad_per_deg;
+  const double pitch = pose.camera_rotation_deg[0] * rad_per_deg;
+  const double yaw = pose.camera_rotation_deg[1] * rad_per_deg;
+  const double vehicle_yaw = pose.vehicle_rotation_deg[1] * rad_per_deg;
   const auto mesh_from_carla = [c = std::cos(vehicle_yaw), s = std::sin(vehicle_yaw)](const Vector3& a) {
     return Vector3{a[0] * c + a[1] * s, -(a[1] * c - a[0] * s), a[2]};
   };
-  const Vector3 offset_m = subtract(camera_translation, {0, 0, options.z_shift_m});
+  const Vector3 offset_m = subtract(pose.camera_translation, {0, 0, options.z_shift_m});
   const Vector3 forward{std::cos(pitch) * std::cos(yaw), std::cos(pitch) * std::sin(yaw), std::sin(pitch)};
   const Vector3 up{-std::sin(pitch) * std::cos(yaw), -std::sin(pitch) * std::sin(yaw), std::cos(pitch)};
   Camera camera = look_along(mesh_from_carla(scale(offset_m, options.scale)), mesh_from_carla(forward),

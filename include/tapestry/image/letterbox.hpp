@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/image/crop.hpp>
 #include <tapestry/image/resize.hpp>
 
 namespace tapestry::image {
@@ -71,6 +72,17 @@ template <class T>
     std::copy_n(resized.data() + y * box.width * channels, box.width * channels,
                 canvas.data() + ((y + box.top) * width + box.left) * channels);
   return canvas;
+}
+
+/// Adds the transpose of letterboxed() times canvas_adjoint to picture_adjoint: the margins go nowhere.
+///
+/// \param canvas_adjoint   [height, width, C]
+/// \param picture_adjoint  [h, w, C]
+template <class T>
+void letterboxed_adjoint(const Array<T, 3>& canvas_adjoint, Array<T, 3>& picture_adjoint) {
+  const Letterbox box = letterbox(picture_adjoint.shape(0), picture_adjoint.shape(1), canvas_adjoint.shape(0),
+                                  canvas_adjoint.shape(1));
+  resize_bilinear_adjoint(crop(canvas_adjoint, {box.top, box.left, box.height, box.width}), picture_adjoint);
 }
 
 }  // namespace tapestry::image

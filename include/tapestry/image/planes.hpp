@@ -4,35 +4,31 @@
 
 namespace tapestry::image {
 
-/// Writes a picture [H, W, C] channel by channel, [C, H, W]: the order in which networks take pictures.
+/// Pictures [N, H, W, C] channel by channel, [N, C, H, W]: the order in which other libraries' networks take
+/// them. Tapestry's take pictures as they are.
 template <class T>
-void write_planes(const Array<T, 3>& picture, T* planes) {
-  const std::size_t channels = picture.shape(2), pixels = picture.shape(0) * picture.shape(1);
-  for (std::size_t pixel = 0; pixel < pixels; ++pixel)
-    for (std::size_t c = 0; c < channels; ++c)
-      planes[c * pixels + pixel] = picture.data()[channels * pixel + c];
-}
-
-/// The picture [H, W, C] as an array [C, H, W].
-template <class T>
-[[nodiscard]] Array<T, 3> planes_of(const Array<T, 3>& picture) {
-  Array<T, 3> planes(Extents<3>{picture.shape(2), picture.shape(0), picture.shape(1)});
-  write_planes(picture, planes.data());
+[[nodiscard]] Array<T, 4> planes_of(const Array<T, 4>& pictures) {
+  const std::size_t pixels = pictures.shape(1) * pictures.shape(2), channels = pictures.shape(3);
+  Array<T, 4> planes(Extents<4>{pictures.shape(0), channels, pictures.shape(1), pictures.shape(2)});
+  for (std::size_t n = 0; n < pictures.shape(0); ++n)
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel)
+      for (std::size_t c = 0; c < channels; ++c)
+        planes.data()[(n * channels + c) * pixels + pixel] =
+            pictures.data()[(n * pixels + pixel) * channels + c];
   return planes;
 }
 
-/// Inverts write_planes(), into another precision if asked for.
-///
-/// \param planes  [C, H, W]
-/// \param shape   H, W, C
-template <class To, class From>
-[[nodiscard]] Array<To, 3> picture_of_planes(const From* planes, const Extents<3>& shape) {
-  Array<To, 3> picture(shape);
-  const std::size_t channels = shape[2], pixels = shape[0] * shape[1];
-  for (std::size_t pixel = 0; pixel < pixels; ++pixel)
-    for (std::size_t c = 0; c < channels; ++c)
-      picture.data()[channels * pixel + c] = static_cast<To>(planes[c * pixels + pixel]);
-  return picture;
+/// Inverts planes_of().
+template <class T>
+[[nodiscard]] Array<T, 4> pictures_of_planes(const Array<T, 4>& planes) {
+  const std::size_t channels = planes.shape(1), pixels = planes.shape(2) * planes.shape(3);
+  Array<T, 4> pictures(Extents<4>{planes.shape(0), planes.shape(2), planes.shape(3), channels});
+  for (std::size_t n = 0; n < planes.shape(0); ++n)
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel)
+      for (std::size_t c = 0; c < channels; ++c)
+        pictures.data()[(n * pixels + pixel) * channels + c] =
+            planes.data()[(n * channels + c) * pixels + pixel];
+  return pictures;
 }
 
 }  // namespace tapestry::image

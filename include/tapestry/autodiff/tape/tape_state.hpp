@@ -78,6 +78,8 @@ class TapeState : public TapeMemory {
   /// Where this thread writes statements: the head of a TapeState, or one without room.
   static inline constinit thread_local WriteHead* active = &no_tape<T>;
 
+  static bool is_any_active() { return active != &no_tape<T>; }
+
   static TapeState& require_active() {
     if (active == &no_tape<T>) throw_no_tape();
     return static_cast<TapeState&>(*active);

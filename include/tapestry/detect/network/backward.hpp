@@ -40,11 +40,7 @@ class BackwardPass {
       pass_.workspace.give(std::move(adjoints_[i]));
     }
     auto& image = adjoints_[graph_.image()];
-    if (wants_image_ && !image.empty()) {
-      const FeatureShape& shape = graph_.shapes.back();
-      nn::channels_first(pass_.images, shape.channels, shape.height * shape.width, image.data(),
-                         images_adjoint, true);
-    }
+    if (wants_image_ && !image.empty()) nn::add(image.data(), images_adjoint, size_of(graph_.image()));
     pass_.workspace.give(std::move(image));
   }
 

@@ -46,7 +46,7 @@ class ForwardPass {
     const FeatureShape& image = graph_.shapes.back();
     recycle();
     T* const input = make_output(graph_.image());
-    nn::channels_last(pass_.images, image.channels, image.height * image.width, images, input);
+    std::copy_n(images, pass_.images * image.size(), input);
     std::size_t head = 0;
     for (std::size_t i = 0; i < graph_.config.layers.size(); ++i) {
       if (graph_.makes_value(i)) run_layer(i);
@@ -243,7 +243,7 @@ class ForwardPass {
     auto& logits = pass_.logits[head];
     logits.resize({pass_.images, shape.channels, shape.height, shape.width});
     nn::channels_first(pass_.images, shape.channels, shape.height * shape.width,
-                       output_of(graph_.inputs[i].front()), logits.data(), false);
+                       output_of(graph_.inputs[i].front()), logits.data());
   }
 
   const Graph& graph_;

@@ -1,0 +1,107 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/image/pixel_window.hpp>
+
+/// A picture that is multiplied by its coverage, laid over a background of the same or a larger size:
+///
+///   out = premultiplied + (1 − coverage) · background   inside the picture's place,   background beside it.
+///
+/// Source: Porter and Duff, "Compositing digital images" (1984). With premultiplied = m·O and coverage = m it
+/// is the composite of Wang et al., FCA (AAAI 2022), eq. 6.
+namespace tapestry::image {
+namespace detail {
+
+/// Calls visit(pixel of the front, pixel of the background) for all pixels of the front, from several
+/// threads.
+template <class Visit>
+void for_each_covered_pixel(const PixelWindow& place, std::size_t background_width, Visit visit) {
+  constexpr std::size_t rows = 16;
+  parallel_for(block_count(place.height, rows), [&](std::size_t index) {
+    const auto [begin, end] = block_range(index, place.height, rows);
+    for (std::size_t y = begin; y < end; ++y) {
+      const std::size_t front = y * place.width;
+      const std::size_t back = (place.top + y) * background_width + place.left;
+      for (std::size_t x = 0; x < place.width; ++x) visit(front + x, back + x);
+    }
+  });
+}
+
+template <class T>
+PixelWindow place_of(const char* operation, const Array<T, 2>& coverage, const Extents<3>& background,
+                     std::size_t top, std::size_t left) {
+  const PixelWindow place{top, left, coverage.shape(0), coverage.shape(1)};
+  require_window(operation, place, background[0], background[1]);
+  return place;
+}
+
+/// over() in place: `picture`, [H, W, C], holds the background.
+template <class T>
+void lay_over(const T* premultiplied, const T* coverage, const PixelWindow& place, const Extents<3>& extents,
+              T* picture) {
+  const std::size_t channels = extents[2];
+  for_each_covered_pixel(place, extents[1], [=](std::size_t front, std::size_t back) {
+    const T shows = 1 - coverage[front];
+    for (std::size_t c = 0; c < channels; ++c) {
+      T& value = picture[back * channels + c];
+      value = premultiplied[front * channels + c] + shows * value;
+    }
+  });
+}
+
+}  // namespace detail
+
+/// \param premultiplied  [h, w, C]
+/// \param coverage       [h, w] in [0, 1]
+/// \param background     [H, W, C]
+/// \param top, left      where the front's first pixel lies in the background
+/// \returns              [H, W, C]
+/// \throws ShapeError if extents do not fit or the front leaves the background
+template <std::floating_point T>
+[[nodiscard]] Array<T, 3> over(const Array<T, 3>& premultiplied, const Array<T, 2>& coverage,
+                               const Array<T, 3>& background, std::size_t top = 0, std::size_t left = 0) {
+  const auto place = detail::place_of("over", coverage, background.shape(), top, left);
+  require_shape("over", "premultiplied", premultiplied, {place.height, place.width, background.shape(2)});
+  Array<T, 3> picture = background;
+  detail::lay_over(premultiplied.data(), coverage.data(), place, background.shape(), picture.data());
+  return picture;
+}
+
+/// Adds the derivatives of over(); a null pointer stands for an argument that needs none.
+///
+/// \param picture_adjoint  [H, W, C]; the adjoints have the extents of their arguments
+/// \throws ShapeError as over()
+template <std::floating_point T>
+void over_adjoint(const Array<T, 2>& coverage, const Array<T, 3>& background,
+                  const Array<T, 3>& picture_adjoint, Array<T, 3>* premultiplied_adjoint,
+                  Array<T, 2>* coverage_adjoint, Array<T, 3>* background_adjoint, std::size_t top = 0,
+                  std::size_t left = 0) {
+  const auto place = detail::place_of("over_adjoint", coverage, background.shape(), top, left);
+  const std::size_t channels = background.shape(2);
+  require_shape("over_adjoint", "picture_adjoint", picture_adjoint, background.shape());
+  if (premultiplied_adjoint != nullptr)
+    require_shape("over_adjoint", "premultiplied_adjoint", *premultiplied_adjoint,
+                  {place.height, place.width, channels});
+  if (coverage_adjoint != nullptr)
+    require_shape("over_adjoint", "coverage_adjoint", *coverage_adjoint, coverage.shape());
+  if (background_adjoint != nullptr) {
+    require_shape("over_adjoint", "background_adjoint", *background_adjoint, background.shape());
+    *background_adjoint += picture_adjoint;  // the part under the front is taken back below
+  }
+  detail::for_each_covered_pixel(place, background.shape(1), [&](std::size_t front, std::size_t back) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      const T adjoint = picture_adjoint.data()[back * channels + c];
+      if (premultiplied_adjoint != nullptr) premultiplied_adjoint->data()[front * channels + c] += adjoint;
+      if (coverage_adjoint != nullptr)
+        coverage_adjoint->data()[front] -= adjoint * background.data()[back * channels + c];
+      if (background_adjoint != nullptr)
+        background_adjoint->data()[back * channels + c] -= coverage.data()[front] * adjoint;
+    }
+  });
+}
+
+}  // namespace tapestry::image

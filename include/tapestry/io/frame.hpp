@@ -1,0 +1,42 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/raster/light.hpp>
+#include <vector>
+
+namespace tapestry::io {
+
+/// An object of a picture.
+struct Label {
+  std::size_t class_index = 0;
+  detect::Box box{};  ///< pixels of the picture
+};
+
+/// One photographed or rendered view, and what is known about it.
+struct Frame {
+  std::string name;                         ///< for messages; a frame that was read has its path
+  Array<std::uint8_t, 3> image;             ///< [H, W, 3], RGB
+  std::optional<geometry::Camera> camera;   ///< of the picture, in the mesh's own units
+  std::optional<geometry::CarlaPose> pose;  ///< of a simulator's frame; sees a car normalised to length 2
+  std::optional<raster::Light> light;
+  std::optional<Array<std::uint8_t, 2>> mask;  ///< [H, W], non-zero where the car may show
+  std::optional<Label> label;
+  std::vector<std::string> warnings;  ///< oddities of the poses; never a reason to refuse
+};
+
+/// The camera of a frame; that of a simulator's frame follows from its pose.
+/// \throws DomainError if the frame has neither
+[[nodiscard]] inline geometry::Camera camera_of(const Frame& frame) {
+  if (frame.camera) return *frame.camera;
+  if (frame.pose) return geometry::carla_camera(*frame.pose);
+  throw DomainError("camera_of: frame " + frame.name + " has neither a camera nor a pose");
+}
+
+}  // namespace tapestry::io
