@@ -1,6 +1,7 @@
 #include <tapestry/nn/pointwise.hpp>
 
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <vector>
 
@@ -43,4 +44,11 @@ TEST_CASE("signs of many values are the same bits for any number of threads", "[
   for (std::size_t i = 0; i < 200001; ++i)
     is_right = is_right && (bits[i / 8] >> i % 8 & 1) == static_cast<int>(values.data()[i] > 0);
   CHECK(is_right);
+}
+
+TEST_CASE("kernels are those of the instruction set that the environment names", "[nn][instruction_set]") {
+  const char* const name = std::getenv("TAPESTRY_INSTRUCTION_SET");
+  const auto set = name == nullptr ? nn::best_instruction_set() : tapestry::instruction_set_named(name);
+  constexpr std::size_t bytes[] = {16, 32, 64};
+  CHECK(nn::kernels<float>().lanes == bytes[static_cast<int>(set)] / sizeof(float));
 }

@@ -1,4 +1,9 @@
 #pragma once
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 
 namespace tapestry {
 
@@ -15,6 +20,34 @@ enum class InstructionSet { portable, avx2, avx512 };
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return InstructionSet::avx2;
 #endif
   return InstructionSet::portable;
+}
+
+/// The instruction set that TAPESTRY_INSTRUCTION_SET calls `name`: "portable", "avx2" or "avx512".
+/// \param best  the best one of the processor
+/// \throws DomainError if there is none of that name, or the processor does not have it
+[[nodiscard]] inline InstructionSet instruction_set_named(std::string_view name,
+                                                          InstructionSet best = best_instruction_set()) {
+  constexpr std::string_view names[] = {"portable", "avx2", "avx512"};
+  for (int set = 0; set < 3; ++set) {
+    if (names[set] != name) continue;
+    if (set <= static_cast<int>(best)) return static_cast<InstructionSet>(set);
+    throw DomainError("TAPESTRY_INSTRUCTION_SET: this processor has no " + std::string(name) +
+                      ", expected at most " + std::string(names[static_cast<int>(best)]));
+  }
+  throw DomainError("TAPESTRY_INSTRUCTION_SET: found " + in_quotes(name) +
+                    ", expected portable, avx2 or avx512");
+}
+
+/// The instruction set of everything that is computed: the one that the environment variable
+/// TAPESTRY_INSTRUCTION_SET names when this is first called, for tests and comparisons; the best one if it is
+/// not set or empty.
+/// \throws DomainError as instruction_set_named()
+[[nodiscard]] inline InstructionSet instruction_set() {
+  static const InstructionSet chosen = [] {
+    const char* const name = std::getenv("TAPESTRY_INSTRUCTION_SET");
+    return name == nullptr || *name == '\0' ? best_instruction_set() : instruction_set_named(name);
+  }();
+  return chosen;
 }
 
 }  // namespace tapestry

@@ -51,15 +51,17 @@ class FewChannelConvolution {
   void arrange_weights() {
     const std::size_t lanes = kernels<T>().lanes;
     const std::size_t channels = shape_.in_channels;
+    const std::size_t packed_width =  // of the one panel; two vectors where they have two lanes
+        panel_lanes(0, round_up(shape_.out_channels, lanes), lanes);
     weights_.resize(product_step_ * channels);
     weights_.fill_zero();
     for (std::size_t p = 0; p < product_count_; ++p) {
       const std::size_t tap = p / shape_.out_channels;
       const std::size_t panel = p / (2 * lanes) * (2 * lanes);
       const std::size_t width = panel_lanes(panel, product_step_, lanes);
-      const T* from = packed_.weights.data() + tap * channels * lanes + p % shape_.out_channels;
+      const T* from = packed_.weights.data() + tap * channels * packed_width + p % shape_.out_channels;
       for (std::size_t i = 0; i < channels; ++i)
-        weights_.data()[panel * channels + i * width + (p - panel)] = from[i * lanes];
+        weights_.data()[panel * channels + i * width + (p - panel)] = from[i * packed_width];
     }
   }
 

@@ -198,7 +198,7 @@ extern template Kernels<double> kernels_of<double>(InstructionSet);
 /// The kernels that everything uses, chosen once. Results differ in rounding between instruction sets.
 template <std::floating_point T>
 [[nodiscard]] const Kernels<T>& kernels() {
-  static const Kernels<T> chosen = kernels_of<T>(best_instruction_set());
+  static const Kernels<T> chosen = kernels_of<T>(instruction_set());
   return chosen;
 }
 

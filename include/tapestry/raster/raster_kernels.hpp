@@ -71,7 +71,7 @@ struct RasterKernels {
 
 /// The kernels that everything uses, chosen once.
 [[nodiscard]] inline const RasterKernels& raster_kernels() {
-  static const RasterKernels chosen = raster_kernels_of(best_instruction_set());
+  static const RasterKernels chosen = raster_kernels_of(instruction_set());
   return chosen;
 }
 

@@ -99,7 +99,7 @@ template <class T>
 template <class T>
 void add_product(const ProductArguments<T>& p) {
 #if defined(__x86_64__)
-  switch (best_instruction_set()) {
+  switch (instruction_set()) {
     case InstructionSet::avx512:
       return add_product_avx512(p);
     case InstructionSet::avx2:

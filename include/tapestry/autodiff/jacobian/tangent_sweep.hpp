@@ -62,7 +62,7 @@ class TangentVectors {
   void run_forwards(const StatementRun& run) {
     auto* const lanes = reinterpret_cast<Lanes*>(memory_.data());
 #if defined(__x86_64__)
-    switch (best_instruction_set()) {
+    switch (instruction_set()) {
       case InstructionSet::avx512:
         return run_avx512(run, ends_.data(), lanes);
       case InstructionSet::avx2:

@@ -91,7 +91,7 @@ class ReverseSweep {
     });
 #if defined(__x86_64__)
     if constexpr (std::floating_point<Scalar>)
-      if (best_instruction_set() != InstructionSet::portable) return sweep_fused(part, pull_back);
+      if (instruction_set() != InstructionSet::portable) return sweep_fused(part, pull_back);
 #endif
     sweep<false>(part, pull_back);
   }

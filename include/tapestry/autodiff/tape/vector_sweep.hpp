@@ -19,7 +19,7 @@ class VectorSweep {
   static void run(const StatementRun& run, std::size_t root, VectorAdjoints<Scalar, Width>& adjoints) {
     const StatementRun part = run_up_to<Scalar>(root, run, [](StatementKind) {});
 #if defined(__x86_64__)
-    switch (best_instruction_set()) {
+    switch (instruction_set()) {
       case InstructionSet::avx512:
         return run_avx512(part, adjoints);
       case InstructionSet::avx2:

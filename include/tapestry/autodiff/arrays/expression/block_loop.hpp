@@ -48,7 +48,7 @@ template <class Body>
 /// product and the sum that it goes into may be rounded once, so that last bits differ among processors.
 template <class Body>
 inline void for_block(std::size_t count, const Body& body) {
-  switch (best_instruction_set()) {
+  switch (instruction_set()) {
     case InstructionSet::avx512:
       return avx512_block(count, body);
     case InstructionSet::avx2:
