@@ -2,9 +2,9 @@
 /// \mainpage Tapestry
 /// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one gradient
 /// runs from a detector's output back to the paint on a car. This header includes all of it but the files
-/// named implementation.hpp, which belong in one source file of a program: that of io wherever pictures are
-/// read or written, those of nn and raster under TAPESTRY_EXTERN_KERNELS, which compiles faster. So does
-/// including only what a file needs.
+/// named implementation.hpp, which belong in one source file of a program: that of io wherever pictures,
+/// .safetensors or .glb files are read or written, those of nn and raster under TAPESTRY_EXTERN_KERNELS,
+/// which compiles faster. So does including only what a file needs.
 ///
 /// The layers, a header of one using only its own folder and those before it:
 ///   core                          arrays, checks, errors, files, random numbers, threads
@@ -111,7 +111,6 @@
 #include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/json_reader.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/names_file.hpp>

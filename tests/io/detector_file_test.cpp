@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -310,26 +311,19 @@ TEST_CASE("W19: double is narrowed with a remark", "[io][detector_file]") {
   const Model model;
   model.convert();
   const Parts parts(model.converted);
-  std::string header = "{\"__metadata__\":{";
-  for (const auto& [key, value] : parts.metadata)
-    header += (header.back() == '{' ? "" : ",") + io::json_string(key) + ":" + io::json_string(value);
-  header += '}';
+  nlohmann::json header{{"__metadata__", parts.metadata}};
   std::size_t at = 0;
   for (const auto& tensor : parts.tensors) {
-    std::string shape;
-    std::size_t size = 8;
-    for (const auto extent : tensor.shape) {
-      shape += (shape.empty() ? "" : ",") + std::to_string(extent);
-      size *= extent;
-    }
-    header += ",\"" + tensor.name + "\":{\"dtype\":\"F64\",\"shape\":[" + shape + "],\"data_offsets\":[" +
-              std::to_string(at) + "," + std::to_string(at + size) + "]}";
-    at += size;
+    std::size_t end = 8;
+    for (const auto extent : tensor.shape) end *= extent;
+    end += at;
+    header[tensor.name] = {{"dtype", "F64"}, {"shape", tensor.shape}, {"data_offsets", {at, end}}};
+    at = end;
   }
   const std::vector<double> wide(parts.values.begin(), parts.values.end());
   model.folder.write("some.safetensors",
                      tapestry::test::safetensors_bytes(
-                         header + "}", {reinterpret_cast<const char*>(wide.data()), 8 * wide.size()}));
+                         header.dump(), {reinterpret_cast<const char*>(wide.data()), 8 * wide.size()}));
   const auto loaded = io::read_network<float>("", model.converted);
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0], Catch::Matchers::Contains("19 tensors of F64 were rounded to F32"));

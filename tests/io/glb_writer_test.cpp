@@ -6,18 +6,17 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <tapestry/geometry/transform.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
-#include "../support/json_value.hpp"
 #include "../support/random_array.hpp"
 #include "../support/temporary_folder.hpp"
 
 namespace io = tapestry::io;
 namespace geometry = tapestry::geometry;
-using tapestry::test::JsonValue;
 
 namespace {
 const tapestry::raster::TextureLayout two_wide{tapestry::raster::TextureKind::atlas, 2, 4, 2, 0};
@@ -44,7 +43,7 @@ std::uint32_t word(const std::string& bytes, std::size_t at) {
 
 /// A .glb taken apart, its structure checked against the specification (glTF 2.0, chapters 3 and 4).
 struct Glb {
-  JsonValue json;
+  nlohmann::json json;
   std::string buffer;
 
   explicit Glb(const std::string& file) {
@@ -55,31 +54,30 @@ struct Glb {
     const std::size_t json_size = word(file, 12);
     REQUIRE(json_size % 4 == 0);
     REQUIRE(file.substr(16, 4) == "JSON");
-    json = tapestry::test::JsonParser::parse(std::string_view(file).substr(20, json_size));
+    json = nlohmann::json::parse(std::string_view(file).substr(20, json_size));
     REQUIRE(word(file, 20 + json_size) == file.size() - 28 - json_size);
     REQUIRE(file.substr(24 + json_size, 4) == std::string("BIN\0", 4));
     buffer = file.substr(28 + json_size);
     REQUIRE(buffer.size() % 4 == 0);
-    CHECK(json["asset"]["version"].text == "2.0");
-    CHECK(json["buffers"][0]["byteLength"].index() == buffer.size());
-    for (const auto& view : json["bufferViews"].elements) {
-      CHECK(view["byteOffset"].index() % 4 == 0);
-      CHECK(view["byteOffset"].index() + view["byteLength"].index() <= buffer.size());
+    CHECK(json["asset"]["version"] == "2.0");
+    CHECK(json["buffers"][0]["byteLength"] == buffer.size());
+    for (const auto& view : json["bufferViews"]) {
+      CHECK(view["byteOffset"].get<std::size_t>() % 4 == 0);
+      CHECK(view["byteOffset"].get<std::size_t>() + view["byteLength"].get<std::size_t>() <= buffer.size());
     }
-    for (const auto& accessor : json["accessors"].elements) {
-      const std::size_t width = accessor["type"].text == "SCALAR" ? 1
-                                : accessor["type"].text == "VEC2" ? 2
-                                                                  : 3;
-      CHECK(4 * width * accessor["count"].index() ==
-            json["bufferViews"][accessor["bufferView"].index()]["byteLength"].index());
+    for (const auto& accessor : json["accessors"]) {
+      const std::size_t width = accessor["type"] == "SCALAR" ? 1 : accessor["type"] == "VEC2" ? 2 : 3;
+      CHECK(4 * width * accessor["count"].get<std::size_t>() ==
+            json["bufferViews"][accessor["bufferView"].get<std::size_t>()]["byteLength"].get<std::size_t>());
     }
   }
 
   template <class T>
   [[nodiscard]] std::vector<T> values(std::size_t accessor) const {
-    const auto& view = json["bufferViews"][json["accessors"][accessor]["bufferView"].index()];
-    std::vector<T> result(view["byteLength"].index() / sizeof(T));
-    std::memcpy(result.data(), buffer.data() + view["byteOffset"].index(), view["byteLength"].index());
+    const auto& view = json["bufferViews"][json["accessors"][accessor]["bufferView"].get<std::size_t>()];
+    std::vector<T> result(view["byteLength"].get<std::size_t>() / sizeof(T));
+    std::memcpy(result.data(), buffer.data() + view["byteOffset"].get<std::size_t>(),
+                view["byteLength"].get<std::size_t>());
     return result;
   }
 
@@ -87,11 +85,12 @@ struct Glb {
   [[nodiscard]] std::vector<std::vector<float>> corners(std::size_t primitive,
                                                         const std::string& attribute) const {
     const auto& part = json["meshes"][0]["primitives"][primitive];
-    const std::size_t accessor = part["attributes"][attribute].index();
+    const std::size_t accessor = part["attributes"][attribute].get<std::size_t>();
     const auto all = values<float>(accessor);
-    const std::size_t count = json["accessors"][accessor]["count"].index(), width = all.size() / count;
+    const std::size_t count = json["accessors"][accessor]["count"].get<std::size_t>(),
+                      width = all.size() / count;
     std::vector<std::vector<float>> result;
-    for (const std::uint32_t index : values<std::uint32_t>(part["indices"].index())) {
+    for (const std::uint32_t index : values<std::uint32_t>(part["indices"].get<std::size_t>())) {
       REQUIRE(index < count);
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(index * width);
       result.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(width));
@@ -109,7 +108,7 @@ TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
   io::write_painted_glb(folder.path("car.glb"), {mesh, {1, 0, 1, 0}, two_wide}, texture);
   const Glb glb(folder.read("car.glb"));
   const auto& primitives = glb.json["meshes"][0]["primitives"];
-  REQUIRE(primitives.elements.size() == 3);  // paint, lacquer, none
+  REQUIRE(primitives.size() == 3);  // paint, lacquer, none
 
   const std::vector<std::size_t> painted_faces{0, 2};
   const auto positions = glb.corners(0, "POSITION"), uvs = glb.corners(0, "TEXCOORD_0"),
@@ -125,37 +124,39 @@ TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
     CHECK(uvs[i][1] == static_cast<float>(1 - uv[1]));
     CHECK(normals[i] == std::vector<float>{0, 0, 1});
   }
-  CHECK(glb.json["accessors"][primitives[0]["attributes"]["POSITION"].index()]["count"].index() == 4);
-  CHECK_FALSE(primitives[2]["attributes"].has("NORMAL"));  // a corner has none
-  CHECK_FALSE(primitives[1]["attributes"].has("TEXCOORD_0"));
+  CHECK(glb.json["accessors"][primitives[0]["attributes"]["POSITION"].get<std::size_t>()]["count"] == 4);
+  CHECK_FALSE(primitives[2]["attributes"].contains("NORMAL"));  // a corner has none
+  CHECK_FALSE(primitives[1]["attributes"].contains("TEXCOORD_0"));
 
   const auto& materials = glb.json["materials"];
-  CHECK(materials[primitives[0]["material"].index()]["name"].text == "paint_");
-  CHECK(materials[primitives[0]["material"].index()]["pbrMetallicRoughness"].has("baseColorTexture"));
-  CHECK(materials[primitives[1]["material"].index()]["name"].text == "body \\\"lacquer\\\"");
+  CHECK(materials[primitives[0]["material"].get<std::size_t>()]["name"] == "paint_");
+  CHECK(materials[primitives[0]["material"].get<std::size_t>()]["pbrMetallicRoughness"].contains(
+      "baseColorTexture"));
+  CHECK(materials[primitives[1]["material"].get<std::size_t>()]["name"] == "body \"lacquer\"");
   const auto& factor =
-      materials[primitives[1]["material"].index()]["pbrMetallicRoughness"]["baseColorFactor"];
-  CHECK(factor[0].number == Approx(0.010023).epsilon(1e-4));  // 0.1 of sRGB
-  CHECK(factor[2].number == 1);
-  CHECK(factor[3].number == 1);
+      materials[primitives[1]["material"].get<std::size_t>()]["pbrMetallicRoughness"]["baseColorFactor"];
+  CHECK(factor[0].get<double>() == Approx(0.010023).epsilon(1e-4));  // 0.1 of sRGB
+  CHECK(factor[2] == 1);
+  CHECK(factor[3] == 1);
 
   const auto& image = glb.json["images"][0];
-  CHECK(image["mimeType"].text == "image/png");
-  const auto& view = glb.json["bufferViews"][image["bufferView"].index()];
-  const std::string png =
-      folder.write("inside.png", glb.buffer.substr(view["byteOffset"].index(), view["byteLength"].index()));
+  CHECK(image["mimeType"] == "image/png");
+  const auto& view = glb.json["bufferViews"][image["bufferView"].get<std::size_t>()];
+  const std::string png = folder.write(
+      "inside.png",
+      glb.buffer.substr(view["byteOffset"].get<std::size_t>(), view["byteLength"].get<std::size_t>()));
   const auto inside = io::read_image(png);
   io::write_image(folder.path("direct.png"), texture);
   CHECK((inside == io::read_image(folder.path("direct.png"))));
-  CHECK(glb.json["textures"][0]["source"].index() == 0);
+  CHECK(glb.json["textures"][0]["source"] == 0);
 }
 
 TEST_CASE("accessors of positions state their bounds exactly", "[io][glb]") {
   const tapestry::test::TemporaryFolder folder;
   io::write_glb(folder.path("car.glb"), small_mesh());
   const Glb glb(folder.read("car.glb"));
-  for (const auto& primitive : glb.json["meshes"][0]["primitives"].elements) {
-    const std::size_t index = primitive["attributes"]["POSITION"].index();
+  for (const auto& primitive : glb.json["meshes"][0]["primitives"]) {
+    const std::size_t index = primitive["attributes"]["POSITION"].get<std::size_t>();
     const auto values = glb.values<float>(index);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
@@ -163,11 +164,11 @@ TEST_CASE("accessors of positions state their bounds exactly", "[io][glb]") {
         low = std::min(low, values[i]);
         high = std::max(high, values[i]);
       }
-      CHECK(static_cast<float>(glb.json["accessors"][index]["min"][axis].number) == low);
-      CHECK(static_cast<float>(glb.json["accessors"][index]["max"][axis].number) == high);
+      CHECK(glb.json["accessors"][index]["min"][axis].get<float>() == low);
+      CHECK(glb.json["accessors"][index]["max"][axis].get<float>() == high);
     }
   }
-  CHECK_FALSE(glb.json.has("images"));
+  CHECK_FALSE(glb.json.contains("images"));
 }
 
 TEST_CASE("the node of a .glb turns the front to z and up to y", "[io][glb]") {
@@ -175,9 +176,9 @@ TEST_CASE("the node of a .glb turns the front to z and up to y", "[io][glb]") {
   io::write_glb(folder.path("car.glb"), small_mesh());
   const Glb glb(folder.read("car.glb"));
   const auto& q = glb.json["nodes"][0]["rotation"];
-  const geometry::Vector3 axis{q[0].number, q[1].number, q[2].number};
+  const geometry::Vector3 axis{q[0].get<double>(), q[1].get<double>(), q[2].get<double>()};
   const auto turned = [&](const geometry::Vector3& v) {  // v + 2·q × (q × v + w·v)
-    const auto inner = geometry::add(geometry::cross(axis, v), geometry::scale(v, q[3].number));
+    const auto inner = geometry::add(geometry::cross(axis, v), geometry::scale(v, q[3].get<double>()));
     return geometry::add(v, geometry::scale(geometry::cross(axis, inner), 2));
   };
   CHECK(turned({1, 0, 0}) == geometry::Vector3{0, 0, 1});

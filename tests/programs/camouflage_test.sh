@@ -151,6 +151,15 @@ cp -r limited damaged && echo '{"options": {"mesh": 3}, "inputs": []}' >damaged/
 expect_exit 3 "a manifest of another shape" "$camouflage" --resume --output damaged
 expect_error_line "damaged/manifest.json: no sound setting 'mesh'"
 expect_exit 3 "evaluate with it" "$programs/evaluate" --run damaged
+sed 's/"samples": [0-9]*/"samples": 2.5/' limited/manifest.json >damaged/manifest.json
+expect_exit 3 "a count with a fraction" "$programs/evaluate" --run damaged
+expect_error_line "damaged/manifest.json: no sound setting 'samples'"
+nested=$(head -c 200000 /dev/zero | tr '\0' '[')$(head -c 200000 /dev/zero | tr '\0' ']')
+printf '{"options": {"x": %s}, "inputs": []}' "$nested" >damaged/manifest.json
+expect_exit 3 "evaluate with a manifest nested 200,000 deep" "$programs/evaluate" --run damaged
+expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
+expect_exit 3 "resume with it" "$camouflage" --resume --output damaged
+expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
 rm "four frames/003.npz"
 expect_exit 7 "an input that is gone" "$camouflage" --resume --output limited
 expect_error_line 'inputs have changed: four frames/003.npz'

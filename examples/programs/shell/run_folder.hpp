@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <system_error>
 #include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/file_source.hpp>
+#include <tapestry/io/json.hpp>
 #include <tapestry/io/run_lock.hpp>
 #include <tapestry/io/sha256.hpp>
 #include <tapestry/version.hpp>
@@ -94,14 +94,9 @@ inline std::string exact_text(const Json& json, int indent = 2) {
   }
 }
 
-/// Parses a JSON file; errors carry the byte where reading stopped.
-inline Json read_json(const std::string& path) {
-  const std::string text = read_text_file(path, std::uint64_t(16) << 20U);
-  try {
-    return Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    throw FileError(ErrorKind::malformed, {path, "@" + std::to_string(error.byte), "not valid JSON"});
-  }
+/// Reads a JSON file of at most 16 MiB, as io::read_json() does.
+inline Json read_json_file(const std::string& path) {
+  return io::read_json(read_text_file(path, std::uint64_t(16) << 20U), path).value;
 }
 
 /// Path and SHA-256 of every input file.

@@ -35,7 +35,7 @@ inline std::string identity_text(const Json& manifest) {
 /// Reads the manifest of the run in a folder.
 /// \throws FileError (malformed) for what is not the manifest of a run
 inline Json read_manifest(const std::string& folder) {
-  const Json manifest = read_json(manifest_path(folder));
+  const Json manifest = read_json_file(manifest_path(folder));
   const auto is_input = [](const Json& input) {
     return input.is_object() && input.contains("path") && input["path"].is_string();
   };

@@ -196,11 +196,16 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
   };
   visit_settings(whole, [&](const char* name, auto& value, const char*) {
     if (is_left_out(name)) return;
+    bool is_sound = saved.is_object() && saved.contains(name);
+    if constexpr (std::is_integral_v<std::remove_reference_t<decltype(value)>>)  // a fraction would be cut
+      is_sound = is_sound && saved[name].is_number_unsigned();
     try {
-      saved.at(name).get_to(value);
+      if (is_sound) saved[name].get_to(value);
     } catch (const nlohmann::json::exception&) {
-      throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'"});
+      is_sound = false;
     }
+    if (!is_sound)
+      throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'"});
   });
   ProblemList problems;
   require_sound(whole, problems);

@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// The compiled part of image_file.hpp: stb's PNG reader and writer. Exactly one .cpp of a program includes
-/// this header. stb is compiled with internal linkage, so that a program may carry another copy of it.
+/// The compiled part of image_file.hpp, stb's PNG reader and writer, and those of safetensors_header.hpp and
+/// glb_writer.hpp, which use nlohmann's JSON. Exactly one .cpp of a program includes this header. stb is compiled with internal linkage, so that a program may carry another copy of it.
 #if defined(INCLUDE_STB_IMAGE_H) || defined(INCLUDE_STB_IMAGE_WRITE_H)
 #error "include tapestry/io/implementation.hpp before any header of stb"
 #endif
@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/implementation/glb.hpp>
+#include <tapestry/io/implementation/safetensors.hpp>
 #include <vector>
 
 namespace tapestry::io::detail {

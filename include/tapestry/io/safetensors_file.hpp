@@ -12,7 +12,6 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/file_source.hpp>
 #include <tapestry/io/float_formats.hpp>
-#include <tapestry/io/json_reader.hpp>
 #include <tapestry/io/safetensors_header.hpp>
 #include <utility>
 #include <vector>
@@ -114,44 +113,6 @@ class SafetensorsFile {
   SafetensorsHeader header_;
 };
 
-/// A tensor to write.
-struct NamedShape {
-  std::string name;
-  std::vector<std::size_t> shape;
-};
-
-namespace detail {
-/// The header of tensors of F32 that lie one after the other, with blanks so that they begin at a multiple
-/// of 8 bytes.
-[[nodiscard]] inline std::string safetensors_header_text(const std::map<std::string, std::string>& metadata,
-                                                         const std::vector<NamedShape>& tensors) {
-  std::string text = "{\"__metadata__\":{";
-  for (const auto& [key, value] : metadata) {
-    if (text.back() != '{') text += ',';
-    text.append(json_string(key)).append(":").append(json_string(value));
-  }
-  text += '}';
-  std::uint64_t begin = 0;
-  for (const NamedShape& tensor : tensors) {
-    std::uint64_t end = sizeof(float);
-    std::string shape;
-    for (const std::size_t extent : tensor.shape) {
-      end *= extent;
-      if (!shape.empty()) shape += ',';
-      shape += std::to_string(extent);
-    }
-    end += begin;
-    text.append(",").append(json_string(tensor.name)).append(R"(:{"dtype":"F32","shape":[)").append(shape);
-    text.append(R"(],"data_offsets":[)").append(std::to_string(begin)).append(",");
-    text.append(std::to_string(end)).append("]}");
-    begin = end;
-  }
-  text += '}';
-  text.append((8 - text.size() % 8) % 8, ' ');
-  return text;
-}
-}  // namespace detail
-
 /// Writes tensors of F32, or leaves the old file as it was. The same arguments give the same bytes.
 ///
 /// \param metadata  names and values in UTF-8
@@ -161,7 +122,7 @@ namespace detail {
 ///         not UTF-8, more than 16 MiB of header, another number of values than the shapes say
 inline void write_safetensors(const std::string& path, const std::map<std::string, std::string>& metadata,
                               const std::vector<NamedShape>& tensors, std::span<const float> values) {
-  const std::string text = detail::safetensors_header_text(metadata, tensors);
+  const std::string text = safetensors_header_text(metadata, tensors);
   if (text.size() > largest_safetensors_header)
     throw DomainError("write_safetensors: the header is " + std::to_string(text.size()) +
                       " bytes, expected at most 16777216");

@@ -35,25 +35,4 @@ namespace detail {
   return at;
 }
 
-/// Appends the UTF-8 form of a code point up to U+10FFFF that is no surrogate.
-inline void append_utf8(std::string& text, unsigned code_point) {
-  const auto append = [&](unsigned byte) { text += static_cast<char>(static_cast<unsigned char>(byte)); };
-  const auto append_rest = [&](unsigned shift) { append(0x80U | (code_point >> shift & 0x3FU)); };
-  if (code_point < 0x80) {
-    append(code_point);
-  } else if (code_point < 0x800) {
-    append(0xC0U | code_point >> 6U);
-    append_rest(0);
-  } else if (code_point < 0x10000) {
-    append(0xE0U | code_point >> 12U);
-    append_rest(6);
-    append_rest(0);
-  } else {
-    append(0xF0U | code_point >> 18U);
-    append_rest(12);
-    append_rest(6);
-    append_rest(0);
-  }
-}
-
 }  // namespace tapestry::io

@@ -1,0 +1,165 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <utility>
+#include <vector>
+
+/// \file
+/// The one header that brings nlohmann's JSON library, which takes a compiler seconds: tapestry.hpp leaves it
+/// out, and of the library's own files only those below implementation/ include it.
+
+namespace tapestry::io {
+
+inline constexpr std::size_t largest_member_count = std::size_t(1) << 17U;  ///< of a JSON object
+
+/// A JSON text that was read.
+struct JsonText {
+  nlohmann::json value{};
+  std::map<std::string, std::uint64_t> positions{};  ///< byte of the file where a member of the outermost
+                                                     ///< object has its value
+};
+
+namespace detail {
+/// An iterator over a text that counts in `*read` how far a parser is.
+struct CountedCharacter {
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  const char& operator*() const { return *at; }
+  CountedCharacter& operator++() {
+    ++at;
+    ++*read;
+    return *this;
+  }
+  bool operator==(const CountedCharacter& other) const { return at == other.at; }
+
+  const char* at;
+  std::size_t* read;
+};
+
+/// Looks at the events of a parse for what the parser itself lets pass: keys given twice, and nesting without
+/// end, of which other code would make recursion without end.
+class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  JsonCheck(std::string_view text, std::string path, std::uint64_t offset, std::size_t deepest)
+      : text_(text), path_(std::move(path)), offset_(offset), deepest_(deepest) {}
+
+  /// Parses the whole text.
+  /// \returns where the members of the outermost object have their values
+  [[nodiscard]] std::map<std::string, std::uint64_t> positions() {
+    if (const std::size_t zero = text_.find('\0'); zero != text_.npos)  // the end of the text, to nlohmann's
+      fail(zero, "zero byte in JSON");
+    nlohmann::json::sax_parse(CountedCharacter{text_.data(), &read_},
+                              CountedCharacter{text_.data() + text_.size(), nullptr}, this);
+    return std::move(positions_);
+  }
+
+  bool null() override { return scalar(0); }
+  bool boolean(bool) override { return scalar(0); }
+  bool number_integer(number_integer_t) override { return scalar(1); }
+  bool number_unsigned(number_unsigned_t) override { return scalar(1); }
+  bool number_float(number_float_t, const string_t&) override { return scalar(1); }
+  bool string(string_t&) override { return scalar(0); }
+  bool binary(binary_t&) override { return false; }  // not in text
+  bool start_object(std::size_t) override { return open(); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& name) override {
+    const std::size_t begin = next_token(0);
+    auto& keys = keys_.back();
+    if (keys.size() == largest_member_count)
+      fail(begin, "too many members in an object", "at most 131072", "more", ErrorKind::limit);
+    if (!keys.insert(name).second) fail(begin, "key given twice", "each key once", in_quotes(name));
+    if (keys_.size() == 1) member_ = name;
+    return true;
+  }
+
+  /// \param position  characters read, the end of the text being one
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception& error) override {
+    const std::string_view message = error.what();  // [...] parse error at line 1, column 9: syntax error ...
+    const std::size_t place = message.find(": ");
+    const auto what = message.substr(place == message.npos ? message.find("] ") + 2 : place + 2);
+    const std::size_t at = std::min(position, text_.size() + 1) - 1;
+    fail(at, "not valid JSON: " + std::string(what.substr(0, what.find("; last read"))), "",
+         at == text_.size() ? "the end" : in_quotes(text_.substr(at, 20)));
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
+                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
+    throw FileError(kind, {path_, "@" + std::to_string(offset_ + at), what, expected, found});
+  }
+
+  /// Where the token that was read last begins.
+  /// \param ahead  characters that the parser has read behind it: one, behind a number
+  std::size_t next_token(std::size_t ahead) {
+    const std::size_t begin = text_.find_first_not_of(" \t\r\n,:", token_end_);
+    token_end_ = read_ - ahead;
+    return begin;
+  }
+
+  std::size_t begin_value(std::size_t ahead) {
+    const std::size_t begin = next_token(ahead);
+    if (keys_.size() == 1 && !keys_[0].empty()) positions_.emplace(member_, offset_ + begin);
+    return begin;
+  }
+  bool scalar(std::size_t ahead) {
+    begin_value(ahead);
+    return true;
+  }
+  bool open() {
+    const std::size_t begin = begin_value(0);
+    if (keys_.size() == deepest_)
+      fail(begin, "JSON nested too deep", "at most " + std::to_string(deepest_) + " levels", "more");
+    keys_.emplace_back();
+    return true;
+  }
+  bool close() {
+    (void)next_token(0);
+    keys_.pop_back();
+    return true;
+  }
+
+  std::string_view text_;
+  std::string path_;
+  std::uint64_t offset_;
+  std::size_t deepest_;
+  std::size_t read_ = 0, token_end_ = 0;
+  std::vector<std::set<std::string>> keys_;  ///< of each object that is open, and none of an array
+  std::string member_;
+  std::map<std::string, std::uint64_t> positions_;
+};
+}  // namespace detail
+
+/// Reads a JSON text from a file that may be hostile. Of nlohmann's parser, which keeps to RFC 8259, it
+/// refuses further: keys given twice, a zero byte, and too many levels or members.
+///
+/// \param text     the whole text
+/// \param path     the file's name, for messages
+/// \param offset   byte of the file where the text begins
+/// \param deepest  arrays and objects within each other
+/// \throws FileError  malformed, with the byte where the faulty token begins or is no longer sound; limit
+///                    above 131,072 members of an object
+[[nodiscard]] inline JsonText read_json(std::string_view text, const std::string& path,
+                                        std::uint64_t offset = 0, std::size_t deepest = 64) {
+  JsonText result;
+  result.positions = detail::JsonCheck(text, path, offset, deepest).positions();
+  result.value = nlohmann::json::parse(text);
+  return result;
+}
+
+}  // namespace tapestry::io
