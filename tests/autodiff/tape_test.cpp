@@ -124,7 +124,7 @@ TEST_CASE("a statement of active variables needs an active tape", "[autodiff][ta
   CHECK(tape.statement_count() == 1);
 }
 
-TEST_CASE("scopes nest, and a variable of another tape is refused", "[autodiff][tape]") {
+TEST_CASE("scopes nest, and a variable of another tape is refused", "[autodiff][tape]") {  // T19
   Tape<double> outer;
   Tape<double> inner;
   const auto outer_scope = outer.activate();
@@ -237,7 +237,7 @@ TEST_CASE("a tape may end before its scope", "[autodiff][tape]") {
   CHECK(y.value() == 4);
 }
 
-TEST_CASE("an exception amid recording leaves the tape usable", "[autodiff][tape]") {
+TEST_CASE("an exception amid recording leaves the tape usable", "[autodiff][tape]") {  // T18
   Tape<double> tape;
   Tape<double> other;
   const auto scope = tape.activate();
@@ -269,7 +269,7 @@ TEST_CASE("a graph a million deep needs no stack", "[autodiff][tape]") {
   CHECK(std::abs(x.adjoint() - 2) <= 1e-9);  // 10⁶ roundings of ε/2 each, relative to 2
 }
 
-TEST_CASE("every thread has its own active tape", "[autodiff][tape]") {
+TEST_CASE("every thread has its own active tape", "[autodiff][tape]") {  // T17
   std::vector<double> slopes(4);
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < slopes.size(); ++i)

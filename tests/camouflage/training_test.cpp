@@ -39,7 +39,7 @@ TEST_CASE("training lowers the loss", "[camouflage][training]") {
   CHECK(training.history().back().total < training.history().front().total);
 }
 
-TEST_CASE("an interrupted training goes on to the same bits", "[camouflage][training]") {
+TEST_CASE("an interrupted training goes on to the same bits", "[camouflage][training]") {  // F13
   Fixture fixture;
   auto whole = fixture.training(4);
   while (!whole.finished()) whole.step();
@@ -57,7 +57,7 @@ TEST_CASE("an interrupted training goes on to the same bits", "[camouflage][trai
   CHECK(second.history().size() == whole.history().size());
 }
 
-TEST_CASE("training gives the same bits for one and two threads", "[camouflage][training]") {
+TEST_CASE("training gives the same bits for one and two threads", "[camouflage][training]") {  // T16
   Fixture fixture;
   const auto run = [&](int threads) {
     tapestry::limit_threads(threads);
@@ -71,7 +71,7 @@ TEST_CASE("training gives the same bits for one and two threads", "[camouflage][
 }
 
 TEST_CASE("NaN in the loss stops the training, names step and term, and keeps the state",
-          "[camouflage][training]") {
+          "[camouflage][training]") {  // T01
   Fixture fixture;
   auto training = fixture.training(2);
   training.step();
@@ -84,7 +84,7 @@ TEST_CASE("NaN in the loss stops the training, names step and term, and keeps th
   CHECK(training.steps_taken() == 1);
 }
 
-TEST_CASE("training without a view that shows the car is refused", "[camouflage][training]") {
+TEST_CASE("training without a view that shows the car is refused", "[camouflage][training]") {  // T06
   Fixture fixture;
   CHECK_THROWS_AS(fixture.training(1, {}), tapestry::Error);
 }

@@ -583,7 +583,7 @@ TEST_CASE("a network of one pixel works", "[detect][network]") {
   CHECK(std::all_of(gradient.begin(), gradient.end(), [](double x) { return std::isfinite(x); }));
 }
 
-TEST_CASE("a network names the arguments that do not fit", "[detect][network]") {
+TEST_CASE("a network names the arguments that do not fit", "[detect][network]") {  // T21
   auto network = random_network<float>(real_layers);
   detect::Pass<float> pass;
   CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({0, 32, 32, 3}), pass),

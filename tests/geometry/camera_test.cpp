@@ -88,7 +88,7 @@ TEST_CASE("Neural Mesh Renderer's camera mirrors a right-handed world", "[geomet
   CHECK_THROWS_AS(geometry::neural_mesh_renderer_camera(0, 0, 1, 2), tapestry::DomainError);
 }
 
-TEST_CASE("cameras that make no sense are refused", "[geometry][camera]") {
+TEST_CASE("cameras that make no sense are refused", "[geometry][camera]") {  // T07
   CHECK_THROWS_AS(geometry::look_at({1, 1, 1}, {1, 1, 1}, {0, 0, 1}, 1), tapestry::DomainError);
   CHECK_THROWS_AS(geometry::look_at({0, 0, 0}, {0, 0, 2}, {0, 0, 1}, 1), tapestry::DomainError);
   CHECK_THROWS_AS(geometry::look_at({0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0), tapestry::DomainError);

@@ -68,7 +68,7 @@ TEST_CASE("Adam lets NaN through to its own parameter only", "[optim][adam]") {
   CHECK(x[1] == Approx(-0.01));
 }
 
-TEST_CASE("Adam refuses lengths and settings that do not fit", "[optim][adam]") {
+TEST_CASE("Adam refuses lengths and settings that do not fit", "[optim][adam]") {  // T04
   optim::Adam<double> adam(2);
   std::vector<double> two{0, 0}, three{0, 0, 0};
   CHECK_THROWS_WITH(adam.step(three, two), "Adam: parameters has 3 values, expected 2");

@@ -20,7 +20,7 @@ expect_same one/history.csv two/history.csv
 expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --output other
 if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the same texture"; else pass; fi
 
-# Killed at a random moment and resumed, again and again, until it is through: the same bits, no torn file.
+# Killed at a random moment and resumed, again and again, until it is through: the same bits, no torn file. (F01)
 RANDOM=7
 mkdir -p killed
 kills=0
@@ -46,7 +46,7 @@ echo "killed $kills times"
 expect_same killed/texture.npz two/texture.npz
 expect_same killed/history.csv two/history.csv
 
-# Stopped politely: saves, says how to go on, and goes on to the same bits.
+# Stopped politely: saves, says how to go on, and goes on to the same bits. (F15)
 long=(--scenes 40 --texels 32 --epochs 60 --checkpoint-steps 1000)
 "$camouflage" "${long[@]}" --profile --output stopped >/dev/null 2>stopped.err &
 process=$!
@@ -65,9 +65,9 @@ if [ "$code" -eq 130 ]; then
   expect_file stopped/checkpoint.npz
 elif [ "$code" -eq 0 ]; then echo "the run was over before the signal"; else fail "SIGINT: exit code $code"; fi
 
-expect_exit 7 "a folder that holds a run" "$camouflage" "${quick[@]}" --output two
+expect_exit 7 "a folder that holds a run" "$camouflage" "${quick[@]}" --output two  # F11
 expect_error_line 'two already holds a run'
-expect_exit 7 "resume with another seed" "$camouflage" --seed 9 --resume --output two
+expect_exit 7 "resume with another seed" "$camouflage" --seed 9 --resume --output two  # F12
 expect_error_line '\-\-seed \(was 1, now 9\)'
 expect_exit 3 "resume where nothing is" "$camouflage" --resume --output nowhere
 expect_exit 2 "a misspelt option" "$camouflage" --epoch 3
@@ -81,7 +81,7 @@ expect_exit 4 "a missing material" "$camouflage" --mesh "$sources/examples/asset
 expect_error_line 'car_sedan.obj: .*paint'
 [ -e absent ] && fail "a refused run left a folder behind" || pass
 touch file
-expect_exit 5 "a file in the folder's place" "$camouflage" "${quick[@]}" --output file
+expect_exit 5 "a file in the folder's place" "$camouflage" "${quick[@]}" --output file  # F09
 mkdir frames && cp "$sources"/examples/assets/frames/test/*.npz frames
 first=$(ls frames | head -n 1)
 head -c 500 "frames/$first" >cut && mv cut "frames/$first"
@@ -98,7 +98,7 @@ assets=$sources/examples/assets
 mkdir "four frames" && cp "$assets"/frames/test/00[0-3].npz "four frames"
 brief=(--frames "four frames" --texels 8)
 
-# Values that make no sense are refused before anything is read or written.
+# Values that make no sense are refused before anything is read or written. (T05, T14)
 for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch 0" "--scenes 10000000000" \
   "--texels 8193" "--texture cube --texels 500" "--keep-mib 18446744073709551615" "--threads 1000000" \
   "--iou-weight nan" "--objectness-weight inf" "--smoothness-weight -1" "--seed 1.5" "--size 100000"; do
@@ -130,7 +130,7 @@ grep -q '"held_out": true' both_kinds/metrics.json && pass || fail "the frames w
 
 # Failures on the way leave what can be resumed.
 (
-  ulimit -f 16 # KiB a file
+  ulimit -f 16 # KiB a file (F06)
   exec "$camouflage" "${brief[@]}" --epochs 2 --output limited >command.out 2>command.err
 )
 [ $? -eq 5 ] && pass || fail "a file that cannot be written whole does not end with 5"
@@ -138,12 +138,12 @@ expect_error_line 'limited/.*cannot write'
 expect_exit 0 "resumed with more room" "$camouflage" --epochs 0 --resume --output limited
 expect_file limited/metrics.json
 ls -A limited | grep -q part && fail "a temporary file was left behind" || pass
-expect_exit 6 "a loss that overflows" "$camouflage" "${brief[@]}" --max-score-weight 1e308 --output overflow
+expect_exit 6 "a loss that overflows" "$camouflage" "${brief[@]}" --max-score-weight 1e308 --output overflow  # T01
 expect_error_line 'step 1: term total is inf'
 "$camouflage" "${brief[@]}" --epochs 1 --output unheard >/dev/full 2>command.err
-[ $? -eq 5 ] && pass || fail "a full standard output does not end with 5"
+[ $? -eq 5 ] && pass || fail "a full standard output does not end with 5"  # F05
 expect_file unheard/metrics.json
-"$camouflage" "${brief[@]}" --epochs 1 --output no_streams >&- 2>&- <&-
+"$camouflage" "${brief[@]}" --epochs 1 --output no_streams >&- 2>&- <&-  # F22
 [ "$(wc -l <no_streams/.lock)" -eq 1 ] && pass || fail "what was printed went into a file"
 
 # Refusals to resume name the cause.
@@ -180,7 +180,7 @@ wait "$process"
 [ $? -eq 0 ] && [ -e runs/camouflage-001/metrics.json ] && [ -e runs/camouflage-002/metrics.json ] && pass ||
   fail "two runs without --output got in each other's way"
 
-# A signal ends the preparation at once, and the command to go on can be pasted.
+# A signal ends the preparation at once, and the command to go on can be pasted. (F17)
 "$camouflage" --scenes 5000 --output unprepared >/dev/null 2>&1 &
 process=$!
 sleep 0.5

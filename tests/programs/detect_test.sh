@@ -40,7 +40,7 @@ expect_exit 2 "two pictures of one name" "$detect" --annotate untouched "$frame"
 [ -e untouched ] && fail "a refused command left a folder behind" || pass
 picture=$'not utf-8 \xff.png'
 cp "drawn/$(basename "$frame" .npz)-detections.png" "$picture"
-expect_exit 0 "a name that is not UTF-8" "$detect" --json "$picture"
+expect_exit 0 "a name that is not UTF-8" "$detect" --json "$picture"  # F21
 for words in "--confidence nan" "--nms 2" "--size -32" "--size 0x40" "--threads -1" "--threads 1000000"; do
   # shellcheck disable=SC2086  # several words on purpose
   expect_exit 2 "$words" "$detect" $words "$frame"

@@ -132,7 +132,7 @@ TEST_CASE("a sample where many corners meet on its centre is owned once", "[rast
   CHECK(owners == 1);
 }
 
-TEST_CASE("triangles of all sizes own exactly the samples that integers say", "[raster][visibility]") {
+TEST_CASE("T08: triangles of all sizes own exactly the samples that integers say", "[raster][visibility]") {
   constexpr std::int64_t extent = 128;  // pixels of the picture along an axis
   const auto in_view = [](const Point& point) {
     const auto view = [](std::int64_t v) { return static_cast<double>(v) / (128.0 * extent) - 1; };
