@@ -1,3 +1,1 @@
-#include <tapestry/io/implementation.hpp>
-#include <tapestry/nn/implementation.hpp>
-#include <tapestry/raster/implementation.hpp>
+#include <tapestry/implementation.hpp>

@@ -1,10 +1,9 @@
 #pragma once
 /// \mainpage Tapestry
-/// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one gradient
-/// runs from a detector's output back to the paint on a car. This header includes all of it but the files
-/// named implementation.hpp, which belong in one source file of a program: that of io wherever pictures,
-/// .safetensors or .glb files are read or written, those of nn and raster under TAPESTRY_EXTERN_KERNELS,
-/// which compiles faster. So does including only what a file needs.
+/// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one
+/// gradient runs from a detector's output back to the paint on a car. This header includes all of it but
+/// implementation.hpp, which belongs in one source file of a program that reads or writes pictures,
+/// .safetensors or .glb files. Including only what a file needs compiles faster.
 ///
 /// The layers, a header of one using only its own folder and those before it:
 ///   core                          arrays, checks, errors, files, random numbers, threads

@@ -1,6 +1,6 @@
 #include "other.hpp"
 
-#include <tapestry/io/implementation.hpp>
+#include <tapestry/implementation.hpp>
 #include <tapestry/tapestry.hpp>
 
 double smoothness_elsewhere(const tapestry::Array<double, 3>& render) {

@@ -16,50 +16,8 @@ namespace tapestry::nn {
 #pragma GCC optimize("O3")
 #endif
 
-namespace portable {
-#define TAPESTRY_VECTOR_BYTES 16
-#define TAPESTRY_TILE_ROWS 6
-#include <tapestry/nn/vector_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-#undef TAPESTRY_TILE_ROWS
-}  // namespace portable
-
-#if defined(__x86_64__)
-#if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2,fma")
-#endif
-namespace avx2 {
-#define TAPESTRY_VECTOR_BYTES 32
-#define TAPESTRY_TILE_ROWS 6
-#include <tapestry/nn/vector_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-#undef TAPESTRY_TILE_ROWS
-}  // namespace avx2
-#if defined(__clang__)
-#pragma clang attribute pop
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma"))), \
-                             apply_to = function)
-#else
-#pragma GCC pop_options
-#pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512vl,avx2,fma")
-#endif
-namespace avx512 {
-#define TAPESTRY_VECTOR_BYTES 64
-#define TAPESTRY_TILE_ROWS 12
-#include <tapestry/nn/vector_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-#undef TAPESTRY_TILE_ROWS
-}  // namespace avx512
-#if defined(__clang__)
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
-#endif
+#define TAPESTRY_KERNELS <tapestry/nn/vector_kernels.inl>
+#include <tapestry/core/for_each_instruction_set.inl>
 
 #if defined(TAPESTRY_OPTIMIZES_KERNELS)
 #pragma GCC pop_options

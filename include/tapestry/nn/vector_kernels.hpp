@@ -190,7 +190,7 @@ using tapestry::InstructionSet;
 template <std::floating_point T>
 [[nodiscard]] Kernels<T> kernels_of(InstructionSet set);
 
-#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes nn/implementation.hpp
+#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes implementation.hpp
 extern template Kernels<float> kernels_of<float>(InstructionSet);
 extern template Kernels<double> kernels_of<double>(InstructionSet);
 #endif

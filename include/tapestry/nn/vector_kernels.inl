@@ -1,5 +1,5 @@
 // Kernels for one instruction set; vector_kernels.hpp includes this file once for each of them, inside a
-// namespace of its own and with TAPESTRY_VECTOR_BYTES and TAPESTRY_TILE_ROWS set. Generic vectors must be
+// namespace of its own and with TAPESTRY_VECTOR_BYTES set. Generic vectors must be
 // parsed under the target they are meant for, so nothing here may be a lambda or come from outside.
 
 #include <tapestry/core/vector_memory.inl>
@@ -116,9 +116,10 @@ template <class T>
 Kernels<T> make_kernels() {
   Kernels<T> kernels;
   kernels.lanes = Vector<T>::lanes;
-  kernels.tile_rows = TAPESTRY_TILE_ROWS;
-  fill_rows<T, 1, TAPESTRY_TILE_ROWS>(kernels);
-  fill_rows<T, 2, TAPESTRY_TILE_ROWS>(kernels);
+  constexpr std::size_t tile_rows = TAPESTRY_VECTOR_BYTES == 64 ? 12 : 6;  // as many as registers hold
+  kernels.tile_rows = tile_rows;
+  fill_rows<T, 1, tile_rows>(kernels);
+  fill_rows<T, 2, tile_rows>(kernels);
   fill_winograd<T, WinogradForm::f2_taps3>(kernels);
   fill_winograd<T, WinogradForm::f4_taps3>(kernels);
   fill_winograd<T, WinogradForm::f4_taps2>(kernels);

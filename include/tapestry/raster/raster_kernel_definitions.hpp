@@ -7,49 +7,22 @@
 
 namespace tapestry::raster {
 
-#if !defined(__clang__)
+#if defined(__clang__)
+#pragma float_control(push)
+#pragma clang fp contract(off)
+#else
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-namespace portable {
-#define TAPESTRY_VECTOR_BYTES 16
-#include <tapestry/raster/raster_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-}  // namespace portable
+#define TAPESTRY_WIDE_LOOPS
+#define TAPESTRY_KERNELS <tapestry/raster/raster_kernels.inl>
+#include <tapestry/core/for_each_instruction_set.inl>
+#undef TAPESTRY_WIDE_LOOPS
 
-#if defined(__x86_64__)
 #if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#pragma float_control(pop)
 #else
-#pragma GCC push_options
-#pragma GCC target("avx2")
-#endif
-namespace avx2 {
-#define TAPESTRY_VECTOR_BYTES 32
-#include <tapestry/raster/raster_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-}  // namespace avx2
-#if defined(__clang__)
-#pragma clang attribute pop
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl,avx2"))), apply_to = function)
-#else
-#pragma GCC pop_options
-#pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512vl,avx2,prefer-vector-width=512")
-#endif
-namespace avx512 {
-#define TAPESTRY_VECTOR_BYTES 64
-#include <tapestry/raster/raster_kernels.inl>
-#undef TAPESTRY_VECTOR_BYTES
-}  // namespace avx512
-#if defined(__clang__)
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
-#endif
-#if !defined(__clang__)
 #pragma GCC pop_options
 #endif
 

@@ -63,7 +63,7 @@ struct RasterKernels {
 #endif
 
 /// The kernels of one instruction set, which the processor must have. All give the same bits.
-#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes raster/implementation.hpp
+#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes implementation.hpp
 [[nodiscard]] RasterKernels raster_kernels_of(InstructionSet set);
 #else
 [[nodiscard]] inline RasterKernels raster_kernels_of(InstructionSet set);

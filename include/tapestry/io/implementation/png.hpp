@@ -1,9 +1,9 @@
 #pragma once
 /// \file
-/// The compiled part of image_file.hpp, stb's PNG reader and writer, and those of safetensors_header.hpp and
-/// glb_writer.hpp, which use nlohmann's JSON. Exactly one .cpp of a program includes this header. stb is compiled with internal linkage, so that a program may carry another copy of it.
+/// The compiled part of image_file.hpp: stb's PNG reader and writer, with internal linkage, so that a program
+/// may carry another copy of them.
 #if defined(INCLUDE_STB_IMAGE_H) || defined(INCLUDE_STB_IMAGE_WRITE_H)
-#error "include tapestry/io/implementation.hpp before any header of stb"
+#error "include tapestry/implementation.hpp before any header of stb"
 #endif
 #include <zlib.h>
 
@@ -11,8 +11,6 @@
 #include <string>
 #include <string_view>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/implementation/glb.hpp>
-#include <tapestry/io/implementation/safetensors.hpp>
 #include <vector>
 
 namespace tapestry::io::detail {

@@ -1,0 +1,48 @@
+// Compiles the file TAPESTRY_KERNELS once for each instruction set by target attributes, so that a build with
+// plain options has them all: in the namespaces portable, avx2 and avx512, with TAPESTRY_VECTOR_BYTES
+// defined. Where TAPESTRY_WIDE_LOOPS is defined, GCC vectorises the file's plain loops with the whole width
+// of AVX-512, too.
+
+namespace portable {
+#define TAPESTRY_VECTOR_BYTES 16
+#include TAPESTRY_KERNELS
+#undef TAPESTRY_VECTOR_BYTES
+}  // namespace portable
+
+#if defined(__x86_64__)
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx2,fma")
+#endif
+namespace avx2 {
+#define TAPESTRY_VECTOR_BYTES 32
+#include TAPESTRY_KERNELS
+#undef TAPESTRY_VECTOR_BYTES
+}  // namespace avx2
+#if defined(__clang__)
+#pragma clang attribute pop
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma"))), \
+                             apply_to = function)
+#else
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512vl,avx2,fma")
+#if defined(TAPESTRY_WIDE_LOOPS)
+#pragma GCC target("prefer-vector-width=512")
+#endif
+#endif
+namespace avx512 {
+#define TAPESTRY_VECTOR_BYTES 64
+#include TAPESTRY_KERNELS
+#undef TAPESTRY_VECTOR_BYTES
+}  // namespace avx512
+#if defined(__clang__)
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif
+
+#undef TAPESTRY_KERNELS
