@@ -2,7 +2,10 @@
 #include <tapestry/core/file_source.hpp>
 
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -37,6 +40,43 @@ TEST_CASE("a file that cannot be written is a write error and leaves nothing hal
   for (const auto& path : {folder.path("absent/file"), folder.path(), folder.path(std::string(300, 'n'))})
     check_refused(ErrorKind::write, path + ": ", [&] { write_file_atomically(path, std::string_view("x")); });
   CHECK(entry_count(folder) == 0);
+}
+
+TEST_CASE("a file name of the longest length can be written", "[core][atomic_file]") {
+  const TemporaryFolder folder;
+  const auto path = folder.path(std::string(255, 'n'));
+  write_file_atomically(path, std::string_view("x"));
+  CHECK(read_text_file(path) == "x");
+  CHECK(entry_count(folder) == 1);
+}
+
+TEST_CASE("temporaries of killed processes are removed, those of living ones and other files stay",
+          "[core][atomic_file]") {
+  const TemporaryFolder folder;
+  const auto killed = [&](const char* name) {
+    const ::pid_t child = ::fork();
+    if (child == 0) {
+      detail::TemporaryFile* const temporary = new detail::TemporaryFile(folder.path(name));
+      static_cast<void>(temporary);
+      ::raise(SIGKILL);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    CHECK(WIFSIGNALED(status));
+  };
+  killed("checkpoint.npz");
+  killed(std::string(250, 'n').c_str());
+  CHECK(entry_count(folder) == 2);
+  folder.write("notes.tapestry-part", "x");
+  folder.write("notes.tapestry-part2-b", "x");
+  folder.write("film.part2-1", "x");
+  {
+    const detail::TemporaryFile living(folder.path("living"));
+    remove_abandoned_parts(folder.path());
+    CHECK(entry_count(folder) == 4);
+  }
+  CHECK(entry_count(folder) == 3);
+  remove_abandoned_parts(folder.path("absent"));  // no error
 }
 
 TEST_CASE("only regular files within the limit are read", "[core][file_source]") {

@@ -102,7 +102,8 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
   const std::string good = png(one);
   const std::string signature = tapestry::test::png_signature();
   const std::string header = tapestry::test::png_header(one);
-  const std::string data = png_chunk("IDAT", tapestry::test::zlib_packed(one.rows));
+  const std::string packed = tapestry::test::zlib_packed(one.rows);
+  const std::string data = png_chunk("IDAT", packed);
   const std::string end = png_chunk("IEND", "");
   const auto sized = [](std::uint32_t width, std::uint32_t height) {
     return png({.width = width, .height = height});
@@ -129,6 +130,10 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
       {"I05 stream sum cut", cut_stream(tapestry::test::zlib_packed(one.rows).size() - 1), malformed, "cut"},
       {"I05 stream sum", signature + header + png_chunk("IDAT", wrong_sum) + end, malformed, "damaged"},
       {"I05 checksum", std::string(good).replace(50, 1, "?"), malformed, "checksum"},
+      {"I05 data apart",
+       signature + header + png_chunk("IDAT", packed.substr(0, 5)) + png_chunk("tIME", "") +
+           png_chunk("IDAT", packed.substr(5)) + end,
+       malformed, "interrupted by another chunk"},
       {"I05 no data", signature + header + end, malformed, "no picture data"},
       {"I05 no header", signature + data + end, malformed, "header chunk"},
       {"I05 two headers", signature + header + header + data + end, malformed, "header chunk"},

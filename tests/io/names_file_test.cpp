@@ -36,3 +36,11 @@ TEST_CASE("bad lists of class names are refused", "[io][names][bad_input]") {  /
   check_refused(ErrorKind::malformed, "no class names", [&] { (void)read("\n\n"); });
   check_refused(ErrorKind::limit, "too long", [&] { (void)read(std::string(5000, 'x')); });
 }
+
+TEST_CASE("any number of class names is read in a time in proportion", "[io][names][bad_input]") {
+  const tapestry::test::TemporaryFolder folder;
+  std::string many;  // comparing each with each would take minutes
+  for (int i = 0; i < 500'000; ++i) many += std::to_string(i) + "\n";
+  check_refused(ErrorKind::mismatch, "expected 3, found 500000",
+                [&] { (void)io::read_class_names(folder.write("n", many), 3); });
+}

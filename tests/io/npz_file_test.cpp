@@ -83,6 +83,10 @@ TEST_CASE("bad npz files are refused", "[io][npz][bad_input]") {
       {"N11 too many entries", with(good, end + 8, std::string("\5\0\5\0", 4)), malformed, "damaged"},
       {"N11 disks", with(good, end + 4, "\1"), malformed, "disks"},
       {"N11 ZIP64 end", with(good, end + 8, "\xff\xff\xff\xff"), ErrorKind::limit, "ZIP64"},
+      {"N11 ZIP64 records",
+       good.substr(0, end) + "PK\x06\x06" + std::string(52, '\0') + "PK\x06\x07" + std::string(16, '\0') +
+           good.substr(end),
+       ErrorKind::limit, "ZIP64"},
       {"N11 ZIP64 entry", with(good, directory + 20, std::string(8, '\xff')), ErrorKind::limit, "ZIP64"},
       {"N11 entry size", with(good, directory + 20, std::string("\1\0\0\0\1\0\0\0", 8)), malformed,
        "contradicts"},

@@ -1,5 +1,6 @@
 #pragma once
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -7,23 +8,41 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
+#include <filesystem>
 #include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {
 
-/// A file beside its target that vanishes unless it is renamed over the target.
+inline constexpr std::string_view part_mark = ".tapestry-part";
+
+/// Name of a temporary beside its target, cut to what file systems allow.
+inline std::string part_path(const std::string& target, unsigned attempt) {
+  const std::string end = std::string(part_mark) + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+  const auto slash = target.find_last_of('/');
+  const std::size_t folder = slash == std::string::npos ? 0 : slash + 1;
+  constexpr std::size_t longest = 255;
+  return target.substr(0, folder + std::min(target.size() - folder, longest - end.size())) + end;
+}
+
+/// A file beside its target that vanishes unless it is renamed over the target. It is locked as long as its
+/// process lives.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& target) : target_(target) {
     for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
-      path_ = target + ".part" + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+      path_ = part_path(target, attempt);
       descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor_ < 0 && errno != EEXIST && errno != EINTR) fail("create a file beside it");
+      if (descriptor_ >= 0 && !claim()) {
+        ::close(descriptor_);
+        descriptor_ = -1;
+      }
     }
     struct ::stat status {};
     if (::stat(target_.c_str(), &status) == 0) ::fchmod(descriptor_, status.st_mode & 0777U);
@@ -56,6 +75,14 @@ class TemporaryFile {
   }
 
  private:
+  /// Locks the file; false if remove_abandoned_parts() was quicker. Where there are no locks, it is not
+  /// asked.
+  [[nodiscard]] bool claim() const {
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
+    struct ::stat status {};
+    return ::fstat(descriptor_, &status) != 0 || status.st_nlink > 0;
+  }
+
   [[noreturn]] void fail(const char* action) const {
     throw FileError(ErrorKind::write,
                     {target_, "", std::string("cannot ") + action + ": " + std::strerror(errno)});
@@ -68,20 +95,39 @@ class TemporaryFile {
 };
 
 /// Makes a rename within the folder of `path` durable; file systems that cannot are left to themselves.
+/// \throws FileError (write) where the device fails
 inline void flush_folder_of(const std::string& path) {
   const auto slash = path.find_last_of('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
-  while (::fsync(descriptor) != 0 && errno == EINTR) {
-  }
+  int status = 0;
+  do {
+    status = ::fsync(descriptor);
+  } while (status != 0 && errno == EINTR);
+  const int reason = status == 0 ? 0 : errno;
   ::close(descriptor);
+  if (reason == EIO || reason == ENOSPC || reason == EDQUOT)
+    throw FileError(ErrorKind::write,
+                    {path, "",
+                     "written, but may not outlast a loss of power: cannot flush its folder: " +
+                         std::string(std::strerror(reason))});
+}
+
+/// Whether a name ends as that of a temporary does.
+inline bool is_part_name(std::string_view name) {
+  const auto mark = name.rfind(part_mark);
+  if (mark == std::string_view::npos) return false;
+  const std::string_view numbers = name.substr(mark + part_mark.size());
+  return numbers.find_first_not_of("0123456789-") == std::string_view::npos && !numbers.empty();
 }
 }  // namespace detail
 
 /// Writes the parts one after the other to `path`, so that whatever happens either the old file or the
 /// whole new one is found there: a temporary in the same folder, flushed, then renamed over it.
-/// \throws FileError (write); the old file is then unchanged and the temporary removed
+/// \throws FileError (write); the old file is then unchanged and the temporary removed, unless the message
+/// says
+///         that only flushing the folder failed
 inline void write_file_atomically(const std::string& path,
                                   std::initializer_list<std::span<const std::byte>> parts) {
   struct ::stat status {};
@@ -105,6 +151,20 @@ inline void write_file_atomically(const std::string& path, std::span<const std::
 /// As above, for text.
 inline void write_file_atomically(const std::string& path, std::string_view text) {
   write_file_atomically(path, {std::as_bytes(std::span<const char>(text.data(), text.size()))});
+}
+
+/// Removes from a folder the temporaries that write_file_atomically() left there when its process was killed;
+/// those of living processes are locked and stay. Failures are ignored: nothing depends on it.
+inline void remove_abandoned_parts(const std::string& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, ignored)) {
+    const std::string path = entry.path().string();
+    if (!detail::is_part_name(entry.path().filename().string())) continue;
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor < 0) continue;
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+    ::close(descriptor);
+  }
 }
 
 }  // namespace tapestry

@@ -8,6 +8,7 @@
 #include <tapestry/core/file_source.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/text_lines.hpp>
+#include <unordered_map>
 #include <vector>
 
 namespace tapestry::io {
@@ -23,6 +24,7 @@ namespace tapestry::io {
   const std::string text = read_text_file(path, std::uint64_t(1) << 22U);
   TextLines lines(text, path, 1000);
   std::vector<std::string> names;
+  std::unordered_map<std::string, std::size_t> line_of;
   std::size_t empty_line = 0;
   while (lines.next()) {
     const std::string name(lines.rest_of_line());
@@ -31,10 +33,10 @@ namespace tapestry::io {
       continue;
     }
     if (empty_line != 0) lines.fail_at(empty_line, "empty line between class names", "a name");
-    const auto first = std::find(names.begin(), names.end(), name);
-    if (first != names.end())
+    const auto [first, is_new] = line_of.try_emplace(name, lines.number());
+    if (!is_new)
       lines.fail("class name " + in_quotes(name) + " is repeated", "",
-                 "line " + std::to_string(first - names.begin() + 1), ErrorKind::mismatch);
+                 "line " + std::to_string(first->second), ErrorKind::mismatch);
     names.push_back(name);
   }
   if (names.empty()) lines.fail_at(0, "no class names", "one name a line", "none");

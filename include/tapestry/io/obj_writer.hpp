@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
@@ -117,7 +119,22 @@ inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& textu
   return text;
 }
 
-inline void require_writable_mesh(const geometry::Mesh& mesh) {
+/// A line end in a name would begin a record of its own.
+inline void require_writable_names(const std::string& path, const geometry::Mesh& mesh) {
+  const auto require = [&](const std::string& name) {
+    const bool is_clean = std::ranges::none_of(
+        name, [](char letter) { return static_cast<unsigned char>(letter) < 0x20 || letter == '\x7f'; });
+    if (!is_clean)
+      throw FileError(ErrorKind::usage, {path, "", "control character in a name that the OBJ would hold",
+                                         "none", in_quotes(name)});
+  };
+  require(std::filesystem::path(path).filename().string());
+  for (const auto& material : mesh.materials) require(material.name);
+  for (const auto& group : mesh.groups) require(group);
+}
+
+inline void require_writable_mesh(const std::string& path, const geometry::Mesh& mesh) {
+  require_writable_names(path, mesh);
   for (const auto& position : mesh.positions)
     for (const double value : position)
       if (!std::isfinite(value)) throw NumericError("write_obj: a vertex is not finite");
@@ -125,9 +142,11 @@ inline void require_writable_mesh(const geometry::Mesh& mesh) {
 }  // namespace detail
 
 /// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`. Faces keep their order.
-/// \throws FileError (write); NumericError if a vertex is not finite
+/// \throws FileError: write, usage (a control character in the file's name or in those of materials and
+/// groups);
+///         NumericError if a vertex is not finite
 inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
-  detail::require_writable_mesh(mesh);
+  detail::require_writable_mesh(path, mesh);
   const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
   write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, ""));
   write_file_atomically(path, detail::obj_text(mesh, {}, stem.filename().string() + ".mtl", 1));
@@ -139,11 +158,11 @@ inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
 /// \param body     the texture spans u in [0, body.layout.u_extent); written u are divided by it, as viewers
 ///                 expect. The rest of the layout does not matter
 /// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1
-/// \throws ShapeError unless body.painted has an entry a face; NumericError; FileError (write)
+/// \throws ShapeError unless body.painted has an entry a face; otherwise as write_obj()
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
   const auto& [mesh, painted, layout] = body;
-  detail::require_writable_mesh(mesh);
+  detail::require_writable_mesh(path, mesh);
   if (painted.size() != mesh.faces.size())
     throw ShapeError("write_painted_obj: painted has " + std::to_string(painted.size()) +
                      " entries, expected " + std::to_string(mesh.faces.size()));

@@ -39,6 +39,7 @@ class PngScan {
     using namespace std::string_view_literals;
     if (!file_.starts_with("\x89PNG\r\n\x1a\n"sv)) not_a_png();
     bool ended = false;
+    bool follows_data = false;
     for (std::size_t at = 8; !ended;) {
       const std::size_t size = chunk_size(at);
       const std::string_view type = file_.substr(at + 4, 4);
@@ -51,7 +52,11 @@ class PngScan {
         header_.palette_at = at;
         header_.palette_size = size;
       }
-      if (type == "IDAT") pieces_.push_back(content);
+      if (type == "IDAT") {
+        if (!pieces_.empty() && !follows_data) fail(at, "PNG picture data are interrupted by another chunk");
+        pieces_.push_back(content);
+      }
+      follows_data = type == "IDAT";
       if (type[0] < 'a' && type != "IHDR" && type != "PLTE" && type != "IDAT" && type != "IEND")
         fail(at, "PNG has an unknown chunk that must not be skipped");
       ended = type == "IEND";
@@ -202,8 +207,9 @@ class PngScan {
 }  // namespace detail
 
 /// Verifies a PNG held in memory before any decoder sees it: signature, header limits, the length and
-/// checksum of every chunk, and that the picture data unpack to exactly the size of the picture. Bytes after
-/// the end chunk are ignored. Source: PNG specification, second edition (ISO/IEC 15948).
+/// checksum of every chunk, that those of the picture data follow each other, and that the data unpack to
+/// exactly the size of the picture. Bytes after the end chunk are ignored. Source: PNG specification, second
+/// edition (ISO/IEC 15948).
 ///
 /// \param path  for messages
 /// \throws FileError: malformed, limit (over 16,384 a side or 64 Mpx)

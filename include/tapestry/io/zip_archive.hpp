@@ -23,7 +23,7 @@ struct ZipLimits {
 ///
 /// The central directory is the only list of members, and every field of it is checked against the archive
 /// before use. Member names are for looking up; nothing is ever written under them.
-/// Source: PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12, 4.3.16.
+/// Source: PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12, 4.3.15, 4.3.16.
 class ZipArchive {
  public:
   struct Member {
@@ -94,7 +94,8 @@ class ZipArchive {
     const std::size_t count = u16(end + 10);
     const std::uint64_t size = u32(end + 12);
     std::uint64_t at = u32(end + 16);
-    if (count == 0xFFFF || size == 0xFFFFFFFF || at == 0xFFFFFFFF)
+    const bool has_locator = end >= 20 && bytes_.substr(end - 20, 4) == "PK\x06\x07";
+    if (count == 0xFFFF || size == 0xFFFFFFFF || at == 0xFFFFFFFF || has_locator)
       fail(end, "ZIP64 archives are not read", "", "", ErrorKind::limit);
     if (at > end || size != end - at)
       fail(end + 12, "central directory does not end where its record begins", "",
