@@ -88,6 +88,8 @@
 #include <tapestry/geometry/orientation.hpp>
 #include <tapestry/geometry/pinhole_camera.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
+#include <tapestry/geometry/pose.hpp>
+#include <tapestry/geometry/rotation.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour.hpp>
@@ -173,6 +175,7 @@
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
+#include <tapestry/raster/light_adjoint.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
@@ -181,6 +184,9 @@
 #include <tapestry/raster/pixel_rays.hpp>
 #include <tapestry/raster/render_faces.hpp>
 #include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/render_variable.hpp>
+#include <tapestry/raster/silhouette.hpp>
+#include <tapestry/raster/silhouette_variable.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_cube.hpp>

@@ -33,6 +33,18 @@ inline void require_light(const char* operation, const Light& light) {
   }
 }
 
+/// A face's unit normal in the world, on the side that is seen from `eye`; no length without area.
+[[nodiscard]] inline geometry::Vector3 seen_normal(const geometry::Mesh& mesh, std::size_t face,
+                                                   const geometry::Vector3& eye) {
+  const auto corner = [&](std::size_t k) -> const geometry::Vector3& {
+    return mesh.positions[static_cast<std::size_t>(mesh.faces[face][k])];
+  };
+  const geometry::Vector3 normal = geometry::normalised(
+      geometry::cross(geometry::subtract(corner(1), corner(0)), geometry::subtract(corner(2), corner(0))));
+  const double facing = geometry::dot(normal, geometry::subtract(eye, corner(0)));
+  return geometry::scale(normal, facing < 0 ? -1 : 1);
+}
+
 /// ambient + directional · max(0, n·L) of every face of a mesh.
 ///
 /// n is the geometric unit normal in the world on the side that the camera sees: a face seen from behind
@@ -51,13 +63,7 @@ inline void require_light(const char* operation, const Light& light) {
   parallel_for(block_count(result.size(), block), [&](std::size_t index) {
     const auto [begin, end] = block_range(index, result.size(), block);
     for (std::size_t face = begin; face < end; ++face) {
-      const auto corner = [&](std::size_t k) {
-        return mesh.positions[static_cast<std::size_t>(mesh.faces[face][k])];
-      };
-      const geometry::Vector3 normal = geometry::normalised(geometry::cross(
-          geometry::subtract(corner(1), corner(0)), geometry::subtract(corner(2), corner(0))));
-      const double facing = geometry::dot(normal, geometry::subtract(eye, corner(0)));
-      const double cosine = geometry::dot(normal, towards) * (facing < 0 ? -1 : 1);
+      const double cosine = geometry::dot(seen_normal(mesh, face, eye), towards);
       result[face] = light.ambient + light.directional * std::max(0.0, cosine);
     }
   });

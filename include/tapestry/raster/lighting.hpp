@@ -51,16 +51,24 @@ struct PreparedSmoothLight {
 
   [[nodiscard]] static constexpr bool agrees(std::size_t, std::size_t) { return false; }
 
-  [[nodiscard]] double at(std::size_t index, const std::array<double, 3>& b) const {
+  /// Σ b·n of the corners' normals.
+  [[nodiscard]] geometry::Vector3 blended(std::size_t index, const std::array<double, 3>& b) const {
     geometry::Vector3 sum{};
     for (std::size_t k = 0; k < 3; ++k) sum = geometry::add(sum, geometry::scale(normals[index][k], b[k]));
-    return ambient + directional * std::max(0.0, geometry::dot(geometry::normalised(sum), towards));
+    return sum;
+  }
+
+  [[nodiscard]] geometry::Vector3 normal(std::size_t index, const std::array<double, 3>& b) const {
+    return geometry::normalised(blended(index, b));
+  }
+
+  [[nodiscard]] double at(std::size_t index, const std::array<double, 3>& b) const {
+    return ambient + directional * std::max(0.0, geometry::dot(normal(index, b), towards));
   }
 
   /// directional · (n_k·L − (n·L)(n·n_k)) / |Σ b·n|; 0 where the light does not reach.
   [[nodiscard]] std::array<double, 3> slope(std::size_t index, const std::array<double, 3>& b) const {
-    geometry::Vector3 sum{};
-    for (std::size_t k = 0; k < 3; ++k) sum = geometry::add(sum, geometry::scale(normals[index][k], b[k]));
+    const geometry::Vector3 sum = blended(index, b);
     const double size = geometry::length(sum), cosine = geometry::dot(sum, towards) / size;
     if (!(cosine > 0)) return {0, 0, 0};
     std::array<double, 3> result{};

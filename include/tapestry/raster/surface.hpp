@@ -162,16 +162,23 @@ class SurfaceColour {
   Lighting lighting_;
 };
 
+namespace detail {
+/// \throws DomainError for a trilinear atlas, whose level depends on where the corners are
+inline void require_bilinear(const char* operation, const TextureLayout& layout) {
+  if (layout.kind == TextureKind::atlas && layout.filter != TextureFilter::bilinear)
+    throw DomainError(std::string(operation) + ": expected a bilinear atlas, found a trilinear one");
+}
+}  // namespace detail
+
 /// The colours of a surface in one view. Errors name `operation`.
-/// \throws as texture_operator(); DomainError for a trilinear atlas, whose level depends on where the corners
-///         are, too; ShapeError if texels does not fit the layout
+/// \throws as texture_operator(); DomainError for a trilinear atlas; ShapeError if texels does not fit the
+/// layout
 template <std::floating_point T, class Model>
 [[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera,
                                   const char* operation = "surface_colour") {
   const auto& [mesh, painted, layout] = surface.body;
   detail::require_layout(operation, surface.body);
-  if (layout.kind == TextureKind::atlas && layout.filter != TextureFilter::bilinear)
-    throw DomainError(std::string(operation) + ": expected a bilinear atlas, found a trilinear one");
+  detail::require_bilinear(operation, layout);
   require_corners(operation, mesh);
   require_shape(operation, "texels", surface.texels, {layout.texel_count(mesh), 3});
   auto lighting = prepare(mesh, camera, surface.light);

@@ -43,27 +43,85 @@ struct NeuralMeshRenderer {
 
 namespace detail {
 
-template <std::floating_point T, class Model>
-void require_vertex_adjoint(const Surface<T, Model>& surface, const Array<T, 3>& render_adjoint,
-                            const std::vector<geometry::Vector3>& positions_adjoint) {
-  require_shape("vertex_adjoint", "render_adjoint", render_adjoint,
-                {render_adjoint.shape(0), render_adjoint.shape(1), 3});
-  if (positions_adjoint.size() != surface.body.mesh.positions.size())
-    throw ShapeError("vertex_adjoint: positions_adjoint is [" + std::to_string(positions_adjoint.size()) +
-                     "], expected [" + std::to_string(surface.body.mesh.positions.size()) +
-                     "], one entry a position");
+inline void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
+                                      const std::vector<geometry::Vector3>& positions_adjoint) {
+  if (positions_adjoint.size() != mesh.positions.size())
+    throw ShapeError(std::string(operation) + ": positions_adjoint is [" +
+                     std::to_string(positions_adjoint.size()) + "], expected [" +
+                     std::to_string(mesh.positions.size()) + "], one entry a position");
 }
 
-template <std::floating_point T>
-auto pixel_adjoint(const Array<T, 3>& render_adjoint) {
-  return [&render_adjoint, height = render_adjoint.shape(0), width = render_adjoint.shape(1)](double column,
-                                                                                              double row) {
+/// (column, row) → the adjoints of the pixel's channels there; of a picture [H, W] as of one channel.
+template <std::floating_point T, std::size_t Rank>
+auto pixel_adjoint(const Array<T, Rank>& adjoint) {
+  return [&adjoint, height = adjoint.shape(0), width = adjoint.shape(1)](double column, double row) {
     const std::size_t i = std::min(static_cast<std::size_t>(std::max(row, 0.0)), height - 1);
     const std::size_t j = std::min(static_cast<std::size_t>(std::max(column, 0.0)), width - 1);
-    const T* const values = render_adjoint.data() + 3 * (i * width + j);
-    return std::array<double, 3>{static_cast<double>(values[0]), static_cast<double>(values[1]),
-                                 static_cast<double>(values[2])};
+    std::array<double, Rank == 3 ? 3 : 1> values;
+    const T* const pixel = adjoint.data() + values.size() * (i * width + j);
+    for (std::size_t c = 0; c < values.size(); ++c) values[c] = static_cast<double>(pixel[c]);
+    return values;
   };
+}
+
+/// The integral over all boundaries between colours.
+/// \param adjoint  of the picture, [H, W, 3], or [H, W] for a Colour of one channel
+template <std::floating_point T, std::size_t Rank, class Colour>
+void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                    const std::vector<geometry::Vector3>& positions_view, const Colour& colour,
+                    const Array<T, Rank>& adjoint, const BoundaryIntegral& model,
+                    std::vector<geometry::Vector3>& positions_adjoint) {
+  const MeshEdges edges = mesh_edges(mesh);
+  const FaceField field(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
+  const double longest_piece = 1 / static_cast<double>(model.samples_per_axis);
+  const BoundaryScene scene{mesh,   edges,  positions_view,         field,
+                            camera, colour, pixel_adjoint(adjoint), longest_piece};
+  Outlines(scene).add_to(positions_adjoint);
+  if (model.intersections) Intersections(scene).add_to(positions_adjoint);
+}
+
+template <std::floating_point T, class Model>
+void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
+                const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
+                const InteriorOnly& model) {
+  add_interior(surface, surface_colour(surface, camera, "vertex_adjoint"), camera,
+               positions_in_view(surface.body.mesh, camera), render_adjoint, model.samples_per_axis,
+               positions_adjoint);
+}
+
+template <std::floating_point T, class Model>
+void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
+                const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
+                const BoundaryIntegral& model) {
+  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
+  const auto positions_view = positions_in_view(surface.body.mesh, camera);
+  add_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
+               positions_adjoint);
+  add_boundaries(surface.body.mesh, camera, positions_view, colour, render_adjoint, model,
+                 *positions_adjoint.moving);
+}
+
+template <std::floating_point T, class Model>
+void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
+                const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
+                const NeuralMeshRenderer& model) {
+  const geometry::Mesh& mesh = surface.body.mesh;
+  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
+  const auto positions_view = positions_in_view(mesh, camera);
+  const std::size_t axis = model.samples_per_axis;
+  const auto buffer = visibility(mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), axis);
+  const auto colours = sample_colours(mesh, positions_view, camera, buffer, colour);
+  std::vector<std::array<double, 3>> adjoints(colours.size());
+  const std::size_t columns = buffer.width * axis;
+  for (std::size_t i = 0; i < adjoints.size(); ++i) {
+    const std::size_t pixel = i / columns / axis * buffer.width + i % columns / axis;
+    for (std::size_t c = 0; c < 3; ++c)
+      adjoints[i][c] =
+          static_cast<double>(render_adjoint.data()[3 * pixel + c]) / static_cast<double>(axis * axis);
+  }
+  PixelMap(mesh, positions_view, camera, buffer, colours, adjoints).add_to(*positions_adjoint.moving);
+  if (model.interior)
+    add_interior(surface, colour, camera, positions_view, render_adjoint, axis, positions_adjoint);
 }
 
 }  // namespace detail
@@ -81,59 +139,14 @@ auto pixel_adjoint(const Array<T, 3>& render_adjoint) {
 /// \param model              BoundaryIntegral, InteriorOnly or NeuralMeshRenderer
 /// \throws ShapeError, DomainError, Error as visibility() and texture_operator() do; DomainError for a
 ///         trilinear atlas
-template <std::floating_point T, class Model>
+template <std::floating_point T, class Model, class Gradient = BoundaryIntegral>
 void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& camera,
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
-                    const InteriorOnly& model) {
-  detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  detail::add_interior(surface, surface_colour(surface, camera, "vertex_adjoint"), camera,
-                       positions_in_view(surface.body.mesh, camera), render_adjoint, model.samples_per_axis,
-                       positions_adjoint);
-}
-
-template <std::floating_point T, class Model>
-void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& camera,
-                    const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
-                    const BoundaryIntegral& model = {}) {
-  detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
-  const auto positions_view = positions_in_view(surface.body.mesh, camera);
-  detail::add_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
-                       positions_adjoint);
-  const MeshEdges edges = mesh_edges(surface.body.mesh);
-  const FaceField field(surface.body.mesh, positions_view, camera, render_adjoint.shape(0),
-                        render_adjoint.shape(1));
-  const auto adjoint_of = detail::pixel_adjoint(render_adjoint);
-  const double longest_piece = 1 / static_cast<double>(model.samples_per_axis);
-  const detail::BoundaryScene scene{surface.body.mesh, edges,        positions_view, field, camera, colour,
-                                    adjoint_of,        longest_piece};
-  detail::Outlines(scene).add_to(positions_adjoint);
-  if (model.intersections) detail::Intersections(scene).add_to(positions_adjoint);
-}
-
-template <std::floating_point T, class Model>
-void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& camera,
-                    const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,
-                    const NeuralMeshRenderer& model) {
-  detail::require_vertex_adjoint(surface, render_adjoint, positions_adjoint);
-  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
-  const auto positions_view = positions_in_view(surface.body.mesh, camera);
-  const std::size_t axis = model.samples_per_axis;
-  const auto buffer =
-      visibility(surface.body.mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), axis);
-  const auto colours = detail::sample_colours(surface.body.mesh, positions_view, camera, buffer, colour);
-  std::vector<std::array<double, 3>> adjoints(colours.size());
-  const std::size_t columns = buffer.width * axis;
-  for (std::size_t i = 0; i < adjoints.size(); ++i) {
-    const std::size_t pixel = i / columns / axis * buffer.width + i % columns / axis;
-    for (std::size_t c = 0; c < 3; ++c)
-      adjoints[i][c] =
-          static_cast<double>(render_adjoint.data()[3 * pixel + c]) / static_cast<double>(axis * axis);
-  }
-  detail::PixelMap(surface.body.mesh, positions_view, camera, buffer, colours, adjoints)
-      .add_to(positions_adjoint);
-  if (model.interior)
-    detail::add_interior(surface, colour, camera, positions_view, render_adjoint, axis, positions_adjoint);
+                    const Gradient& model = {}) {
+  require_shape("vertex_adjoint", "render_adjoint", render_adjoint,
+                {render_adjoint.shape(0), render_adjoint.shape(1), 3});
+  detail::require_positions_adjoint("vertex_adjoint", surface.body.mesh, positions_adjoint);
+  detail::add_motion(surface, camera, render_adjoint, {&positions_adjoint, &positions_adjoint}, model);
 }
 
 }  // namespace tapestry::raster

@@ -16,7 +16,7 @@ struct BoundaryScene {
   const FaceField& field;
   const geometry::Camera& camera;
   const Colour& colour;
-  Adjoint adjoint_of;    ///< (column, row) → the three derivatives by the pixel there
+  Adjoint adjoint_of;  ///< (column, row) → the derivatives by the pixel's channels there, as Colour::Colour
   double longest_piece;  ///< px
 };
 template <class Colour, class Adjoint>

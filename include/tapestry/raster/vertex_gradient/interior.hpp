@@ -107,12 +107,19 @@ inline void merge_faces(std::vector<FaceAdjoint>& faces) {
   faces.resize(kept);
 }
 
+/// Where the derivative with respect to positions goes: by what moves in the picture, and by light that turns
+/// with its face, which is left out if null. Both may be one.
+struct MotionAdjoint {
+  std::vector<geometry::Vector3>* moving;
+  std::vector<geometry::Vector3>* turning;
+};
+
 /// The part of the gradient that comes from what faces show, their outlines held still, sampled a band of
 /// rows at a time.
 template <std::floating_point T, class Model, class Colour>
 void add_interior(const Surface<T, Model>& surface, const Colour& colour, const geometry::Camera& camera,
                   const std::vector<geometry::Vector3>& positions_view, const Array<T, 3>& render_adjoint,
-                  std::size_t samples_per_axis, std::vector<geometry::Vector3>& positions_adjoint) {
+                  std::size_t samples_per_axis, const MotionAdjoint& positions_adjoint) {
   const FragmentBands fragments("vertex_adjoint", surface.body.mesh, camera, render_adjoint.shape(0),
                                 render_adjoint.shape(1), samples_per_axis);
   std::vector<std::vector<FaceAdjoint>> bands(fragments.band_count());
@@ -122,7 +129,8 @@ void add_interior(const Surface<T, Model>& surface, const Colour& colour, const 
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
       const auto slope = colour.slope(fragment.face, fragment.barycentric);
       std::array<double, 3> tinted{};
-      if constexpr (std::same_as<Model, Light>) tinted = colour.tinted(fragment.face, fragment.barycentric);
+      if (std::same_as<Model, Light> && positions_adjoint.turning != nullptr)
+        tinted = colour.tinted(fragment.face, fragment.barycentric);
       FaceAdjoint part{fragment.face, 0, {}};
       std::array<double, 3> sum{};
       for (std::size_t c = 0; c < 3; ++c) {
@@ -146,10 +154,12 @@ void add_interior(const Surface<T, Model>& surface, const Colour& colour, const 
       for (std::int32_t k = 0; k < 3; ++k)
         shares[0].push_back(
             {corner_of(surface.body.mesh, part.face, k), part.corners_view[static_cast<std::size_t>(k)]});
-      add_light_adjoint(surface.body.mesh, camera, surface.light, part.face, part.light, positions_adjoint);
+      if (positions_adjoint.turning != nullptr)
+        add_light_adjoint(surface.body.mesh, camera, surface.light, part.face, part.light,
+                          *positions_adjoint.turning);
     }
   }
-  add_shares(shares, camera, positions_adjoint);
+  add_shares(shares, camera, *positions_adjoint.moving);
 }
 
 }  // namespace tapestry::raster::detail

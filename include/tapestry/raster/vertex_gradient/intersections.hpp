@@ -188,13 +188,13 @@ class Intersections {
 
   void add_piece(Pair& pair, double column, double row, double length,
                  std::vector<VertexShare>& shares) const {
-    const std::array<double, 3> adjoint = scene_.adjoint_of(column, row);
-    if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
+    const typename Colour::Colour adjoint = scene_.adjoint_of(column, row);
+    if (adjoint == typename Colour::Colour{}) return;
     if (is_hidden(pair, column, row)) return;
     const auto at_i = scene_.colour.at(pair.i, scene_.field.barycentric(pair.i, column, row));
     const auto at_j = scene_.colour.at(pair.j, scene_.field.barycentric(pair.j, column, row));
     double jump = 0;
-    for (std::size_t c = 0; c < 3; ++c) jump += adjoint[c] * (at_i[c] - at_j[c]);
+    for (std::size_t c = 0; c < adjoint.size(); ++c) jump += adjoint[c] * (at_i[c] - at_j[c]);
     const double weight = jump * length / pair.steepness;
     add_face(pair.i, weight, column, row, shares);
     add_face(pair.j, -weight, column, row, shares);

@@ -163,19 +163,20 @@ class Outlines {
 
   void add_piece(Line& line, double column, double row, double length,
                  std::vector<std::array<geometry::Vector3, 2>>& sums) const {
-    const std::array<double, 3> adjoint = scene_.adjoint_of(column, row);
-    if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
+    using Values = typename Colour::Colour;
+    const Values adjoint = scene_.adjoint_of(column, row);
+    if (adjoint == Values{}) return;
     if (is_hidden(line, column, row)) return;
     const Side low = side_of(line, column, row, -1);
     const Side high = side_of(line, column, row, 1);
     if (low.half_edge < 0 && high.half_edge < 0) return;  // hidden
     double jump = 0;
     const auto at = [&](const Side& shown) {
-      return shown.face < 0 ? std::array<double, 3>{0, 0, 0}
+      return shown.face < 0 ? Values{}
                             : scene_.colour.at(shown.face, scene_.field.barycentric(shown.face, column, row));
     };
-    const std::array<double, 3> low_colour = at(low), high_colour = at(high);
-    for (std::size_t c = 0; c < 3; ++c) jump += adjoint[c] * (low_colour[c] - high_colour[c]);
+    const Values low_colour = at(low), high_colour = at(high);
+    for (std::size_t c = 0; c < adjoint.size(); ++c) jump += adjoint[c] * (low_colour[c] - high_colour[c]);
     const bool is_shared = low.half_edge >= 0 && high.half_edge >= 0;
     const double part = is_shared || is_continued(line, low, high, column, row) ? 0.5 : 1;
     const double weight = -part * jump * length / line.steepness;

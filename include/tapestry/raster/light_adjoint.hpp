@@ -1,0 +1,141 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/lighting.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// The numbers of a light as an array, [8]: ambient, directional, direction x, y, z, colour r, g, b.
+template <std::floating_point T>
+[[nodiscard]] Array<T, 1> light_parameters(const Light& light) {
+  const auto& [x, y, z] = light.direction;
+  const auto& [red, green, blue] = light.colour;
+  Array<T, 1> parameters(Extents<1>{8});
+  const std::array<double, 8> values{light.ambient, light.directional, x, y, z, red, green, blue};
+  for (std::size_t i = 0; i < 8; ++i) parameters(i) = static_cast<T>(values[i]);
+  return parameters;
+}
+
+/// A light, flat or smooth, of the numbers that light_parameters() lists.
+/// \throws ShapeError unless there are eight
+template <std::derived_from<Light> Model = Light, std::floating_point T>
+[[nodiscard]] Model light_of(const Array<T, 1>& parameters) {
+  require_shape("light_of", "parameters", parameters, {8});
+  std::array<double, 8> p{};
+  for (std::size_t i = 0; i < 8; ++i) p[i] = static_cast<double>(parameters(i));
+  Model light;
+  light.ambient = p[0];
+  light.directional = p[1];
+  light.direction = {p[2], p[3], p[4]};
+  light.colour = {p[5], p[6], p[7]};
+  return light;
+}
+
+namespace detail {
+
+/// Sums over fragments, in double.
+struct LightSums {
+  double ambient = 0, directional = 0;
+  geometry::Vector3 towards{0, 0, 0};  ///< by the direction of length 1
+  std::array<double, 3> colour{0, 0, 0};
+
+  void add(const LightSums& other) {
+    ambient += other.ambient;
+    directional += other.directional;
+    towards = geometry::add(towards, other.towards);
+    colour = geometry::add(colour, other.colour);
+  }
+};
+
+/// Colour of a fragment before the light.
+template <std::floating_point T, class Lighting>
+[[nodiscard]] std::array<double, 3> unlit_colour(const FragmentShader<Lighting>& shader,
+                                                 const Array<T, 2>& texels, const Fragment& fragment) {
+  std::array<double, 3> colour{0, 0, 0};
+  const auto face = static_cast<std::size_t>(fragment.face);
+  if (shader.body.painted[face] == 0) {
+    const auto material = material_colour(shader.body.mesh, face);
+    for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<double>(material[c]);
+    return colour;
+  }
+  shader.visit_taps(fragment, [&](const Tap& tap) {
+    for (std::size_t c = 0; c < 3; ++c) colour[c] += tap.weight * static_cast<double>(texels(tap.texel, c));
+  });
+  return colour;
+}
+
+/// The unit normal by which a fragment is lit.
+[[nodiscard]] inline geometry::Vector3 lit_normal(const PreparedLight&, const geometry::Mesh& mesh,
+                                                  const geometry::Vector3& eye, const Fragment& fragment) {
+  return seen_normal(mesh, static_cast<std::size_t>(fragment.face), eye);
+}
+[[nodiscard]] inline geometry::Vector3 lit_normal(const PreparedSmoothLight& light, const geometry::Mesh&,
+                                                  const geometry::Vector3&, const Fragment& fragment) {
+  return light.normal(static_cast<std::size_t>(fragment.face), fragment.barycentric);
+}
+
+}  // namespace detail
+
+/// Adds ∂L/∂light to light_adjoint, L being a function of the picture that render() makes: exact for that
+/// picture, since it visits the same fragments. With s = ⟨adjoint, coverage · light.colour · colour⟩ of a
+/// fragment and its normal n, ambient receives s, directional s · max(0, n·L), L s · directional · n where
+/// n·L > 0, which is then taken through L = direction/|direction|. Sums are in double, the same for any
+/// number of threads.
+///
+/// \param light          Light (flat) or SmoothLight
+/// \param texels         [texel_count, 3], of a trilinear atlas its pyramid
+/// \param render_adjoint ∂L/∂picture, [H, W, 3]
+/// \param light_adjoint  [8], in the order of light_parameters()
+/// \throws ShapeError if an array does not fit; otherwise as texture_operator()
+template <std::floating_point T, std::derived_from<Light> Model>
+void light_adjoint(const PaintedMesh& body, const geometry::Camera& camera, const Model& light,
+                   const Array<T, 2>& texels, const Array<T, 3>& render_adjoint, Array<T, 1>& light_adjoint,
+                   std::size_t samples_per_axis = 2) {
+  const std::size_t height = render_adjoint.shape(0), width = render_adjoint.shape(1);
+  detail::require_layout("light_adjoint", body);
+  require_shape("light_adjoint", "render_adjoint", render_adjoint, {height, width, 3});
+  require_shape("light_adjoint", "texels", texels, {stored_texel_count(body.layout, body.mesh), 3});
+  require_shape("light_adjoint", "light_adjoint", light_adjoint, {8});
+  const FragmentBands fragments("light_adjoint", body.mesh, camera, height, width, samples_per_axis);
+  const auto lighting = prepare(body.mesh, camera, light);
+  const auto shader = detail::make_shader(body, lighting, fragments, camera, height, width);
+  const geometry::Vector3 eye = geometry::eye_of(camera), towards = geometry::normalised(light.direction);
+  std::vector<detail::LightSums> bands(fragments.band_count());
+  parallel_for(bands.size(), [&](std::size_t index) {
+    detail::LightSums& sums = bands[index];
+    fragments.visit_band(index, detail::grain_of(body.layout), [&](const Fragment& fragment) {
+      const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
+      const auto colour = detail::unlit_colour(shader, texels, fragment);
+      const auto normal = detail::lit_normal(lighting, body.mesh, eye, fragment);
+      const double factor = shader.light_of(fragment), cosine = geometry::dot(normal, towards);
+      double s = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double seen = fragment.coverage * static_cast<double>(adjoint[c]) * colour[c];
+        sums.colour[c] += factor * seen;
+        s += light.colour[c] * seen;
+      }
+      sums.ambient += s;
+      if (!(cosine > 0)) return;
+      sums.directional += s * cosine;
+      sums.towards = geometry::add(sums.towards, geometry::scale(normal, s * light.directional));
+    });
+  });
+  detail::LightSums sum;
+  for (const auto& band : bands) sum.add(band);
+  const double along = geometry::dot(sum.towards, towards);
+  const auto direction = geometry::scale(geometry::subtract(sum.towards, geometry::scale(towards, along)),
+                                         1 / geometry::length(light.direction));
+  Light gradient{sum.ambient, sum.directional, direction, sum.colour};
+  const auto parameters = light_parameters<T>(gradient);
+  for (std::size_t i = 0; i < 8; ++i) light_adjoint(i) += parameters(i);
+}
+
+}  // namespace tapestry::raster

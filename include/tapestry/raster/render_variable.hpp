@@ -1,0 +1,131 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/raster/light_adjoint.hpp>
+#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/shape_inputs.hpp>
+#include <tapestry/raster/silhouette_variable.hpp>
+#include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/vertex_gradient.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// All that a picture can be differentiated by. What is left out, of extent 0, is that of body, camera or
+/// light, as it is.
+template <std::floating_point T>
+struct RenderInputs {
+  ArrayVariable<T, 2> texels{};     ///< [texel_count, 3]; always given
+  ArrayVariable<T, 2> positions{};  ///< [V, 3], instead of the mesh's own
+  /// [6], w (radians) and t (units of the world): the body is seen at exp(w)·x + t, and its light goes with
+  /// it; or, which is the same, the camera moves around a world that keeps still, see geometry::posed()
+  ArrayVariable<T, 1> pose{};
+  ArrayVariable<T, 1> light{};  ///< [8], see light_parameters()
+};
+
+/// A picture on the tape: over(picture, coverage, background) is differentiable right through silhouettes.
+template <std::floating_point T>
+struct Rendering {
+  ArrayVariable<T, 3> picture;   ///< [H, W, 3], lit colour times coverage
+  ArrayVariable<T, 2> coverage;  ///< [H, W] in [0, 1], see silhouette()
+};
+
+namespace detail {
+
+/// A view as its inputs have it.
+template <LightModel Model>
+struct PosedView {
+  PaintedMesh body;
+  geometry::Camera camera;
+  geometry::Pose pose;
+  Model light;
+};
+
+template <std::floating_point T, LightModel Model>
+[[nodiscard]] PosedView<Model> posed_view(const PaintedMesh& body, const geometry::Camera& camera,
+                                          const Model& light, const RenderInputs<T>& inputs) {
+  const auto pose = pose_of("render", inputs.pose);
+  PosedView<Model> view{body, geometry::posed(camera, pose), pose, light};
+  view.body.mesh.positions = positions_of("render", body.mesh, inputs.positions);
+  if constexpr (std::derived_from<Model, Light>) {
+    if (is_given(inputs.light)) view.light = light_of<Model>(inputs.light.value());
+  } else if (is_given(inputs.light)) {
+    throw DomainError("render: a light is given, but the picture's kind of light has no parameters");
+  }
+  if (inputs.positions.is_active() || inputs.pose.is_active()) require_bilinear("render", body.layout);
+  return view;
+}
+
+/// Adds the derivatives by positions and pose, where not null.
+template <std::floating_point T, LightModel Model, class Gradient>
+void pull_back_shape(const PosedView<Model>& view, const Array<T, 2>& texels, const Array<T, 3>& adjoint,
+                     const Gradient& gradient, Array<T, 2>* positions_adjoint, Array<T, 1>* pose_adjoint) {
+  if (positions_adjoint == nullptr && pose_adjoint == nullptr) return;
+  std::vector<geometry::Vector3> moving(view.body.mesh.positions.size(), geometry::Vector3{0, 0, 0});
+  auto turning = moving;  // the light goes with the body: it turns with faces, but not with the pose
+  const bool is_apart = positions_adjoint != nullptr && pose_adjoint != nullptr;
+  add_motion(Surface<T, Model>{view.body, texels, view.light}, view.camera, adjoint,
+             {&moving, is_apart                       ? &turning
+                       : positions_adjoint != nullptr ? &moving
+                                                      : nullptr},
+             gradient);
+  if (pose_adjoint != nullptr) add_pose(view.pose, view.body.mesh, moving, *pose_adjoint);
+  if (positions_adjoint == nullptr) return;
+  for (std::size_t i = 0; is_apart && i < moving.size(); ++i)
+    moving[i] = geometry::add(moving[i], turning[i]);
+  add_positions(moving, *positions_adjoint);
+}
+
+}  // namespace detail
+
+/// Draws a painted mesh on the active tape, as render_textured() does. Picture and coverage are a record
+/// each, and none if they depend on passive inputs only; what is passive is not differentiated. Positions
+/// move the picture through vertex_adjoint(), coverage through silhouette_adjoint(), and texels and light get
+/// the exact derivatives of the samples that were drawn. Textures that are drawn from unmoved cameras again
+/// and again are faster through a TextureOperator that is kept.
+///
+/// \param body      copied: it may change or go once this returns
+/// \param light     Unlit, Light (flat) or SmoothLight; of numbers of its own or of inputs.light
+/// \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis is the
+///                  picture's, too
+/// \throws ShapeError if an input does not fit; DomainError for a pose that is not finite, and for a
+/// trilinear
+///         atlas on a mesh that moves; otherwise as render_textured()
+template <std::floating_point T, LightModel Model, class Gradient = BoundaryIntegral>
+[[nodiscard]] Rendering<T> render(const PaintedMesh& body, const geometry::Camera& camera, std::size_t height,
+                                  std::size_t width, const Model& light, const RenderInputs<T>& inputs,
+                                  const Gradient& gradient = {}) {
+  using View = detail::PosedView<Model>;
+  const auto view = std::make_shared<const View>(detail::posed_view(body, camera, light, inputs));
+  auto drawn = render_textured(view->body, view->camera, height, width, view->light, inputs.texels.value(),
+                               gradient.samples_per_axis);
+  auto pullback = [view, gradient, texels = inputs.texels.shared_value()](
+                      const Array<T, 3>& adjoint, Array<T, 2>* texels_adjoint, Array<T, 2>* positions_adjoint,
+                      Array<T, 1>* pose_adjoint, Array<T, 1>* light_parameters_adjoint) {
+    const std::size_t samples = gradient.samples_per_axis;
+    if (texels_adjoint != nullptr)
+      render_adjoint(texture_operator<T>(view->body, view->camera, adjoint.shape(0), adjoint.shape(1),
+                                         view->light, samples),
+                     adjoint, *texels_adjoint);
+    detail::pull_back_shape(*view, *texels, adjoint, gradient, positions_adjoint, pose_adjoint);
+    if constexpr (std::derived_from<Model, Light>)
+      if (light_parameters_adjoint != nullptr)
+        light_adjoint(view->body, view->camera, view->light, *texels, adjoint, *light_parameters_adjoint,
+                      samples);
+  };
+  auto picture = record_array(std::move(drawn.colour), std::move(pullback), inputs.texels, inputs.positions,
+                              inputs.pose, inputs.light);
+  if constexpr (std::same_as<Gradient, InteriorOnly>)  // outlines held still cover what they cover
+    return {std::move(picture), std::move(drawn.coverage)};
+  else
+    return {std::move(picture), detail::record_coverage<T>({view, &view->body.mesh}, view->camera, view->pose,
+                                                           std::move(drawn.coverage), inputs.positions,
+                                                           inputs.pose, gradient.samples_per_axis)};
+}
+
+}  // namespace tapestry::raster

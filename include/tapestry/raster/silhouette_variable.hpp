@@ -1,0 +1,59 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/raster/shape_inputs.hpp>
+#include <tapestry/raster/silhouette.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::raster {
+
+namespace detail {
+/// Puts a coverage that has been drawn on the tape.
+/// \param camera  as geometry::posed() has it
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 2> record_coverage(std::shared_ptr<const geometry::Mesh> mesh,
+                                                  const geometry::Camera& camera, const geometry::Pose& at,
+                                                  Array<T, 2> coverage, const ArrayVariable<T, 2>& positions,
+                                                  const ArrayVariable<T, 1>& pose,
+                                                  std::size_t samples_per_axis) {
+  auto pullback = [mesh = std::move(mesh), camera, at, samples_per_axis](
+                      const Array<T, 2>& adjoint, Array<T, 2>* positions_adjoint, Array<T, 1>* pose_adjoint) {
+    std::vector<geometry::Vector3> moving(mesh->positions.size(), geometry::Vector3{0, 0, 0});
+    silhouette_adjoint(*mesh, camera, adjoint, moving, samples_per_axis);
+    if (positions_adjoint != nullptr) add_positions(moving, *positions_adjoint);
+    if (pose_adjoint != nullptr) add_pose(at, *mesh, moving, *pose_adjoint);
+  };
+  return record_array(std::move(coverage), std::move(pullback), positions, pose);
+}
+}  // namespace detail
+
+/// silhouette() on the active tape, differentiable by positions and pose; its pullback is
+/// silhouette_adjoint(). Nothing is drawn but the outline. Passive inputs record nothing.
+///
+/// \param mesh       copied: it may change or go once this returns
+/// \param positions  [V, 3], instead of the mesh's own; of extent 0: the mesh's own
+/// \param pose       [6], w (radians) and t (units of the world): the mesh is seen at exp(w)·x + t, see
+///                   geometry::posed(); of extent 0: as it is
+/// \returns          [H, W] in [0, 1]
+/// \throws ShapeError if an input does not fit; DomainError if the pose is not finite; otherwise as
+///         visibility()
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 2> silhouette(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                             std::size_t height, std::size_t width,
+                                             const ArrayVariable<T, 2>& positions,
+                                             const ArrayVariable<T, 1>& pose = {},
+                                             std::size_t samples_per_axis = 4) {
+  const auto at = detail::pose_of("silhouette", pose);
+  const auto seen_by = geometry::posed(camera, at);
+  auto shape = std::make_shared<geometry::Mesh>();
+  shape->positions = detail::positions_of("silhouette", mesh, positions);
+  shape->faces = mesh.faces;
+  auto coverage = silhouette<T>(*shape, seen_by, height, width, samples_per_axis);
+  return detail::record_coverage<T>(std::move(shape), seen_by, at, std::move(coverage), positions, pose,
+                                    samples_per_axis);
+}
+
+}  // namespace tapestry::raster

@@ -1,0 +1,102 @@
+#include <tapestry/raster/light_adjoint.hpp>
+
+#include <tapestry/raster/render_textured.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/paint.hpp"
+#include "../support/random_array.hpp"
+#include "../support/simple_mesh.hpp"
+
+namespace raster = tapestry::raster;
+namespace geometry = tapestry::geometry;
+using geometry::Camera;
+using tapestry::Array;
+using tapestry::test::random_array;
+using tapestry::test::warm;
+
+namespace {
+raster::PaintedMesh some_body(const raster::TextureLayout& layout, std::size_t count = 30) {
+  raster::PaintedMesh body{tapestry::test::random_triangles(count, 7, 0.9), {}, layout};
+  body.painted = tapestry::test::every_face(body.mesh);
+  for (std::size_t face = 0; face < body.painted.size(); face += 4) body.painted[face] = 0;
+  return body;
+}
+
+/// ∂⟨weights, picture⟩/∂light beside central differences, along random directions.
+template <class Model>
+void check(const raster::PaintedMesh& body, const Array<double, 1>& light) {
+  const auto texels = random_array<double>({raster::stored_texel_count(body.layout, body.mesh), 3}, 2);
+  const auto weights = random_array<double>({20, 25, 3}, 3, -1);
+  const auto loss = [&](const Array<double, 1>& at) {
+    const auto picture = raster::render_textured(body, Camera{}, 20, 25, raster::light_of<Model>(at), texels);
+    return tapestry::test::dot(weights, picture.colour);
+  };
+  auto gradient = tapestry::zeros<double, 1>({8});
+  for (int half = 0; half < 2; ++half)  // the adjoint adds
+    raster::light_adjoint(body, Camera{}, raster::light_of<Model>(light), texels,
+                          Array<double, 3>(weights / 2), gradient);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const auto direction = tapestry::test::random_direction<double>({8}, seed);
+    const double expected = tapestry::test::central_difference(loss, light, direction);
+    CHECK(std::abs(tapestry::test::dot(gradient, direction) - expected) <= 1e-6 * (1 + std::abs(expected)));
+  }
+}
+}  // namespace
+
+TEST_CASE("light_adjoint agrees with central differences for every texture, flat and smooth",
+          "[raster][light][gradient]") {
+  const auto light = raster::light_parameters<double>(warm);
+  for (const auto& layout : {tapestry::test::atlas, tapestry::test::trilinear, tapestry::test::cube,
+                             tapestry::test::vertex, tapestry::test::solid}) {
+    check<raster::Light>(some_body(layout), light);
+    check<raster::SmoothLight>(some_body(layout), light);
+  }
+  auto without_direction = light;
+  without_direction(1) = 0;  // where the direction does not matter, but its strength does
+  check<raster::Light>(some_body(tapestry::test::solid), without_direction);
+}
+
+TEST_CASE("the light of a wall that faces it, worked out by hand", "[raster][light]") {
+  // A white wall over a picture of one pixel, its normal towards the camera, lit from there at 60°.
+  raster::PaintedMesh wall{
+      tapestry::test::triangle_soup({{{{-9, -9, 2}, {9, -9, 2}, {0, 30, 2}}}}), {1}, tapestry::test::solid};
+  const double half = 0.5, root = std::sqrt(0.75);
+  const raster::Light light{0.25, 0.5, {2 * root, 0, -2 * half}, {1, 0.5, 0.25}};
+  auto gradient = tapestry::zeros<double, 1>({8});
+  raster::light_adjoint(wall, Camera{}, light, tapestry::filled<double, 2>({1, 3}, 1),
+                        tapestry::filled<double, 3>({1, 1, 3}, 1), gradient);
+  CHECK(gradient(0) == Approx(1.75));                           // Σ light colour
+  CHECK(gradient(1) == Approx(1.75 * half));                    // times n·L
+  CHECK(gradient(2) == Approx(-1.75 * 0.5 * half * root / 2));  // n = (0, 0, −1), across L, over |direction|
+  CHECK(gradient(4) == Approx(-1.75 * 0.5 * (1 - half * half) / 2));
+  for (std::size_t c = 5; c < 8; ++c) CHECK(gradient(c) == Approx(0.25 + 0.5 * half));
+}
+
+TEST_CASE("light_adjoint has the same bits for any number of threads", "[raster][light]") {
+  const int threads = tapestry::thread_count();
+  const auto body = some_body(tapestry::test::atlas, 200);
+  const auto texels = random_array<float>({128, 3}, 2);
+  std::vector<Array<float, 1>> gradients;
+  for (const int count : {1, 2, 3}) {
+    tapestry::limit_threads(count);
+    gradients.push_back(tapestry::zeros<float, 1>({8}));
+    raster::light_adjoint(body, Camera{}, raster::SmoothLight{warm}, texels,
+                          random_array<float>({200, 150, 3}, 3), gradients.back());
+  }
+  tapestry::limit_threads(threads);
+  CHECK((gradients[0] == gradients[1]));
+  CHECK((gradients[0] == gradients[2]));
+}
+
+TEST_CASE("a light of other than eight numbers is refused", "[raster][light][bad_input]") {
+  CHECK_THROWS_WITH(raster::light_of(tapestry::zeros<double, 1>({7})),
+                    "light_of: parameters is [7], expected [8]");
+  CHECK(raster::light_of(raster::light_parameters<double>(warm)).direction == warm.direction);
+  CHECK(raster::light_of(raster::light_parameters<double>(warm)).colour == warm.colour);
+  auto gradient = tapestry::zeros<double, 1>({3});
+  CHECK_THROWS_AS(raster::light_adjoint(some_body(tapestry::test::solid), Camera{}, warm,
+                                        tapestry::zeros<double, 2>({1, 3}),
+                                        tapestry::zeros<double, 3>({4, 4, 3}), gradient),
+                  tapestry::ShapeError);
+}
