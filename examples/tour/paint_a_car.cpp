@@ -1,0 +1,57 @@
+// Paints a car so that a detector loses it: the whole pipeline on the tape, step by step.
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/image/over_variable.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/loss/adversarial_variable.hpp>
+#include <tapestry/optim/adam.hpp>
+#include <tapestry/raster/texture_operator_variable.hpp>
+#include <vector>
+
+using namespace tapestry;
+
+int main() {
+  const std::string assets = TAPESTRY_ASSETS "/";
+  const auto network = io::read_network<float>(assets + "detector.cfg", assets + "detector.weights").network;
+  raster::PaintedMesh car{io::read_obj(assets + "car_sedan.obj").mesh, {}, {}};
+  car.painted = geometry::faces_by_material(car.mesh, {"body"});
+  car.layout = {raster::TextureKind::atlas, 64, 128, 2};
+
+  // What does not change: for each photograph the map from paint to picture, what lies behind, where the car
+  // is.
+  std::vector<std::shared_ptr<const raster::TextureOperator<float>>> views;
+  std::vector<image::Backdrop<float>> backdrops;
+  std::vector<loss::Target> targets;
+  for (const char* name : {"003", "027", "041", "058"}) {
+    const auto frame = io::read_frame(assets + "frames/test/" + name + ".npz");
+    views.push_back(std::make_shared<const raster::TextureOperator<float>>(raster::texture_operator<float>(
+        car, *frame.camera, network.input_height(), network.input_width(), *frame.light)));
+    backdrops.push_back({std::make_shared<const Array<float, 3>>(image::from_bytes<float>(frame.image)),
+                         {views.back(), &views.back()->coverage}});
+    targets.push_back({frame.label->class_index, frame.label->box});
+  }
+
+  auto parameter = zeros<float, 2>({car.layout.texel_count(car.mesh), 3});  // mid grey
+  optim::Adam<float> adam(parameter.size(), {});
+  Tape<float> tape;
+  for (int step = 0; step <= 40; ++step) {
+    tape.clear();
+    const auto scope = tape.activate();
+    const auto paint = tape.input(parameter);
+    const ArrayVariable<float, 2> colours = (tanh(paint) + 1.0F) / 2.0F;
+    const auto pictures = image::over(raster::render(views, colours), backdrops);
+    const auto logits = detect::forward(network, pictures);
+    const auto found = loss::adversarial(network, logits, targets);
+    if (step % 20 == 0) std::printf("step %2d: objectness %.2f\n", step, double{found.objectness.value()});
+    tape.reverse(found.total);
+    adam.step({parameter.data(), parameter.size()}, {paint.adjoint().data(), parameter.size()});
+  }
+}
