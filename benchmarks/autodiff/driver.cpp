@@ -12,7 +12,7 @@
 #include <regex>
 #include <string>
 #include <tapestry/autodiff.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 #include "../support/driver.hpp"

@@ -5,11 +5,11 @@
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <tapestry/core/atomic_file.hpp>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/weight_file.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 #include "problem.hpp"
@@ -94,13 +94,13 @@ struct NetworkFiles {
 [[nodiscard]] inline NetworkFiles write_network_files(const std::string& cfg, const std::string& weights,
                                                       std::size_t size, const std::string& stem) {
   const NetworkFiles files{stem + ".cfg", stem + ".weights"};
-  write_file_atomically(files.cfg, std::string_view(cfg_of_size(read_text_file(cfg), size)));
+  io::write_file_atomically(files.cfg, std::string_view(cfg_of_size(io::read_text_file(cfg), size)));
   const Problem problem = make_problem(files.cfg, size);
   std::vector<float> parameters =
       weights.empty() ? random_parameters(problem)
-                      : detect::read_weight_file(weights, problem.config, problem.layout).parameters;
+                      : io::read_weight_file(weights, problem.config, problem.layout).parameters;
   enlarge_variances(problem, parameters);
-  detect::write_weight_file(files.weights, 0, parameters);
+  io::write_weight_file(files.weights, 0, parameters);
   return files;
 }
 

@@ -6,6 +6,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct Problem {
 };
 
 [[nodiscard]] inline Problem make_problem(const std::string& cfg, std::size_t size) {
-  Problem problem{detect::read_network_config(cfg)};
+  Problem problem{io::read_network_config(cfg)};
   problem.shapes = detect::infer_shapes(problem.config, size, size);
   problem.layout = detect::parameter_layout(problem.config, problem.shapes);
   Random random(1);

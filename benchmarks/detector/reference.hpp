@@ -6,6 +6,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/image/planes.hpp>
+#include <tapestry/io/network_file.hpp>
 #include <vector>
 
 #include "../support/relative_distance.hpp"
@@ -25,8 +26,10 @@ struct GradientError {
 class Reference {
  public:
   Reference(const Problem& problem, const std::string& weights)
-      : problem_(problem), network_(problem.config, problem.picture.shape(2), problem.picture.shape(3)) {
-    network_.read_weights(weights);
+      : problem_(problem),
+        network_(io::read_network<double>(problem.config.name, weights, problem.picture.shape(2),
+                                          problem.picture.shape(3))
+                     .network) {
     network_.set_engine(nn::Engine::direct);
   }
 

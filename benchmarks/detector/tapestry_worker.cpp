@@ -7,6 +7,7 @@
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/image/planes.hpp>
+#include <tapestry/io/network_file.hpp>
 #include <tapestry/version.hpp>
 
 #include "worker_program.hpp"
@@ -30,12 +31,12 @@ class TapestryDetector {
  public:
   TapestryDetector(const Problem& problem, const WorkerOptions& options)
       : problem_(problem),
-        network_(problem.config, options.size, options.size),
+        network_(io::read_network<float>(problem.config.name, options.weights, options.size, options.size)
+                     .network),
         picture_(image::pictures_of_planes(problem.picture)),
         is_taped_(options.engine == "tape") {
     network_.set_engine(engine_of(options.engine));
     limit_threads(options.threads);
-    network_.read_weights(options.weights);
     if (options.wants_gradient) gradient_ = zeros<float, 4>(picture_.shape());
   }
 

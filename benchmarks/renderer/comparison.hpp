@@ -7,8 +7,8 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <tapestry/core/atomic_file.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tuple>
 #include <vector>
 

@@ -9,7 +9,7 @@
 #include <regex>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <utility>
 #include <vector>
 
@@ -93,7 +93,7 @@ struct Folders {
 /// The numbers of an answer that a worker saved.
 template <class T>
 [[nodiscard]] std::vector<T> read_numbers(const std::string& path) {
-  const auto bytes = read_file(path);
+  const auto bytes = io::read_file(path);
   std::vector<T> values(bytes.size() / sizeof(T));
   std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
   return values;

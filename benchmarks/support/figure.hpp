@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <string>
-#include <tapestry/core/atomic_file.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <vector>
 
 namespace tapestry::benchmarks {
@@ -247,7 +247,7 @@ text { font: 11px sans-serif; fill: #24292f }
                                 header + detail::PanelDrawing::height * row)
                .svg();
   }
-  write_file_atomically(path, std::string_view(svg + "</svg>\n"));
+  io::write_file_atomically(path, std::string_view(svg + "</svg>\n"));
 }
 
 }  // namespace tapestry::benchmarks

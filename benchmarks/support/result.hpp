@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
-#include <tapestry/core/atomic_file.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <vector>
 
 namespace tapestry::benchmarks {
@@ -27,7 +27,7 @@ struct Result {
   return text;
 }
 
-/// Replaces the file as a whole; see write_file_atomically().
+/// Replaces the file as a whole; see io::write_file_atomically().
 inline void write_csv(const std::string& path, const std::vector<Result>& results) {
   std::string text = "case,variant,threads,seconds,error,memory_mib\n";
   for (const Result& result : results) {
@@ -35,7 +35,7 @@ inline void write_csv(const std::string& path, const std::vector<Result>& result
             formatted("%.6g", result.seconds) + "," + formatted("%.3e", result.error) + "," +
             formatted("%.1f", result.memory_mib) + "\n";
   }
-  write_file_atomically(path, std::string_view(text));
+  io::write_file_atomically(path, std::string_view(text));
 }
 
 }  // namespace tapestry::benchmarks

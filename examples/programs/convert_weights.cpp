@@ -5,9 +5,10 @@
 #include <iostream>
 #include <string>
 #include <system_error>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/sha256.hpp>
 #include <utility>
@@ -56,21 +57,21 @@ void require_sound(const Options& options) {
 int run(const Options& options) {
   require_sound(options);
   io::DetectorMetadata metadata;
-  metadata.cfg = read_text_file(options.cfg, std::uint64_t(4) << 20U);
+  metadata.cfg = io::read_text_file(options.cfg, std::uint64_t(4) << 20U);
   metadata.is_folded = options.fold;
   metadata.batch_norm_epsilon = options.epsilon;
-  auto config = detect::parse_network_config(metadata.cfg, options.cfg);
+  auto config = io::parse_network_config(metadata.cfg, options.cfg);
   if (!options.decode.empty())
     config = detect::with_decode(std::move(config), detect::decode_family_by_name(options.decode));
   metadata.decode = detect::decode_family_of(config);
   for (const auto& warnings : {config.warnings, detect::decode_warnings(config)})
     for (const auto& warning : warnings) std::cerr << "warning: " << warning << '\n';
-  detect::Network<float> network(std::move(config));
-  for (const auto& warning : network.read_weights(options.weights))
-    std::cerr << "warning: " << warning << '\n';
-  metadata.images_seen = network.images_seen();
-  const auto& parameters = std::as_const(network).parameters();
-  io::write_detector_file(options.output, metadata, parameters, options.cfg);
+  const auto shapes = detect::infer_shapes(config, config.height, config.width);
+  const auto weights =
+      io::read_weight_file(options.weights, config, detect::parameter_layout(config, shapes));
+  for (const auto& warning : weights.warnings) std::cerr << "warning: " << warning << '\n';
+  metadata.images_seen = weights.images_seen;
+  io::write_detector_file(options.output, metadata, weights.parameters, options.cfg);
   std::printf("%s: %zu tensors, batch normalisation %s, decode %s\ncfg sha256 %s\n", options.output.c_str(),
               io::SafetensorsFile(options.output).tensors().size(), options.fold ? "folded" : "kept",
               std::string(detect::name_of(metadata.decode)).c_str(), io::sha256(metadata.cfg).c_str());

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <string>
 #include <string_view>
-#include <tapestry/core/atomic_file.hpp>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/network_file.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/optim/adam.hpp>
@@ -94,9 +94,9 @@ struct Start {
 /// With random weights, or with those to start from, which may be a converted detector's.
 Start starting_network(const Options& options) {
   if (options.weights.empty()) {
-    detect::Network<float> network(detect::read_network_config(options.cfg), options.size, options.size);
+    detect::Network<float> network(io::read_network_config(options.cfg), options.size, options.size);
     initialise(network, options.seed);
-    return {std::move(network), read_text_file(options.cfg)};
+    return {std::move(network), io::read_text_file(options.cfg)};
   }
   std::string own_cfg;
   if (io::is_safetensors(options.weights)) {
@@ -109,13 +109,13 @@ Start starting_network(const Options& options) {
   }
   auto loaded = io::read_network<float>(options.cfg, options.weights, options.size, options.size);
   for (const auto& warning : loaded.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  return {std::move(loaded.network), options.cfg.empty() ? own_cfg : read_text_file(options.cfg)};
+  return {std::move(loaded.network), options.cfg.empty() ? own_cfg : io::read_text_file(options.cfg)};
 }
 
 /// Writes the network in the form that the file's name asks for.
 void save(const detect::Network<float>& network, const std::string& cfg, const std::string& path) {
   if (!path.ends_with(".safetensors")) {
-    network.write_weights(path);
+    io::write_weight_file(path, network);
     return;
   }
   io::DetectorMetadata metadata;
@@ -334,7 +334,7 @@ void require_writable(const std::string& path) {
   if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
     throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
   const std::string probe = path + ".probe";
-  write_file_atomically(probe, std::string_view("tapestry\n"));
+  io::write_file_atomically(probe, std::string_view("tapestry\n"));
   std::filesystem::remove(probe);
 }
 

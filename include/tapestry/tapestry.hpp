@@ -6,7 +6,7 @@
 /// .safetensors or .glb files. Including only what a file needs compiles faster.
 ///
 /// The layers, a header of one using only its own folder and those before it:
-///   core                          arrays, checks, errors, files, random numbers, threads
+///   core                          arrays, checks, errors, random numbers, threads
 ///   autodiff                      the tape, variables, and how an operation joins it
 ///   geometry, image, nn, optim    meshes and cameras; pictures; network layers; Adam
 ///   raster, detect                mesh to picture; picture to boxes
@@ -59,13 +59,11 @@
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/array_concepts.hpp>
-#include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/core/finite.hpp>
 #include <tapestry/core/huge_pages.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/core/nearest_word.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
@@ -79,7 +77,6 @@
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/suppression.hpp>
-#include <tapestry/detect/weight_file.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
@@ -103,9 +100,13 @@
 #include <tapestry/image/planes.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/image/resize_variable.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/face_list_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/float_formats.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
@@ -115,6 +116,7 @@
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/names_file.hpp>
+#include <tapestry/io/nearest_word.hpp>
 #include <tapestry/io/network_file.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/npy_header.hpp>

@@ -5,6 +5,7 @@
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <vector>
 
@@ -35,10 +36,7 @@ raster::PaintedMesh sedan() {
 
 template <class T>
 tapestry::detect::Network<T> bundled_detector() {
-  tapestry::detect::Network<float> network(tapestry::detect::read_network_config(assets + "detector.cfg"), 0,
-                                           0);
-  network.read_weights(assets + "detector.weights");
-  return network.cast<T>();
+  return tapestry::io::read_network<T>(assets + "detector.cfg", assets + "detector.weights").network;
 }
 
 template <class T>

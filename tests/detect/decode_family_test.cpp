@@ -1,6 +1,7 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 
 #include <cmath>
 #include <limits>
@@ -13,6 +14,7 @@
 #include "../support/refusal.hpp"
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 using detect::DecodeFamily;
 using detect::Head;
 using tapestry::Array;
@@ -67,9 +69,7 @@ std::string with_logistic(const std::string& more) {
   return text.replace(text.find("linear"), 6, "logistic") + more;
 }
 
-detect::NetworkConfig parsed(const std::string& text) {
-  return detect::parse_network_config(text, "some.cfg");
-}
+detect::NetworkConfig parsed(const std::string& text) { return io::parse_network_config(text, "some.cfg"); }
 }  // namespace
 
 TEST_CASE("decode families have names", "[detect][decode_family]") {

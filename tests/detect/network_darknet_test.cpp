@@ -2,6 +2,8 @@
 
 #include <tapestry/detect/network.hpp>
 #include <tapestry/image/planes.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
 
 #include <cmath>
 #include <filesystem>
@@ -37,7 +39,7 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
       moved.parameters()[block.offset + i] = static_cast<float>(root * root);
     }
   }
-  moved.write_weights(weights_path);
+  io::write_weight_file(weights_path, moved);
   const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
   detect::Pass<float> pass;
   network.forward(images, pass);
@@ -67,7 +69,7 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
 TEST_CASE("logits equal those of Darknet for every common layer", "[detect][darknet]") {
   const TemporaryFolder folder;
   const std::string path = folder.write("some.cfg", common_layers);
-  check_against_darknet(random_detector<float>(detect::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[detect][darknet]") {
@@ -75,7 +77,7 @@ TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[de
   std::string cfg = unequal_layers;
   cfg.insert(cfg.find("[upsample]") + 11, "scale=-.75\n");  // which OpenCV passes over
   const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_detector<float>(detect::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("logits of yolov3-tiny equal those of Darknet", "[detect][darknet]") {
@@ -84,5 +86,5 @@ TEST_CASE("logits of yolov3-tiny equal those of Darknet", "[detect][darknet]") {
     WARN("skipped: no " << path);
     return;
   }
-  check_against_darknet(random_detector<float>(detect::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
 }

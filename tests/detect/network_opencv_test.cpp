@@ -1,5 +1,7 @@
 #include <tapestry/detect/network.hpp>
 #include <tapestry/image/planes.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
 
 #include <opencv2/dnn.hpp>
 
@@ -19,7 +21,7 @@ namespace {
 constexpr double opencv_epsilon = 1e-6;
 
 detect::NetworkConfig opencv_config(const std::string& path) {
-  auto config = detect::read_network_config(path);
+  auto config = io::read_network_config(path);
   config.batch_norm_epsilon = opencv_epsilon;
   return config;
 }
@@ -29,7 +31,7 @@ void check_against_opencv(const detect::Network<float>& network, const std::stri
                           double tolerance) {
   const TemporaryFolder folder;
   const std::string weights_path = folder.path("random.weights");
-  network.write_weights(weights_path);
+  io::write_weight_file(weights_path, network);
   const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
   detect::Pass<float> pass;
   network.forward(images, pass);

@@ -1,4 +1,5 @@
 #include <tapestry/detect/network.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include "../support/relative_distance.hpp"
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 namespace nn = tapestry::nn;
 using tapestry::Array;
 using tapestry::test::random_array;
@@ -326,7 +328,7 @@ num=3
 
 template <class T>
 detect::Network<T> random_network(const std::string& cfg) {
-  return tapestry::test::random_detector<T>(detect::parse_network_config(cfg, "some.cfg"), 1);
+  return tapestry::test::random_detector<T>(io::parse_network_config(cfg, "some.cfg"), 1);
 }
 
 template <class T>

@@ -1,5 +1,6 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/network_variable.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "../support/relative_distance.hpp"
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 using tapestry::Array;
 using tapestry::ArrayVariable;
 using tapestry::Variable;
@@ -60,7 +62,7 @@ num=1
 
 template <class T>
 detect::Network<T> two_headed_network() {
-  detect::Network<T> network(detect::parse_network_config(two_heads, "two heads"));
+  detect::Network<T> network(io::parse_network_config(two_heads, "two heads"));
   tapestry::Random random(5);
   network.initialise(random);
   return network;

@@ -4,6 +4,7 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/network_file.hpp>
 
 #include <array>
 #include <cmath>
@@ -100,8 +101,8 @@ TEST_CASE("detectors trained on photographs find the car of real frames as OpenC
   }
   for (const Row& row : table) {
     const std::string files = data + "detectors/" + row.detector;
-    detect::Network<float> network(detect::read_network_config(files + ".cfg"), row.size, row.size);
-    network.read_weights(files + ".weights");
+    const auto network =
+        tapestry::io::read_network<float>(files + ".cfg", files + ".weights", row.size, row.size).network;
     for (const Expected& expected : row.cars) {
       const auto found = best_car(network, expected.frame);
       INFO(row.detector << " " << row.size << " " << expected.frame << ": " << found.confidence << " "

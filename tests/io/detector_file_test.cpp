@@ -1,3 +1,4 @@
+#include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/network_file.hpp>
 
@@ -39,11 +40,11 @@ struct Model {
   std::string weights = folder.path("some.weights");
   std::string converted = folder.path("some.safetensors");
   detect::Network<float> network =
-      tapestry::test::random_detector<float>(detect::parse_network_config(text, "some.cfg"), 3);
+      tapestry::test::random_detector<float>(io::parse_network_config(text, "some.cfg"), 3);
 
   Model() {
     network.set_images_seen((std::uint64_t(1) << 40U) + 5);
-    network.write_weights(weights);
+    io::write_weight_file(weights, network);
   }
   void convert(bool is_folded = false) const {
     io::write_detector_file(converted, {text, network.images_seen(), is_folded}, network.parameters(), cfg);
@@ -129,7 +130,7 @@ TEST_CASE("a converted detector has the bits of its weights", "[io][detector_fil
   const auto loaded = io::read_network<float>("", model.converted);
   CHECK(loaded.warnings.empty());
   CHECK(same_bits(loaded.network.parameters(), model.network.parameters()));
-  loaded.network.write_weights(model.folder.path("again.weights"));
+  io::write_weight_file(model.folder.path("again.weights"), loaded.network);
   CHECK(model.folder.read("again.weights") == model.folder.read("some.weights"));
   const auto darknet = model.folder.read("some.weights");
   const auto converted = model.folder.read("some.safetensors");
@@ -264,7 +265,7 @@ TEST_CASE("folding a filter by hand", "[detect][fold]") {
   const std::string text =
       "[net]\nwidth=32\nheight=32\nchannels=3\n[convolutional]\nfilters=18\nsize=1\nbatch_normalize=1\n"
       "activation=linear\n[yolo]\nmask=0,1,2\nanchors=1,1, 2,2, 3,3\nclasses=1\nnum=3\n";
-  auto config = detect::parse_network_config(text, "some.cfg");
+  auto config = io::parse_network_config(text, "some.cfg");
   config.batch_norm_epsilon = 1;
   const auto layout = detect::parameter_layout(config, detect::infer_shapes(config, 32, 32));
   std::vector<float> parameters(layout.count, 0);
@@ -467,7 +468,7 @@ TEST_CASE("a bad value is found wherever it stands in a large tensor", "[io][det
       "[net]\nwidth=32\nheight=32\nchannels=3\n[convolutional]\nfilters=4000\nsize=1\nactivation=linear\n"
       "[convolutional]\nfilters=18\nsize=1\nactivation=linear\n"
       "[yolo]\nmask=0,1,2\nanchors=1,1, 2,2, 3,3\nclasses=1\nnum=3\n";
-  detect::Network<float> network(detect::parse_network_config(text, "some.cfg"));
+  detect::Network<float> network(io::parse_network_config(text, "some.cfg"));
   const auto path = folder.path("some.safetensors");
   const std::size_t begin = network.layout().layers[1].weight;
   for (const std::size_t at : {0U, 1U, 32767U, 32768U, 65535U, 71999U}) {

@@ -55,6 +55,7 @@ expect("does not exist" core/check.hpp "#pragma once\n#include <tapestry/core/ab
 expect("on no level" utils/text.hpp "#pragma once\n")
 expect("relative path" core/check.hpp "#pragma once\n#include \"../loss/overlap.hpp\"\n")
 expect("belong to io" raster/render.hpp "#pragma once\n#include <stb/stb_image.h>\n")
+expect("may not open files" raster/render.hpp "#pragma once\n#include <fstream>\n")
 expect("xtensor itself" loss/overlap.hpp "#pragma once\n#include <xtensor/xview.hpp>\n")
 expect("nlohmann's JSON itself" io/obj_file.hpp "#pragma once\n#include <nlohmann/json.hpp>\n")
 expect("one source file of a program" io/obj_file.hpp "#pragma once\n#include <tapestry/io/json.hpp>\n")

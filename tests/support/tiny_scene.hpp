@@ -8,6 +8,7 @@
 #include <tapestry/detect/network.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 #include <vector>
 
 namespace tapestry::test {
@@ -81,7 +82,7 @@ inline std::string tiny_network_text(const std::string& activation = "leaky") {
 
 template <class T>
 detect::Network<T> tiny_network(const std::string& activation = "leaky", std::uint64_t seed = 5) {
-  detect::Network<T> network(detect::parse_network_config(tiny_network_text(activation), "tiny.cfg"));
+  detect::Network<T> network(io::parse_network_config(tiny_network_text(activation), "tiny.cfg"));
   Random random(seed);
   network.initialise(random);
   return network;

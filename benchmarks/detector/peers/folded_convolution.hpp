@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <span>
 #include <string>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 #include "../problem.hpp"
@@ -56,7 +56,7 @@ class FoldedConvolutions {
   }
 
   const Problem& problem_;
-  RegularFile file_;
+  io::RegularFile file_;
 };
 
 /// The complaint of a peer's program about a layer that it has no use for in these benchmarks.

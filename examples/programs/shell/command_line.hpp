@@ -11,7 +11,7 @@
 #include <string>
 #include <system_error>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/nearest_word.hpp>
+#include <tapestry/io/nearest_word.hpp>
 #include <vector>
 
 namespace tapestry::shell {
@@ -31,7 +31,7 @@ inline int unknown_option(const CLI::App& app) {
   const auto extras = app.remaining();
   const std::string unknown = extras.empty() ? std::string() : extras.front();
   const std::string word = unknown.substr(0, unknown.find('='));
-  const std::string nearest = nearest_word(word, option_words(app));
+  const std::string nearest = io::nearest_word(word, option_words(app));
   std::cerr << "error: unknown " << (word.rfind('-', 0) == 0 ? "option " : "argument ") << word;
   if (!nearest.empty()) std::cerr << "; did you mean " << nearest << "?";
   std::cerr << "\nsee --help\n";

@@ -10,9 +10,9 @@
 #include <string>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/image_file.hpp>
@@ -262,7 +262,7 @@ inline void check_detector(DetectorSettings settings, ProblemList& list) {
   const std::string found = list.problems().back().what();
   for (const auto& path : {settings.weights, settings.names})
     if (!path.empty() && !fs::exists(path) && !found.starts_with(path + ":"))
-      list.attempt([&] { (void)RegularFile(path); });
+      list.attempt([&] { (void)io::RegularFile(path); });
 }
 
 /// Checks every input and adds all problems found. The settings themselves have been checked before.

@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 #include <system_error>
-#include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/run_lock.hpp>
 #include <tapestry/io/sha256.hpp>
@@ -22,7 +22,7 @@ namespace tapestry::shell {
 using Json = nlohmann::ordered_json;
 
 inline void write_text(const std::string& path, const std::string& text) {
-  write_file_atomically(path, text);
+  io::write_file_atomically(path, text);
 }
 
 /// Creates a folder and makes sure that files can be written into it, before hours are spent.
@@ -96,7 +96,7 @@ inline std::string exact_text(const Json& json, int indent = 2) {
 
 /// Reads a JSON file of at most 16 MiB, as io::read_json() does.
 inline Json read_json_file(const std::string& path) {
-  return io::read_json(read_text_file(path, std::uint64_t(16) << 20U), path).value;
+  return io::read_json(io::read_text_file(path, std::uint64_t(16) << 20U), path).value;
 }
 
 /// Path and SHA-256 of every input file.

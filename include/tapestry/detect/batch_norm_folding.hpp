@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/finite.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/detect/weight_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -31,7 +31,7 @@ template <std::floating_point T>
   std::vector<T> folded;
   folded.reserve(parameters.size());
   const auto append = [&](std::size_t layer, double value) {
-    if (!detail::is_finite(static_cast<float>(value)))
+    if (!is_finite(static_cast<float>(value)))
       throw NumericError("fold_batch_norm: layer " + std::to_string(layer) + " becomes " +
                          std::to_string(value) + ", expected finite numbers");
     folded.push_back(static_cast<T>(value));

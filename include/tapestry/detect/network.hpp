@@ -16,7 +16,7 @@
 #include <tapestry/detect/network/pass.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/weight_file.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
 #include <utility>
 #include <vector>
 
@@ -67,24 +67,6 @@ class Network {
         parameters_[block.offset + i] = static_cast<T>(deviation * random.normal());
     }
     cache_.forget();
-  }
-
-  /// Reads a Darknet weight file; errors as read_weight_file(), and then nothing changes.
-  /// \returns remarks on suspicious values
-  std::vector<std::string> read_weights(const std::string& path, const WeightFileOptions& options = {}) {
-    WeightFile file = read_weight_file(path, graph_.config, graph_.layout, options);
-    parameters_.assign(file.parameters.begin(), file.parameters.end());
-    images_seen_ = file.images_seen;
-    cache_.forget();
-    return std::move(file.warnings);
-  }
-
-  /// Writes a Darknet weight file, rounding to float; errors as write_weight_file().
-  void write_weights(const std::string& path) const {
-    std::vector<float> rounded;
-    rounded.reserve(parameters_.size());
-    for (const T value : parameters_) rounded.push_back(static_cast<float>(value));
-    write_weight_file(path, images_seen_, rounded);
   }
 
   [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }

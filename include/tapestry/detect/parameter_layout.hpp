@@ -52,8 +52,8 @@ struct ParameterLayout {
       layout.blocks.push_back({i, role, layout.count, count});
       layout.count += count;
       if (layout.count > detail::largest_element_count) {
-        throw detail::cfg_error(config.name, layer.line, "too many parameters", "at most 2147483648", "",
-                                ErrorKind::limit);
+        throw cfg_error(config.name, layer.line, "too many parameters", "at most 2147483648", "",
+                        ErrorKind::limit);
       }
       return layout.blocks.back().offset;
     };

@@ -7,12 +7,13 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/finite.hpp>
 #include <tapestry/core/huge_pages.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/detect/weight_file.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/npy_header.hpp>
 #include <tapestry/io/safetensors_file.hpp>
@@ -54,9 +55,14 @@ namespace tapestry::io {
 }
 
 namespace detail {
+/// \param input_height  in pixels; 0 takes the cfg's own
+/// \param input_width   likewise
 [[nodiscard]] inline detect::ParameterLayout layout_of(const detect::NetworkConfig& config,
-                                                       std::size_t input_height, std::size_t input_width) {
-  return detect::parameter_layout(config, detect::infer_shapes(config, input_height, input_width));
+                                                       std::size_t input_height = 0,
+                                                       std::size_t input_width = 0) {
+  return detect::parameter_layout(
+      config, detect::infer_shapes(config, input_height == 0 ? config.height : input_height,
+                                   input_width == 0 ? config.width : input_width));
 }
 }  // namespace detail
 
@@ -68,7 +74,7 @@ class DetectorFile {
   explicit DetectorFile(const std::string& path)
       : file_(path),
         metadata_(parse_detector_metadata(file_.metadata(), path)),
-        config_(adapted(detect::parse_network_config(metadata_.cfg, path + ":cfg"))) {}
+        config_(adapted(parse_network_config(metadata_.cfg, path + ":cfg"))) {}
 
   [[nodiscard]] const DetectorMetadata& metadata() const { return metadata_; }
   [[nodiscard]] const detect::NetworkConfig& config() const { return config_; }
@@ -165,10 +171,10 @@ class DetectorFile {
   void check_values(const Tensor& tensor, detect::ParameterRole role, std::span<const float> values,
                     std::size_t first) const {
     const bool is_variance = role == detect::ParameterRole::variance;
-    if (!is_variance && detect::detail::are_finite(values)) return;
+    if (!is_variance && are_finite(values)) return;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const bool is_negative_variance = is_variance && values[i] < 0;
-      if (detect::detail::is_finite(values[i]) && !is_negative_variance) continue;
+      if (is_finite(values[i]) && !is_negative_variance) continue;
       throw FileError(
           ErrorKind::malformed,
           {file_.path(), "@" + std::to_string(file_.position(tensor, first + i)),
@@ -197,9 +203,9 @@ inline void write_detector_file(const std::string& path, const DetectorMetadata&
   if (sound < metadata.cfg.size())
     throw FileError(ErrorKind::malformed, {cfg_name, "@" + std::to_string(sound),
                                            "not UTF-8, as text within a safetensors file has to be"});
-  auto config = detect::with_decode(detect::parse_network_config(metadata.cfg, cfg_name), metadata.decode);
+  auto config = detect::with_decode(parse_network_config(metadata.cfg, cfg_name), metadata.decode);
   config.batch_norm_epsilon = metadata.batch_norm_epsilon;
-  const auto layout = detail::layout_of(config, config.height, config.width);
+  const auto layout = detail::layout_of(config);
   if (parameters.size() != layout.count)
     throw ShapeError("write_detector_file: parameters is [" + std::to_string(parameters.size()) +
                      "], expected [" + std::to_string(layout.count) + "]");
@@ -209,8 +215,7 @@ inline void write_detector_file(const std::string& path, const DetectorMetadata&
     return;
   }
   const auto plain = detect::without_batch_norm(config);
-  write_safetensors(path, fields,
-                    detector_tensors(plain, detail::layout_of(plain, plain.height, plain.width)),
+  write_safetensors(path, fields, detector_tensors(plain, detail::layout_of(plain)),
                     detect::fold_batch_norm(config, layout, parameters));
 }
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <vector>
 

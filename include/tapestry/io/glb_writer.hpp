@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <tapestry/raster/painted_mesh.hpp>

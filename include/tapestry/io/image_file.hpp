@@ -8,10 +8,10 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/png_scan.hpp>
 #include <utility>
 #include <vector>

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <unordered_set>
 #include <vector>

@@ -6,11 +6,12 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/sha256.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <utility>
 #include <vector>
 
@@ -40,7 +41,7 @@ namespace detail {
                                                       std::vector<std::string>& warnings) {
   if (cfg.empty()) return file.config();
   const std::string text = read_text_file(cfg, std::uint64_t(4) << 20U);
-  auto config = file.adapted(detect::parse_network_config(text, cfg));
+  auto config = file.adapted(parse_network_config(text, cfg));
   if (text != file.metadata().cfg)
     warnings.push_back(cfg + ": differs from the cfg inside " + weights +
                        " and is used instead of it; leave it out to use that");
@@ -59,7 +60,7 @@ namespace detail {
 ///                 what the cfg says: scaled for new_coords=1, else darknet
 /// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
 ///         another decode family than `decode`; FileError as detect::with_decode(),
-///         detect::read_network_config(), detect::read_weight_file(), DetectorFile and Network's constructor
+///         read_network_config(), read_weight_file(), DetectorFile and Network's constructor
 template <std::floating_point T>
 [[nodiscard]] LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights,
                                             std::size_t input_height = 0, std::size_t input_width = 0,
@@ -79,20 +80,24 @@ template <std::floating_point T>
     keep(config.warnings);
     keep(detect::decode_warnings(config));
     keep(file.warnings());
-    const auto layout = detail::layout_of(config, input_height == 0 ? config.height : input_height,
-                                          input_width == 0 ? config.width : input_width);
+    const auto layout = detail::layout_of(config, input_height, input_width);
     auto parameters = file.parameters<T>(config, layout);
     detect::Network<T> network(std::move(config), std::move(parameters), input_height, input_width);
     network.set_images_seen(file.metadata().images_seen);
     return {std::move(network), std::move(warnings)};
   }
   if (cfg.empty()) throw Error(ErrorKind::usage, weights + ": Darknet weights need their cfg file");
-  auto config = detect::read_network_config(cfg);
+  auto config = read_network_config(cfg);
   if (decode) config = detect::with_decode(std::move(config), *decode);
-  detect::Network<T> network(std::move(config), input_height, input_width);
-  keep(network.config().warnings);
-  keep(detect::decode_warnings(network.config()));
-  keep(network.read_weights(weights));
+  keep(config.warnings);
+  keep(detect::decode_warnings(config));
+  const WeightFile file =
+      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
+  keep(file.warnings);
+  detect::Network<T> network(std::move(config),
+                             std::vector<T>(file.parameters.begin(), file.parameters.end()), input_height,
+                             input_width);
+  network.set_images_seen(file.images_seen);
   return {std::move(network), std::move(warnings)};
 }
 

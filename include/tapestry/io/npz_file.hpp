@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/atomic_file.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/zip_archive.hpp>
 #include <tapestry/io/zip_writer.hpp>

@@ -9,9 +9,9 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/obj_file/faces.hpp>
 #include <tapestry/io/obj_file/materials.hpp>

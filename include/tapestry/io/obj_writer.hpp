@@ -10,10 +10,10 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <vector>

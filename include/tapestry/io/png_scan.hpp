@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 namespace tapestry::io {

@@ -8,9 +8,9 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <tapestry/core/atomic_file.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/float_formats.hpp>
 #include <tapestry/io/safetensors_header.hpp>
 #include <utility>

@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <utility>
 #include <vector>
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <vector>
@@ -68,6 +69,13 @@ struct NetworkConfig {
   if (index > 0) inputs.push_back(index - 1);
   for (const std::size_t source : layer.sources) inputs.push_back(source);
   return inputs;
+}
+
+/// Something is wrong with a description, on a line of the file that it was read from.
+[[nodiscard]] inline FileError cfg_error(const std::string& path, std::size_t line, const std::string& what,
+                                         const std::string& expected = "", const std::string& found = "",
+                                         ErrorKind kind = ErrorKind::malformed) {
+  return FileError(kind, {path, std::to_string(line), what, expected, found});
 }
 
 }  // namespace tapestry::detect

@@ -4,7 +4,6 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
-#include <tapestry/detect/network_config/section.hpp>
 #include <vector>
 
 namespace tapestry::detect {
@@ -182,8 +181,8 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
 [[nodiscard]] inline std::vector<FeatureShape> infer_shapes(const NetworkConfig& config, std::size_t height,
                                                             std::size_t width) {
   if (height == 0 || width == 0 || height > 16384 || width > 16384) {
-    throw detail::cfg_error(config.name, config.line, "input size out of range", "1 to 16384 pixels a side",
-                            std::to_string(height) + " x " + std::to_string(width), ErrorKind::limit);
+    throw cfg_error(config.name, config.line, "input size out of range", "1 to 16384 pixels a side",
+                    std::to_string(height) + " x " + std::to_string(width), ErrorKind::limit);
   }
   std::vector<FeatureShape> shapes;
   FeatureShape image{config.channels, height, width};

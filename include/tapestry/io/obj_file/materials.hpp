@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <tapestry/core/file_source.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/text_lines.hpp>

@@ -16,7 +16,7 @@
 #include <system_error>
 #include <tapestry/core/error.hpp>
 
-namespace tapestry {
+namespace tapestry::io {
 namespace detail {
 
 inline constexpr std::string_view part_mark = ".tapestry-part";
@@ -167,4 +167,4 @@ inline void remove_abandoned_parts(const std::string& folder) {
   }
 }
 
-}  // namespace tapestry
+}  // namespace tapestry::io

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tapestry {
+namespace tapestry::io {
 
 /// Insertions, deletions and replacements that turn one word into the other (Levenshtein distance).
 [[nodiscard]] inline std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -39,4 +39,4 @@ namespace tapestry {
   return nearest;
 }
 
-}  // namespace tapestry
+}  // namespace tapestry::io

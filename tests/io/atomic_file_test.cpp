@@ -1,5 +1,5 @@
-#include <tapestry/core/atomic_file.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_source.hpp>
 
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -15,6 +15,7 @@
 
 namespace fs = std::filesystem;
 using namespace tapestry;
+using namespace tapestry::io;
 using tapestry::test::check_refused;
 using tapestry::test::TemporaryFolder;
 
@@ -24,7 +25,7 @@ std::ptrdiff_t entry_count(const TemporaryFolder& folder) {
 }
 }  // namespace
 
-TEST_CASE("a file written atomically reads back and leaves nothing beside it", "[core][atomic_file]") {
+TEST_CASE("a file written atomically reads back and leaves nothing beside it", "[io][atomic_file]") {
   const TemporaryFolder folder;
   const auto path = folder.path("a b%\n.txt");
   write_file_atomically(path, std::string_view("first"));
@@ -35,14 +36,14 @@ TEST_CASE("a file written atomically reads back and leaves nothing beside it", "
 }
 
 TEST_CASE("a file that cannot be written is a write error and leaves nothing half written",
-          "[core][atomic_file]") {
+          "[io][atomic_file]") {
   const TemporaryFolder folder;
   for (const auto& path : {folder.path("absent/file"), folder.path(), folder.path(std::string(300, 'n'))})
     check_refused(ErrorKind::write, path + ": ", [&] { write_file_atomically(path, std::string_view("x")); });
   CHECK(entry_count(folder) == 0);
 }
 
-TEST_CASE("a file name of the longest length can be written", "[core][atomic_file]") {
+TEST_CASE("a file name of the longest length can be written", "[io][atomic_file]") {
   const TemporaryFolder folder;
   const auto path = folder.path(std::string(255, 'n'));
   write_file_atomically(path, std::string_view("x"));
@@ -51,12 +52,13 @@ TEST_CASE("a file name of the longest length can be written", "[core][atomic_fil
 }
 
 TEST_CASE("temporaries of killed processes are removed, those of living ones and other files stay",
-          "[core][atomic_file]") {
+          "[io][atomic_file]") {
   const TemporaryFolder folder;
   const auto killed = [&](const char* name) {
     const ::pid_t child = ::fork();
     if (child == 0) {
-      detail::TemporaryFile* const temporary = new detail::TemporaryFile(folder.path(name));
+      tapestry::io::detail::TemporaryFile* const temporary =
+          new tapestry::io::detail::TemporaryFile(folder.path(name));
       static_cast<void>(temporary);
       ::raise(SIGKILL);
     }
@@ -71,7 +73,7 @@ TEST_CASE("temporaries of killed processes are removed, those of living ones and
   folder.write("notes.tapestry-part2-b", "x");
   folder.write("film.part2-1", "x");
   {
-    const detail::TemporaryFile living(folder.path("living"));
+    const tapestry::io::detail::TemporaryFile living(folder.path("living"));
     remove_abandoned_parts(folder.path());
     CHECK(entry_count(folder) == 4);
   }
@@ -79,7 +81,7 @@ TEST_CASE("temporaries of killed processes are removed, those of living ones and
   remove_abandoned_parts(folder.path("absent"));  // no error
 }
 
-TEST_CASE("only regular files within the limit are read", "[core][file_source]") {
+TEST_CASE("only regular files within the limit are read", "[io][file_source]") {
   const TemporaryFolder folder;
   const auto fifo = folder.path("fifo");
   REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
@@ -94,7 +96,7 @@ TEST_CASE("only regular files within the limit are read", "[core][file_source]")
   CHECK(read_text_file(sparse, 1) == "x");
 }
 
-TEST_CASE("a file whose size changes while it is read is refused", "[core][file_source]") {
+TEST_CASE("a file whose size changes while it is read is refused", "[io][file_source]") {
   const TemporaryFolder folder;
   const auto path = folder.path("grows");
   write_file_atomically(path, std::string_view("abc"));

@@ -8,9 +8,11 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/network_config/layer.hpp>
 #include <vector>
 
-namespace tapestry::detect::detail {
+namespace tapestry::io::detail {
+using detect::cfg_error;
 
 /// One `key = value` line of a cfg file.
 struct CfgOption {
@@ -37,12 +39,6 @@ inline constexpr std::size_t largest_cfg_layer_count = 2048;
   if (first == std::string_view::npos)
     return text.substr(text.size());  // empty, but where the value would be
   return text.substr(first, text.find_last_not_of(blank) - first + 1);
-}
-
-[[nodiscard]] inline FileError cfg_error(const std::string& path, std::size_t line, const std::string& what,
-                                         const std::string& expected = "", const std::string& found = "",
-                                         ErrorKind kind = ErrorKind::malformed) {
-  return FileError(kind, {path, std::to_string(line), what, expected, found});
 }
 
 inline void add_cfg_option(const std::string& path, std::string_view whole_line, std::string_view line,
@@ -187,4 +183,4 @@ class SectionReader {
   CfgSection& section_;
 };
 
-}  // namespace tapestry::detect::detail
+}  // namespace tapestry::io::detail

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace tapestry {
+namespace tapestry::io {
 
 /// Bytes that a reader accepts at most unless told otherwise.
 inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
@@ -154,4 +154,4 @@ inline constexpr std::string_view recognised_safetensors = "a safetensors file";
   return {};
 }
 
-}  // namespace tapestry
+}  // namespace tapestry::io

@@ -2,20 +2,25 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
-#include <tapestry/core/atomic_file.hpp>
-#include <tapestry/core/file_source.hpp>
+#include <tapestry/core/finite.hpp>
+#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/float_formats.hpp>
 #include <vector>
 
-namespace tapestry::detect {
+namespace tapestry::io {
 
 /// Content of a Darknet `.weights` file, little-endian: int32 major, minor, revision; the number of images
-/// seen, 64 bits wide from version 0.2 on and 32 before; float32 parameters in the order of ParameterLayout.
+/// seen, 64 bits wide from version 0.2 on and 32 before; float32 parameters in the order of
+/// detect::ParameterLayout.
 struct WeightFile {
   std::uint64_t images_seen = 0;
   std::vector<float> parameters{};
@@ -29,27 +34,8 @@ struct WeightFileOptions {
 
 namespace detail {
 
-template <class Word>
-[[nodiscard]] Word little_endian(std::span<const std::byte> bytes) {
-  Word word = 0;
-  for (std::size_t i = 0; i < sizeof(Word); ++i) word |= static_cast<Word>(Word(bytes[i]) << (8 * i));
-  return word;
-}
-
-/// Independent of floating-point flags, which may declare that NaN does not exist.
-[[nodiscard]] inline bool is_finite(float value) {
-  return (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) != 0x7F800000U;
-}
-
-/// Whether all are: an exponent of all ones, and no other, carries into the highest bit.
-[[nodiscard]] inline bool are_finite(std::span<const float> values) {
-  std::uint32_t carried = 0;
-  for (const float value : values)
-    carried |= (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) + 0x00800000U;
-  return carried >> 31U == 0;
-}
-
-[[nodiscard]] inline std::string describe(const NetworkConfig& config, const ParameterBlock& block) {
+[[nodiscard]] inline std::string describe(const detect::NetworkConfig& config,
+                                          const detect::ParameterBlock& block) {
   return std::string(name_of(block.role)) + " of layer " + std::to_string(block.layer) + " (convolutional, " +
          config.name + ":" + std::to_string(config.layers[block.layer].line) + ")";
 }
@@ -65,8 +51,8 @@ template <class Word>
   if (beginning.size() < 16) {
     fail("file too short", "a header of 20 bytes", std::to_string(file.size()) + " bytes");
   }
-  const auto major = little_endian<std::uint32_t>(beginning.first(4));
-  const auto minor = little_endian<std::uint32_t>(beginning.subspan(4, 4));
+  const auto major = little_endian_word<std::uint32_t>(beginning.data());
+  const auto minor = little_endian_word<std::uint32_t>(&beginning[4]);
   if (major <= 1000 && minor <= 1000) return major * 10 + minor >= 2 ? 20 : 16;
   const bool swapped = __builtin_bswap32(major) <= 1000 && __builtin_bswap32(minor) <= 1000;
   fail(swapped
@@ -77,10 +63,10 @@ template <class Word>
 }
 
 /// Error for a file that ends before the last parameter.
-[[nodiscard]] inline FileError cut_weights(const RegularFile& file, const NetworkConfig& config,
-                                           const ParameterLayout& layout, std::uint64_t header) {
+[[nodiscard]] inline FileError cut_weights(const RegularFile& file, const detect::NetworkConfig& config,
+                                           const detect::ParameterLayout& layout, std::uint64_t header) {
   const std::uint64_t floats = file.size() > header ? (file.size() - header) / 4 : 0;
-  for (const ParameterBlock& block : layout.blocks) {
+  for (const detect::ParameterBlock& block : layout.blocks) {
     if (block.offset + block.count <= floats) continue;
     const std::uint64_t begin = header + 4 * std::uint64_t(block.offset);
     const std::uint64_t left = file.size() > begin ? file.size() - begin : 0;
@@ -98,9 +84,10 @@ template <class Word>
 /// Bytes of the header, decided by the version and, where that does not fit, by the exact size. A file of 4
 /// bytes less than its version asks for may also be cut; then the upper half of the count stands where
 /// the first parameter should, and is zero.
-[[nodiscard]] inline std::uint64_t header_size(const RegularFile& file, const NetworkConfig& config,
-                                               const ParameterLayout& layout, std::uint64_t by_version,
-                                               bool upper_half_is_zero, bool allow_trailing) {
+[[nodiscard]] inline std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& config,
+                                               const detect::ParameterLayout& layout,
+                                               std::uint64_t by_version, bool upper_half_is_zero,
+                                               bool allow_trailing) {
   const std::uint64_t body = 4 * std::uint64_t(layout.count);
   if (file.size() == by_version + body) return by_version;
   const std::uint64_t other = 36 - by_version;  // 16 or 20
@@ -123,11 +110,12 @@ template <class Word>
 }
 
 /// Throws for the first value that no trained network can hold.
-inline void check_block(const std::string& path, const NetworkConfig& config, const ParameterBlock& block,
-                        std::span<const float> values, std::uint64_t header) {
-  if (block.role != ParameterRole::variance && are_finite(values)) return;
+inline void check_block(const std::string& path, const detect::NetworkConfig& config,
+                        const detect::ParameterBlock& block, std::span<const float> values,
+                        std::uint64_t header) {
+  if (block.role != detect::ParameterRole::variance && are_finite(values)) return;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const bool negative_variance = block.role == ParameterRole::variance && values[i] < 0;
+    const bool negative_variance = block.role == detect::ParameterRole::variance && values[i] < 0;
     if (is_finite(values[i]) && !negative_variance) continue;
     throw FileError(
         ErrorKind::malformed,
@@ -138,7 +126,7 @@ inline void check_block(const std::string& path, const NetworkConfig& config, co
 }
 
 /// Remarks on values that are possible but look like the weights of another cfg.
-inline void remark_on_block(const NetworkConfig& config, const ParameterBlock& block,
+inline void remark_on_block(const detect::NetworkConfig& config, const detect::ParameterBlock& block,
                             std::span<const float> values, std::vector<std::string>& warnings) {
   double largest = 0;
   double square_sum = 0;
@@ -152,10 +140,10 @@ inline void remark_on_block(const NetworkConfig& config, const ParameterBlock& b
   const double rms = std::sqrt(square_sum / static_cast<double>(values.size()));
   std::string remark;
   if (denormal_count > 0) remark = std::to_string(denormal_count) + " denormal values";
-  if (block.role == ParameterRole::mean && largest > 1e3) remark = "magnitude above 1000";
-  if (block.role == ParameterRole::weight && !(rms <= 10)) remark = "root mean square above 10";
-  if (block.role == ParameterRole::weight && rms < 1e-6) remark = "root mean square below 1e-6";
-  if (block.role == ParameterRole::weight && largest == 0) remark = "all zero";
+  if (block.role == detect::ParameterRole::mean && largest > 1e3) remark = "magnitude above 1000";
+  if (block.role == detect::ParameterRole::weight && !(rms <= 10)) remark = "root mean square above 10";
+  if (block.role == detect::ParameterRole::weight && rms < 1e-6) remark = "root mean square below 1e-6";
+  if (block.role == detect::ParameterRole::weight && largest == 0) remark = "all zero";
   if (!remark.empty() && warnings.size() < 100) {
     warnings.push_back(describe(config, block) + ": " + remark + "; are these the weights of another cfg?");
   }
@@ -165,21 +153,20 @@ inline void remark_on_block(const NetworkConfig& config, const ParameterBlock& b
 /// Reads a weight file that must have exactly the parameters of `config`; its size is checked first.
 /// \throws FileError  malformed if it is damaged, cut, not a weight file or holds impossible values, with
 ///                    layer, array and byte offset; mismatch if it is longer; limit above 4 GiB
-[[nodiscard]] inline WeightFile read_weight_file(const std::string& path, const NetworkConfig& config,
-                                                 const ParameterLayout& layout,
+[[nodiscard]] inline WeightFile read_weight_file(const std::string& path, const detect::NetworkConfig& config,
+                                                 const detect::ParameterLayout& layout,
                                                  const WeightFileOptions& options = {}) {
   const RegularFile file(path);
   std::vector<std::byte> beginning(file.size() < 64 ? static_cast<std::size_t>(file.size()) : 64);
   file.read_at(0, beginning);
   const std::uint64_t by_version = detail::check_header(file, beginning);
-  const bool upper_half_is_zero = beginning.size() >= 20 && detail::little_endian<std::uint32_t>(
-                                                                std::span(beginning).subspan(16, 4)) == 0;
+  const bool upper_half_is_zero =
+      beginning.size() >= 20 && little_endian_word<std::uint32_t>(&beginning[16]) == 0;
   const std::uint64_t header =
       detail::header_size(file, config, layout, by_version, upper_half_is_zero, options.allow_trailing);
   WeightFile weights;
-  const auto seen = std::span<const std::byte>(beginning).subspan(12);
-  weights.images_seen = header == 20 ? detail::little_endian<std::uint64_t>(seen.first(8))
-                                     : detail::little_endian<std::uint32_t>(seen.first(4));
+  weights.images_seen = header == 20 ? little_endian_word<std::uint64_t>(&beginning[12])
+                                     : little_endian_word<std::uint32_t>(&beginning[12]);
   weights.parameters.resize(layout.count);
   file.read_at(header, std::as_writable_bytes(std::span(weights.parameters)));
   file.require_unchanged_size();
@@ -188,7 +175,7 @@ inline void remark_on_block(const NetworkConfig& config, const ParameterBlock& b
       value = std::bit_cast<float>(__builtin_bswap32(std::bit_cast<std::uint32_t>(value)));
     }
   }
-  for (const ParameterBlock& block : layout.blocks) {
+  for (const detect::ParameterBlock& block : layout.blocks) {
     const auto values = std::span<const float>(weights.parameters).subspan(block.offset, block.count);
     if (!options.allow_nonfinite) detail::check_block(path, config, block, values, header);
     detail::remark_on_block(config, block, values, weights.warnings);
@@ -215,4 +202,14 @@ inline void write_weight_file(const std::string& path, std::uint64_t images_seen
   }
 }
 
-}  // namespace tapestry::detect
+/// Writes a network's parameters, rounded to float, and its count of images; errors as above.
+template <std::floating_point T>
+void write_weight_file(const std::string& path, const detect::Network<T>& network) {
+  const std::vector<T>& parameters = network.parameters();
+  std::vector<float> rounded;
+  rounded.reserve(parameters.size());
+  for (const T value : parameters) rounded.push_back(static_cast<float>(value));
+  write_weight_file(path, network.images_seen(), rounded);
+}
+
+}  // namespace tapestry::io

@@ -8,10 +8,10 @@
 #include <string>
 #include <string_view>
 #include <tapestry/detect/network_config/layer.hpp>
-#include <tapestry/detect/network_config/section.hpp>
+#include <tapestry/io/darknet/section.hpp>
 #include <vector>
 
-namespace tapestry::detect::detail {
+namespace tapestry::io::detail {
 
 inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
 
@@ -54,7 +54,7 @@ inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
   return sources;
 }
 
-inline void parse_convolutional(const std::string& path, SectionReader& reader, LayerConfig& layer) {
+inline void parse_convolutional(const std::string& path, SectionReader& reader, detect::LayerConfig& layer) {
   layer.filters = reader.count("filters", 1, 1, 1 << 20);
   layer.size = reader.count("size", 1, 1, 63, ErrorKind::malformed);
   if (layer.size % 2 == 0) {
@@ -70,7 +70,7 @@ inline void parse_convolutional(const std::string& path, SectionReader& reader, 
   layer.activation = parse_activation(path, reader, nn::Activation::logistic);  // Darknet's default
 }
 
-inline void parse_maxpool(SectionReader& reader, LayerConfig& layer) {
+inline void parse_maxpool(SectionReader& reader, detect::LayerConfig& layer) {
   layer.stride = reader.count("stride", 1, 1, 16384, ErrorKind::malformed);
   layer.size = reader.count("size", layer.stride, 1, 255, ErrorKind::malformed);
   layer.padding = reader.count("padding", layer.size - 1, 0, 255, ErrorKind::malformed);
@@ -79,7 +79,7 @@ inline void parse_maxpool(SectionReader& reader, LayerConfig& layer) {
   }
 }
 
-inline void parse_route(SectionReader& reader, std::size_t index, LayerConfig& layer) {
+inline void parse_route(SectionReader& reader, std::size_t index, detect::LayerConfig& layer) {
   layer.sources = parse_sources(reader, "layers", index);
   layer.groups = reader.count("groups", 1, 1, 1 << 20);
   layer.group = reader.count("group_id", 0, 0, any_count);
@@ -107,13 +107,14 @@ inline void parse_route(SectionReader& reader, std::size_t index, LayerConfig& l
   return anchors;
 }
 
-inline void parse_yolo(const std::string& path, SectionReader& reader, LayerConfig& layer) {
+inline void parse_yolo(const std::string& path, SectionReader& reader, detect::LayerConfig& layer) {
   layer.classes = reader.count("classes", 20, 1, 1 << 20);
   layer.scale_x_y = reader.real("scale_x_y", 1);
   if (!(layer.scale_x_y >= 1) || layer.scale_x_y > 4) {
     throw reader.error(*reader.find("scale_x_y"), "scale_x_y out of range", "1 to 4");
   }
-  if (reader.integer("new_coords", 0, 0, 1, ErrorKind::malformed) != 0) layer.decode = DecodeFamily::scaled;
+  if (reader.integer("new_coords", 0, 0, 1, ErrorKind::malformed) != 0)
+    layer.decode = detect::DecodeFamily::scaled;
   const auto anchors = parse_anchors(reader, reader.count("num", 1, 1, 256));
   if (reader.find("mask") == nullptr) {
     layer.anchors = anchors;
@@ -133,41 +134,41 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, LayerConf
 }
 
 /// One layer from its section; `index` counts layers from 0.
-[[nodiscard]] inline LayerConfig parse_layer(const std::string& path, SectionReader& reader,
-                                             std::size_t index) {
-  LayerConfig layer;
+[[nodiscard]] inline detect::LayerConfig parse_layer(const std::string& path, SectionReader& reader,
+                                                     std::size_t index) {
+  detect::LayerConfig layer;
   layer.line = reader.line();
   const std::string_view name = reader.name();
   if (name == "convolutional" || name == "conv") {
     parse_convolutional(path, reader, layer);
   } else if (name == "maxpool" || name == "max") {
-    layer.kind = LayerKind::maxpool;
+    layer.kind = detect::LayerKind::maxpool;
     parse_maxpool(reader, layer);
   } else if (name == "upsample") {
-    layer.kind = LayerKind::upsample;
+    layer.kind = detect::LayerKind::upsample;
     layer.stride = reader.count("stride", 2, 1, 64, ErrorKind::malformed);
     layer.scale = reader.real("scale", 1);
     if (std::abs(layer.scale) > 1e6)
       throw reader.error(*reader.find("scale"), "scale out of range", "-1e6 to 1e6");
   } else if (name == "route") {
-    layer.kind = LayerKind::route;
+    layer.kind = detect::LayerKind::route;
     parse_route(reader, index, layer);
   } else if (name == "shortcut") {
-    layer.kind = LayerKind::shortcut;
+    layer.kind = detect::LayerKind::shortcut;
     layer.sources = parse_sources(reader, "from", index);
     layer.activation = parse_activation(path, reader, nn::Activation::linear);
   } else if (name == "yolo") {
-    layer.kind = LayerKind::yolo;
+    layer.kind = detect::LayerKind::yolo;
     parse_yolo(path, reader, layer);
   } else if (name == "avgpool" || name == "avg") {
-    layer.kind = LayerKind::avgpool;
+    layer.kind = detect::LayerKind::avgpool;
   } else if (name == "softmax") {
-    layer.kind = LayerKind::softmax;
+    layer.kind = detect::LayerKind::softmax;
     layer.groups = reader.count("groups", 1, 1, 1 << 20);
     layer.temperature = reader.real("temperature", 1);
     if (!(layer.temperature > 0)) throw reader.error(*reader.find("temperature"), "temperature not above 0");
   } else if (name == "dropout") {
-    layer.kind = LayerKind::dropout;
+    layer.kind = detect::LayerKind::dropout;
   } else {
     throw cfg_error(
         path, reader.line(), "unsupported section",
@@ -177,4 +178,4 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, LayerConf
   return layer;
 }
 
-}  // namespace tapestry::detect::detail
+}  // namespace tapestry::io::detail

@@ -5,12 +5,12 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <tapestry/core/nearest_word.hpp>
-#include <tapestry/detect/network_config/section.hpp>
+#include <tapestry/io/darknet/section.hpp>
+#include <tapestry/io/nearest_word.hpp>
 #include <unordered_map>
 #include <vector>
 
-namespace tapestry::detect::detail {
+namespace tapestry::io::detail {
 
 using CfgKeys = std::span<const std::string_view>;
 
@@ -218,4 +218,4 @@ inline void check_leftover_options(const std::string& path, SectionReader& reade
   }
 }
 
-}  // namespace tapestry::detect::detail
+}  // namespace tapestry::io::detail

@@ -1,12 +1,14 @@
 #include <tapestry/detect/network_config.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 
 #include <string>
 #include <vector>
 
-#include "../support/bad_file.hpp"
-#include "../support/catch.hpp"
+#include "../../support/bad_file.hpp"
+#include "../../support/catch.hpp"
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 using tapestry::ErrorKind;
 using tapestry::FileError;
 using tapestry::test::BadFile;
@@ -139,35 +141,35 @@ std::vector<BadFile> fit_rows() {
 }
 
 void check_rows(const std::vector<BadFile>& rows) {
-  tapestry::test::check_bad_files(rows, "some.cfg", [](const std::string& text) {
-    (void)detect::parse_network_config(text, "some.cfg");
-  });
+  tapestry::test::check_bad_files(
+      rows, "some.cfg", [](const std::string& text) { (void)io::parse_network_config(text, "some.cfg"); });
 }
 }  // namespace
 
-TEST_CASE("cfg files with broken syntax name their line", "[detect][bad_input]") {
+TEST_CASE("cfg files with broken syntax name their line", "[io][darknet][bad_input]") {
   check_rows(syntax_rows());
 }
 
-TEST_CASE("cfg files with impossible values name their line and column", "[detect][bad_input]") {
+TEST_CASE("cfg files with impossible values name their line and column", "[io][darknet][bad_input]") {
   check_rows(value_rows());
 }
 
-TEST_CASE("cfg files whose parts do not fit name their line", "[detect][bad_input]") {
+TEST_CASE("cfg files whose parts do not fit name their line", "[io][darknet][bad_input]") {
   check_rows(fit_rows());
 }
 
-TEST_CASE("G10: byte order mark, CRLF, tabs and a missing last newline are accepted", "[detect][bad_input]") {
+TEST_CASE("G10: byte order mark, CRLF, tabs and a missing last newline are accepted",
+          "[io][darknet][bad_input]") {
   std::string text = "\xEF\xBB\xBF" + good;
   for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 3)) {
     text.replace(at, 1, "\t\r\n");
   }
   text.resize(text.size() - 3);
-  CHECK(detect::parse_network_config(text, "some.cfg").layers.size() == 3);
+  CHECK(io::parse_network_config(text, "some.cfg").layers.size() == 3);
 }
 
-TEST_CASE("G06, G07: harmless repetitions and unknown options become warnings", "[detect][bad_input]") {
-  const auto config = detect::parse_network_config(
+TEST_CASE("G06, G07: harmless repetitions and unknown options become warnings", "[io][darknet][bad_input]") {
+  const auto config = io::parse_network_config(
       replaced(replaced(good, "filters=8", "filtres=8"), "width=64", "batch=1\nbatch=2\nwidth=64"),
       "some.cfg");
   REQUIRE(config.warnings.size() == 2);
@@ -176,8 +178,8 @@ TEST_CASE("G06, G07: harmless repetitions and unknown options become warnings", 
         "some.cfg:8: unknown option 'filtres' of [convolutional] ignored; did you mean 'filters'?");
 }
 
-TEST_CASE("a comment may stand behind a value, and silu is another name of swish", "[detect][cfg]") {
-  const auto config = detect::parse_network_config(
+TEST_CASE("a comment may stand behind a value, and silu is another name of swish", "[io][darknet]") {
+  const auto config = io::parse_network_config(
       replaced(replaced(good, "filters=8", "filters = 8 ###P6"), "leaky", "silu\t; x*sigmoid(x)"),
       "some.cfg");
   CHECK(config.warnings.empty());
@@ -185,12 +187,12 @@ TEST_CASE("a comment may stand behind a value, and silu is another name of swish
   CHECK(config.layers[0].activation == tapestry::nn::Activation::swish);
 }
 
-TEST_CASE("training options are ignored in their own sections only", "[detect][cfg]") {
-  CHECK(detect::parse_network_config(replaced(good, "width=64", "scale=.1\nlearning_rate=1\nwidth=64"),
-                                     "some.cfg")
-            .warnings.empty());
+TEST_CASE("training options are ignored in their own sections only", "[io][darknet]") {
+  CHECK(
+      io::parse_network_config(replaced(good, "width=64", "scale=.1\nlearning_rate=1\nwidth=64"), "some.cfg")
+          .warnings.empty());
   const auto warned = [](const std::string& text) {
-    return detect::parse_network_config(text, "some.cfg").warnings;
+    return io::parse_network_config(text, "some.cfg").warnings;
   };
   CHECK(warned(replaced(good, "stride=2", "stride=2\nstopbackward=1\nlearning_rate=2")).empty());
   CHECK(warned(replaced(good, "stride=2", "stride=2\nscale=2")) ==
@@ -198,36 +200,35 @@ TEST_CASE("training options are ignored in their own sections only", "[detect][c
             "some.cfg:9: unknown option 'scale' of [convolutional] ignored; did you mean 'size'?"});
   CHECK(warned(replaced(good, "stride=2", "stride=2\nmax=3")).size() == 1);
   const auto scaled =
-      detect::parse_network_config(good + "[route]\nlayers=0\n[upsample]\nscale=-.5\n", "some.cfg");
+      io::parse_network_config(good + "[route]\nlayers=0\n[upsample]\nscale=-.5\n", "some.cfg");
   CHECK(scaled.warnings.empty());
   CHECK(scaled.layers.back().scale == -0.5);
 }
 
-TEST_CASE("another suppression than the one implemented is remarked", "[detect][cfg]") {
-  CHECK(
-      detect::parse_network_config(good + "nms_kind=greedynms\nbeta_nms=0.6\n", "some.cfg").warnings.empty());
-  CHECK(detect::parse_network_config(good + "nms_kind=diounms\nbeta_nms=0.6\n", "some.cfg").warnings ==
+TEST_CASE("another suppression than the one implemented is remarked", "[io][darknet]") {
+  CHECK(io::parse_network_config(good + "nms_kind=greedynms\nbeta_nms=0.6\n", "some.cfg").warnings.empty());
+  CHECK(io::parse_network_config(good + "nms_kind=diounms\nbeta_nms=0.6\n", "some.cfg").warnings ==
         std::vector<std::string>{
             "some.cfg:20: nms_kind=diounms is not obeyed; boxes are suppressed by their IoU (greedynms)"});
 }
 
-TEST_CASE("a shortcut keeps the shape of the layer before it", "[detect][cfg]") {
-  const auto config = detect::parse_network_config(
+TEST_CASE("a shortcut keeps the shape of the layer before it", "[io][darknet]") {
+  const auto config = io::parse_network_config(
       net + conv + head + yolo + "[route]\nlayers=0\n[shortcut]\nfrom=1\n", "some.cfg");
   CHECK(detect::infer_shapes(config, 64, 64).back().channels == 8);
 }
 
-TEST_CASE("any number of unknown options takes a time in proportion", "[detect][bad_input]") {
+TEST_CASE("any number of unknown options takes a time in proportion", "[io][darknet][bad_input]") {
   std::string options;  // comparing each with each would take minutes
   for (int i = 0; i < 300'000; ++i) options += "k" + std::to_string(i) + "=1\n";
-  CHECK(detect::parse_network_config(replaced(good, "width=64\n", "width=64\n" + options), "some.cfg")
+  CHECK(io::parse_network_config(replaced(good, "width=64\n", "width=64\n" + options), "some.cfg")
             .warnings.size() == 100);
 }
 
-TEST_CASE("every prefix of a cfg is parsed or refused", "[detect][bad_input]") {
+TEST_CASE("every prefix of a cfg is parsed or refused", "[io][darknet][bad_input]") {
   for (std::size_t length = 0; length < good.size(); ++length) {
     try {
-      (void)detect::parse_network_config(good.substr(0, length), "cut.cfg");
+      (void)io::parse_network_config(good.substr(0, length), "cut.cfg");
     } catch (const FileError& error) {
       CHECK(error.details().path == "cut.cfg");
     }

@@ -1,4 +1,5 @@
-#include <tapestry/detect/weight_file.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
 
 #include <sys/stat.h>
 
@@ -6,11 +7,12 @@
 #include <filesystem>
 #include <limits>
 
-#include "../support/bad_file.hpp"
-#include "../support/catch.hpp"
-#include "../support/temporary_folder.hpp"
+#include "../../support/bad_file.hpp"
+#include "../../support/catch.hpp"
+#include "../../support/temporary_folder.hpp"
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 namespace fs = std::filesystem;
 using tapestry::ErrorKind;
 using tapestry::FileError;
@@ -25,7 +27,7 @@ constexpr const char* cfg =
     "[yolo]\nmask=0,1,2\nanchors=10,13, 16,30, 33,23\nclasses=1\nnum=3\n";
 
 struct Model {
-  detect::NetworkConfig config = detect::parse_network_config(cfg, "some.cfg");
+  detect::NetworkConfig config = io::parse_network_config(cfg, "some.cfg");
   detect::ParameterLayout layout = detect::parameter_layout(config, detect::infer_shapes(config, 32, 32));
   TemporaryFolder folder{};
   std::string path = folder.path("some.weights");
@@ -41,8 +43,8 @@ struct Model {
     return bytes;
   }
   void write(const std::string& bytes) const { folder.write("some.weights", bytes); }
-  [[nodiscard]] detect::WeightFile read(const detect::WeightFileOptions& options = {}) const {
-    return detect::read_weight_file(path, config, layout, options);
+  [[nodiscard]] io::WeightFile read(const io::WeightFileOptions& options = {}) const {
+    return io::read_weight_file(path, config, layout, options);
   }
 };
 
@@ -95,7 +97,7 @@ std::vector<BadFile> rows(const Model& model) {
 }
 }  // namespace
 
-TEST_CASE("damaged weight files are refused with layer and offset", "[detect][bad_input]") {
+TEST_CASE("damaged weight files are refused with layer and offset", "[io][darknet][bad_input]") {
   const Model model;
   REQUIRE(model.layout.count == 4 * 4 + 4 * 27 + 18 + 72);
   tapestry::test::check_bad_files(rows(model), model.path, [&](const std::string& bytes) {
@@ -104,7 +106,7 @@ TEST_CASE("damaged weight files are refused with layer and offset", "[detect][ba
   });
 }
 
-TEST_CASE("W01: every length but the right one is refused", "[detect][bad_input]") {
+TEST_CASE("W01: every length but the right one is refused", "[io][darknet][bad_input]") {
   const Model model;
   const auto good = model.good_bytes();
   for (std::size_t length = 0; length < good.size(); ++length) {
@@ -114,7 +116,7 @@ TEST_CASE("W01: every length but the right one is refused", "[detect][bad_input]
   }
 }
 
-TEST_CASE("W08, W10: both header sizes are read, and the exact size decides", "[detect][weight_file]") {
+TEST_CASE("W08, W10: both header sizes are read, and the exact size decides", "[io][darknet][weight_file]") {
   const Model model;
   for (const std::size_t header : {std::size_t(16), std::size_t(20)}) {
     for (const char minor : {char(1), char(2)}) {
@@ -130,7 +132,7 @@ TEST_CASE("W08, W10: both header sizes are read, and the exact size decides", "[
   }
 }
 
-TEST_CASE("W05, W13: flags let trailing and non-finite values pass", "[detect][weight_file]") {
+TEST_CASE("W05, W13: flags let trailing and non-finite values pass", "[io][darknet][weight_file]") {
   const Model model;
   auto bytes = model.good_bytes() + std::string(4096, 'x');
   put(bytes, 0, std::numeric_limits<float>::quiet_NaN());
@@ -140,16 +142,16 @@ TEST_CASE("W05, W13: flags let trailing and non-finite values pass", "[detect][w
         model.layout.count);
 }
 
-TEST_CASE("W16: a file that changes while it is read is refused", "[detect][bad_input]") {
+TEST_CASE("W16: a file that changes while it is read is refused", "[io][darknet][bad_input]") {
   const Model model;
   model.write(model.good_bytes());
-  const tapestry::RegularFile file(model.path);
+  const io::RegularFile file(model.path);
   fs::resize_file(model.path, 100);
   std::vector<std::byte> bytes(static_cast<std::size_t>(file.size()));
   CHECK_THROWS_WITH(file.read_at(0, bytes), Catch::Matchers::Contains("@100: file ends early"));
 }
 
-TEST_CASE("W07, W15: suspicious values are remarked on", "[detect][weight_file]") {
+TEST_CASE("W07, W15: suspicious values are remarked on", "[io][darknet][weight_file]") {
   const Model model;
   auto bytes = model.good_bytes();
   put(bytes, 9, 5e3F);  // a running mean
@@ -163,7 +165,7 @@ TEST_CASE("W07, W15: suspicious values are remarked on", "[detect][weight_file]"
   CHECK_THAT(warnings[2], Catch::Matchers::Contains("all zero"));
 }
 
-TEST_CASE("W17, W18: only regular files of a sane size are opened", "[detect][bad_input]") {
+TEST_CASE("W17, W18: only regular files of a sane size are opened", "[io][darknet][bad_input]") {
   Model model;
   model.path = model.folder.path();
   CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("folder"));
@@ -180,13 +182,13 @@ TEST_CASE("W17, W18: only regular files of a sane size are opened", "[detect][ba
   CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("too large"));
 }
 
-TEST_CASE("a weight file that is written reads back to the same bits", "[detect][weight_file]") {
+TEST_CASE("a weight file that is written reads back to the same bits", "[io][darknet][weight_file]") {
   const Model model;
   model.write(model.good_bytes());
   const auto weights = model.read();
-  detect::write_weight_file(model.path, weights.images_seen + (std::uint64_t(1) << 40U), weights.parameters);
+  io::write_weight_file(model.path, weights.images_seen + (std::uint64_t(1) << 40U), weights.parameters);
   const auto again = model.read();
   CHECK(again.images_seen == 77 + (std::uint64_t(1) << 40U));
   CHECK(again.parameters == weights.parameters);
-  CHECK_THROWS_AS(detect::write_weight_file(model.folder.path("no/such"), 0, weights.parameters), FileError);
+  CHECK_THROWS_AS(io::write_weight_file(model.folder.path("no/such"), 0, weights.parameters), FileError);
 }
