@@ -133,8 +133,7 @@ inline void require_writable_names(const std::string& path, const geometry::Mesh
   for (const auto& group : mesh.groups) require(group);
 }
 
-inline void require_writable_mesh(const std::string& path, const geometry::Mesh& mesh) {
-  require_writable_names(path, mesh);
+inline void require_writable_mesh(const geometry::Mesh& mesh) {
   for (const auto& position : mesh.positions)
     for (const double value : position)
       if (!std::isfinite(value)) throw NumericError("write_obj: a vertex is not finite");
@@ -146,7 +145,8 @@ inline void require_writable_mesh(const std::string& path, const geometry::Mesh&
 /// groups);
 ///         NumericError if a vertex is not finite
 inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
-  detail::require_writable_mesh(path, mesh);
+  detail::require_writable_names(path, mesh);
+  detail::require_writable_mesh(mesh);
   const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
   write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, ""));
   write_file_atomically(path, detail::obj_text(mesh, {}, stem.filename().string() + ".mtl", 1));
@@ -162,7 +162,8 @@ inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
   const auto& [mesh, painted, layout] = body;
-  detail::require_writable_mesh(path, mesh);
+  detail::require_writable_names(path, mesh);
+  detail::require_writable_mesh(mesh);
   if (painted.size() != mesh.faces.size())
     throw ShapeError("write_painted_obj: painted has " + std::to_string(painted.size()) +
                      " entries, expected " + std::to_string(mesh.faces.size()));
