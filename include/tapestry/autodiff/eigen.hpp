@@ -23,13 +23,7 @@ struct EigenTraits : Eigen::GenericNumTraits<S> {
     AddCost = 4,
     MulCost = 4
   };
-  static S epsilon() { return S(Eigen::NumTraits<B>::epsilon()); }
   static S dummy_precision() { return S(Eigen::NumTraits<B>::dummy_precision()); }
-  static S highest() { return S(Eigen::NumTraits<B>::highest()); }
-  static S lowest() { return S(Eigen::NumTraits<B>::lowest()); }
-  static S infinity() { return S(Eigen::NumTraits<B>::infinity()); }
-  static S quiet_NaN() { return S(Eigen::NumTraits<B>::quiet_NaN()); }
-  static constexpr int digits10() { return Eigen::NumTraits<B>::digits10(); }
 };
 }  // namespace tapestry::detail
 

@@ -1,4 +1,7 @@
 #pragma once
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 #include <tapestry/autodiff/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
@@ -28,36 +31,114 @@ struct Cbrt {
     return dual_of<Cbrt>(x, slope, -2 * slope / (3 * x.value()));
   }
 };
+template <std::floating_point T>
+[[nodiscard]] bool is_normal_number(T x) {
+  return std::abs(x) >= std::numeric_limits<T>::min() && std::isfinite(x);
+}
+
+/// The N-th derivative of x^y by x, y (y − 1) … (y − N + 1) · x^(y − N), given the power itself.
+template <int N>
+struct PowSlope {
+  template <std::floating_point T>
+  static T value(T x, T y, T power) {
+    T factor = 1, slope = power;
+    for (int k = 0; k < N; ++k) {
+      const T ratio = (y - static_cast<T>(k)) / x;
+      factor *= y - static_cast<T>(k);
+      slope = is_normal_number(ratio) ? slope * ratio : slope / x * (y - static_cast<T>(k));
+    }
+    if (factor == 0) return T(0);
+    if (x != 0 && is_normal_number(power) && is_normal_number(slope)) return slope;
+    return factor * std::pow(x, y - T(N));  // the power is 0 or ∞, or lost digits, where its slope need not
+  }
+  template <DualNumber D>
+  static D value(const D& x, const D& y, const D& power) {
+    const auto slope = value(x.value(), y.value(), power.value());
+    D result = dual_of<PowSlope>(x, slope, PowSlope<N + 1>::value(x.value(), y.value(), power.value()));
+    if (D(0, y.tangents()).is_zero()) return result;
+    return result + dual_of<PowSlope>(D(0, y.tangents()), decltype(slope)(0),
+                                      by_exponent(x.value(), y.value(), power.value()));
+  }
+
+ private:
+  /// The derivative of the slope by y, (f′(y) + f(y) · log x) · x^(y − N), where f is the factor.
+  template <Scalar T>
+  static T by_exponent(const T& x, const T& y, const T& power) {
+    T factor = 1, by_y = 0, lowered = power;
+    for (int k = 0; k < N; ++k) {
+      by_y = by_y * (y - k) + factor;
+      factor = factor * (y - k);
+      lowered = lowered / x;
+    }
+    if (x == 0 && (y == 0 || y >= N)) return y == N ? by_y : T(0);
+    if (x == 0 || power == 0 || !isfinite(lowered)) lowered = pow(x, y - N);
+    return lowered * (by_y + factor * log(x));
+  }
+};
 struct Pow {
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return pow(x, y); }
-  static auto partial_x(auto x, auto y, auto pow_xy) {
-    if (is_zero(y) || (x == 0 && y == 0)) return decltype(x)(0);
-    if (x != 0 && is_normal(pow_xy)) return pow_xy * (y / x);
-    return y * pow(x, y - 1);  // the power itself is 0 or ∞, or lost digits, where its slope need not
-  }
+  static auto partial_x(auto x, auto y, auto pow_xy) { return PowSlope<1>::value(x, y, pow_xy); }
   static auto partial_y(auto x, auto y, auto pow_xy) {
     if (pow_xy == 0 || (x == 0 && y == 0)) return decltype(x)(0);
     return pow_xy * log(x);
   }
-
- private:
-  static bool is_normal(auto x) {
-    return abs(x) >= std::numeric_limits<Base<decltype(x)>>::min() && isfinite(x);
-  }
 };
+
+template <std::floating_point T, std::size_t N>
+[[nodiscard]] T length_of(const std::array<T, N>& legs) {
+  if constexpr (N == 2) {
+    return std::hypot(legs[0], legs[1]);
+  } else {
+    return std::hypot(legs[0], legs[1], legs[2]);
+  }
+}
+
+/// By what legs are to be multiplied so that their length neither overflows nor loses digits.
+template <std::floating_point T>
+[[nodiscard]] T scale_of_length(T length) {
+  return length < std::numeric_limits<T>::min()   ? T(0x1p64F)
+         : length > std::numeric_limits<T>::max() ? T(0.25F)
+                                                  : T(1);
+}
+
+/// Legs by their length; 0 at the origin, and ±1 for a leg that is infinite.
+template <std::floating_point T, std::size_t N>
+[[nodiscard]] std::array<T, N> direction(std::array<T, N> legs, T length) {
+  if (length == 0) return {};
+  if (const T scale = scale_of_length(length); scale != 1) {
+    for (T& leg : legs) leg *= scale;
+    length = length_of(legs);
+  }
+  for (T& leg : legs) leg = std::isinf(leg) ? std::copysign(T(1), leg) : leg / length;
+  return legs;
+}
+/// The slope of one by its own leg is the sum of the others' squares by the length: 1 − its square would
+/// cancel.
+template <DualNumber D, std::size_t N>
+[[nodiscard]] std::array<D, N> direction(const std::array<D, N>& legs, const D& length) {
+  using T = typename D::value_type;
+  std::array<T, N> values;
+  for (std::size_t i = 0; i < N; ++i) values[i] = legs[i].value();
+  const std::array<T, N> unit = direction(values, length.value());
+  std::array<D, N> result;
+  for (std::size_t i = 0; i < N; ++i) {
+    result[i] = unit[i];
+    T by_own = 0;
+    for (std::size_t j = 0; j < N && length != 0; ++j) {
+      if (j == i) continue;
+      by_own += unit[j] * (unit[j] / length.value());
+      result[i] += dual_of<Square>(D(0, legs[j].tangents()), T(0), -unit[i] * (unit[j] / length.value()));
+    }
+    result[i] += dual_of<Square>(D(0, legs[i].tangents()), T(0), by_own);
+  }
+  return result;
+}
 struct Hypot {
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return hypot(x, y); }
-  static auto partial_x(auto x, auto, auto length) { return direction(x, length); }
-  static auto partial_y(auto, auto y, auto length) { return direction(y, length); }
-
-  static auto direction(auto leg, auto length) {
-    using T = decltype(leg);
-    if (length == 0) return T(0);
-    if (isinf(leg)) return T(leg > 0 ? 1 : -1);
-    return leg / length;
-  }
+  static auto partial_x(auto x, auto y, auto length) { return direction(std::array{x, y}, length)[0]; }
+  static auto partial_y(auto x, auto y, auto length) { return direction(std::array{x, y}, length)[1]; }
 };
 }  // namespace detail
 

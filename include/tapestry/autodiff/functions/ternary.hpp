@@ -27,6 +27,7 @@ struct FusedMultiplyAdd {
   }
 };
 struct Hypot3 {
+  static constexpr bool skips_zero = true;
   template <std::floating_point T>
   static T value(T x, T y, T z) {
     return std::hypot(x, y, z);
@@ -37,7 +38,7 @@ struct Hypot3 {
   }
   template <class T>
   static std::array<T, 3> partials(const T& x, const T& y, const T& z, const T& length) {
-    return {Hypot::direction(x, length), Hypot::direction(y, length), Hypot::direction(z, length)};
+    return direction(std::array{x, y, z}, length);
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/functions/hyperbolic.hpp>
+#include <tapestry/autodiff/functions/power.hpp>
 #include <tapestry/autodiff/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/formula.hpp>
@@ -43,14 +44,38 @@ struct Atan {
     return 1 / (1 + x * x);
   }
 };
+/// x / (x² + y²), 0 at the origin and far away.
+struct LegBySquaredRadius {
+  template <std::floating_point T>
+  static T value(T x, T y) {
+    const T radius = std::hypot(x, y);
+    if (radius == 0) return T(0);
+    const T scale = scale_of_length(radius);
+    if (scale == 1) return x / radius / radius;
+    const T scaled = std::hypot(scale * x, scale * y);
+    return std::isinf(scaled) ? T(0) : scale * x / scaled / scaled * scale;
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y) {
+    return dual_binary<LegBySquaredRadius, T>(x, y);
+  }
+  /// (y − x) (y + x) by the fourth power of the radius.
+  static auto partial_x(auto x, auto y, auto) {
+    const auto radius = hypot(x, y);
+    if (radius == 0 || isinf(radius)) return decltype(x)(0);
+    return 4 * ((y / 2 - x / 2) / radius) * ((y / 2 + x / 2) / radius) / radius / radius;
+  }
+  static auto partial_y(auto x, auto y, auto) {
+    const auto radius = hypot(x, y);
+    if (radius == 0 || isinf(radius)) return decltype(x)(0);
+    return -2 * (x / radius) * (y / radius) / radius / radius;
+  }
+};
 struct Atan2 {
   static constexpr bool skips_zero = true;
   static auto value(auto y, auto x) { return atan2(y, x); }
-  static auto partial_x(auto y, auto x, auto) { return scaled(x, hypot(y, x)); }
-  static auto partial_y(auto y, auto x, auto) { return scaled(-y, hypot(y, x)); }
-
- private:
-  static auto scaled(auto leg, auto radius) { return radius == 0 ? decltype(leg)(0) : leg / radius / radius; }
+  static auto partial_x(auto y, auto x, auto) { return LegBySquaredRadius::value(x, y); }
+  static auto partial_y(auto y, auto x, auto) { return -LegBySquaredRadius::value(y, x); }
 };
 }  // namespace detail
 

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <tapestry/autodiff/tape/dual_number.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/numeric_limits.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
 #include <type_traits>
 
