@@ -110,6 +110,29 @@ TEST_CASE("eigenvalues and singular values of variables are differentiated", "[a
   });
 }
 
+TEST_CASE("a symmetric matrix has singular values, and its eigenvalues have slopes", "[autodiff][eigen]") {
+  using Matrix5 = Eigen::MatrixXd;
+  Matrix5 a(5, 5);
+  for (Eigen::Index i = 0; i < 25; ++i) a(i / 5, i % 5) = 0.1 * static_cast<double>((i * 7) % 19) - 0.9;
+  const Matrix5 symmetric = (a * a.transpose()).array() + 2;
+  const Eigen::JacobiSVD<Matrix5> svd_of_numbers(symmetric);
+  const Eigen::SelfAdjointEigenSolver<Matrix5> solver_of_numbers(symmetric);
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  Matrix3<Variable<double>> x(5, 5);
+  for (Eigen::Index i = 0; i < 25; ++i) x(i / 5, i % 5) = tape.input(symmetric(i / 5, i % 5));
+  const Eigen::JacobiSVD<Matrix3<Variable<double>>> svd(x);
+  for (Eigen::Index i = 0; i < 5; ++i)  // its threshold is the smallest number of the type, which once was 0
+    CHECK(std::abs(svd.singularValues()(i).value() - svd_of_numbers.singularValues()(i)) <= 1e-13);
+  const Eigen::SelfAdjointEigenSolver<Matrix3<Variable<double>>> solver(x);
+  tape.reverse(solver.eigenvalues()(4));
+  const Eigen::VectorXd v =
+      solver_of_numbers.eigenvectors().col(4);  // the slope is v vᵀ, by the lower triangle
+  for (Eigen::Index i = 0; i < 5; ++i)
+    for (Eigen::Index j = 0; j <= i; ++j)
+      CHECK(std::abs(x(i, j).adjoint() - (i == j ? 1 : 2) * v(i) * v(j)) <= 1e-12);
+}
+
 TEST_CASE("matrices of duals carry derivatives through a decomposition", "[autodiff][eigen]") {
   using D = Dual<double>;
   // d/dt (tI)⁻¹ b = −b / t².

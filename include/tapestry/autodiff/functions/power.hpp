@@ -17,7 +17,15 @@ struct Square {
 struct Sqrt {
   static constexpr bool is_cheap = true;
   static auto value(auto x) { return sqrt(x); }
-  static auto partial(auto, auto sqrt_x) { return 1 / (2 * sqrt_x); }
+  template <std::floating_point T>
+  static T partial(T, T sqrt_x) {
+    return 1 / (2 * sqrt_x);
+  }
+  template <DualNumber T>
+  static T partial(const T& x, const T& sqrt_x) {
+    const auto slope = partial(x.value(), sqrt_x.value());
+    return dual_of<Sqrt>(x, slope, -slope / (2 * x.value()));
+  }
 };
 struct Cbrt {
   static auto value(auto x) { return cbrt(x); }
