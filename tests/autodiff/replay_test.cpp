@@ -188,7 +188,7 @@ TEST_CASE("functions of a span replay like those of derivatives.hpp", "[autodiff
 TEST_CASE("a refused comparison shows all digits", "[autodiff][replay]") {
   Replay<double> replay([](const auto* x) { return x[0] > x[1] ? x[0] : x[1]; }, std::vector<double>{2, 1});
   CHECK_THROWS_WITH(replay.value(std::vector<double>{1, 1 + 1e-15}),
-                    Catch::Contains("of 1 with 1.0000000000000011 comes"));
+                    contains("of 1 with 1.0000000000000011 comes"));
 }
 
 TEST_CASE("variables do not leave their recording, and a throwing function ends it", "[autodiff][replay]") {

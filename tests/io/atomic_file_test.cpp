@@ -85,10 +85,10 @@ TEST_CASE("only regular files within the limit are read", "[io][file_source]") {
   const TemporaryFolder folder;
   const auto fifo = folder.path("fifo");
   REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
-  CHECK_THROWS_WITH((void)read_file(folder.path()), Catch::Matchers::Contains("folder"));
-  CHECK_THROWS_WITH((void)read_file(fifo), Catch::Matchers::Contains("not a regular file"));
-  CHECK_THROWS_WITH((void)read_file("/dev/zero"), Catch::Matchers::Contains("not a regular file"));
-  CHECK_THROWS_WITH((void)read_file(folder.path("absent")), Catch::Matchers::Contains("cannot open"));
+  CHECK_THROWS_WITH((void)read_file(folder.path()), contains("folder"));
+  CHECK_THROWS_WITH((void)read_file(fifo), contains("not a regular file"));
+  CHECK_THROWS_WITH((void)read_file("/dev/zero"), contains("not a regular file"));
+  CHECK_THROWS_WITH((void)read_file(folder.path("absent")), contains("cannot open"));
   const auto sparse = folder.write("sparse", "x");
   fs::resize_file(sparse, std::uintmax_t(5) << 30U);
   check_refused(ErrorKind::limit, sparse + ": ", [&] { (void)read_file(sparse); });
@@ -102,7 +102,7 @@ TEST_CASE("a file whose size changes while it is read is refused", "[io][file_so
   write_file_atomically(path, std::string_view("abc"));
   const RegularFile file(path);
   std::ofstream(path, std::ios::app) << "d";
-  CHECK_THROWS_WITH(file.require_unchanged_size(), Catch::Matchers::Contains("changed while it was read"));
+  CHECK_THROWS_WITH(file.require_unchanged_size(), contains("changed while it was read"));
   std::array<std::byte, 8> bytes{};
-  CHECK_THROWS_WITH(file.read_at(0, bytes), Catch::Matchers::Contains("ends early"));
+  CHECK_THROWS_WITH(file.read_at(0, bytes), contains("ends early"));
 }

@@ -233,8 +233,8 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
   const auto loaded = io::read_network<float>(doubled, scaled.weights);
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0],
-             Catch::Matchers::Contains("doubled.cfg:48: decode family darknet takes the logistic function of "
-                                       "outputs of activation=logistic"));
+             contains("doubled.cfg:48: decode family darknet takes the logistic function of "
+                      "outputs of activation=logistic"));
   CHECK(io::read_network<float>(doubled, scaled.weights, 0, 0, DecodeFamily::scaled).warnings.empty());
 
   const auto said = scaled.folder.write("said.cfg", scaled.text + "new_coords=1\n");
@@ -327,7 +327,7 @@ TEST_CASE("W19: double is narrowed with a remark", "[io][detector_file]") {
                          header.dump(), {reinterpret_cast<const char*>(wide.data()), 8 * wide.size()}));
   const auto loaded = io::read_network<float>("", model.converted);
   REQUIRE(loaded.warnings.size() == 1);
-  CHECK_THAT(loaded.warnings[0], Catch::Matchers::Contains("19 tensors of F64 were rounded to F32"));
+  CHECK_THAT(loaded.warnings[0], contains("19 tensors of F64 were rounded to F32"));
   CHECK(same_bits(loaded.network.parameters(), model.network.parameters()));
 }
 
@@ -434,7 +434,7 @@ TEST_CASE("another cfg beside a converted detector is used with a remark, or ref
   const auto wider = model.folder.write("wider.cfg", "# wider\n" + model.text);
   const auto loaded = io::read_network<float>(wider, model.converted);
   REQUIRE(loaded.warnings.size() == 1);
-  CHECK_THAT(loaded.warnings[0], Catch::Matchers::Contains("wider.cfg: differs from the cfg inside"));
+  CHECK_THAT(loaded.warnings[0], contains("wider.cfg: differs from the cfg inside"));
   const auto other = model.folder.write("other.cfg", tapestry::test::common_layers);
   check_refused(ErrorKind::mismatch, "other.cfg",
                 [&] { (void)io::read_network<float>(other, model.converted); });

@@ -19,9 +19,9 @@ TEST_CASE("a face list is read", "[io][face_list]") {
       io::read_face_list(folder.write("f.txt", "\xEF\xBB\xBF# exterior\r\n3\r\n\r\n 1 \n3\n2"), 4);
   CHECK(list.ids == std::vector<std::int64_t>{3, 1, 2});
   REQUIRE(list.warnings.size() == 1);
-  CHECK_THAT(list.warnings[0], Catch::Contains("1 face numbers are repeated"));
+  CHECK_THAT(list.warnings[0], contains("1 face numbers are repeated"));
   const auto all = io::read_face_list(folder.write("f.txt", "1\n2\n"), 2);  // O31
-  CHECK_THAT(all.warnings.at(0), Catch::Contains("covers every face"));
+  CHECK_THAT(all.warnings.at(0), contains("covers every face"));
 }
 
 TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30, O31

@@ -162,10 +162,10 @@ TEST_CASE("odd poses are noticed", "[io][frame]") {  // N14
     const auto warnings = read(Members{.cam_trans = pose}.writer()).warnings;
     return warnings.empty() ? std::string("none") : warnings.back();
   };
-  CHECK_THAT(warning({{3, 4, 5}, {-0.7854, -2.2143, 0}}), Catch::Contains("look like radians"));
-  CHECK_THAT(warning({{3, 4, 5}, {-45, 90, 0}}), Catch::Contains("past the vehicle"));
-  CHECK_THAT(warning({{0, 0, 5}, {-90, 0, 0}}), Catch::Contains("straight"));
-  CHECK_THAT(warning({{1, 0, 0}, {0, 180, 0}}), Catch::Contains("inside"));
+  CHECK_THAT(warning({{3, 4, 5}, {-0.7854, -2.2143, 0}}), contains("look like radians"));
+  CHECK_THAT(warning({{3, 4, 5}, {-45, 90, 0}}), contains("past the vehicle"));
+  CHECK_THAT(warning({{0, 0, 5}, {-90, 0, 0}}), contains("straight"));
+  CHECK_THAT(warning({{1, 0, 0}, {0, 180, 0}}), contains("inside"));
 }
 
 TEST_CASE("a folder without frames is refused", "[io][frame]") {

@@ -294,10 +294,9 @@ TEST_CASE("W16: a safetensors file that is cut or grows while it is open is refu
                                                               std::to_string(header_size + 40000 - 5000) +
                                                               " more bytes, found none");
   CHECK_THROWS_WITH(file.read(file.tensors()[0], std::span(values).first(10)),
-                    Catch::Matchers::Contains("changed while it was read; expected "));
+                    contains("changed while it was read; expected "));
   std::filesystem::resize_file(path, header_size + 40001);
-  CHECK_THROWS_WITH(file.read(file.tensors()[0], values),
-                    Catch::Matchers::Contains("changed while it was read"));
+  CHECK_THROWS_WITH(file.read(file.tensors()[0], values), contains("changed while it was read"));
 }
 
 TEST_CASE("a safetensors file that is deleted or replaced while it is open stays readable",

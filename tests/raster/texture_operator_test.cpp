@@ -317,7 +317,7 @@ TEST_CASE("texture_operator refuses what does not fit", "[raster][texture_operat
                   tapestry::ShapeError);
   mesh.uvs[4][0] = std::numeric_limits<double>::infinity();
   CHECK_THROWS_WITH(make(atlas, {1, 1}),
-                    Catch::Contains("face 1 is painted from an atlas but has a uv that is not finite"));
+                    contains("face 1 is painted from an atlas but has a uv that is not finite"));
   CHECK_NOTHROW(make(atlas, {1, 0}));
   mesh.face_uvs[0][1] = -1;
   CHECK_THROWS_WITH(make(atlas, {1, 0}), "texture_operator: face 0 is painted from an atlas but has no uv");
@@ -326,7 +326,7 @@ TEST_CASE("texture_operator refuses what does not fit", "[raster][texture_operat
                     "texture_operator: face 0 is painted from an atlas but refers to uv 1048576 of 6");
   CHECK_THROWS_WITH(raster::render_textured({mesh, {1, 0}, atlas}, Camera{}, 8, 8, warm,
                                             tapestry::zeros<float, 2>({128, 3})),
-                    Catch::Contains("render_textured: face 0 is painted from an atlas but refers to uv"));
+                    contains("render_textured: face 0 is painted from an atlas but refers to uv"));
   mesh.face_uvs.clear();
   CHECK_THROWS_AS(make(atlas, {1, 0}), tapestry::Error);
   CHECK_NOTHROW(make(cube, {1, 1}));

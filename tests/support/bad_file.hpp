@@ -28,7 +28,7 @@ void check_bad_files(const std::vector<BadFile>& files, const std::string& path,
       CHECK(static_cast<int>(error.kind()) == static_cast<int>(bad.kind));
       CHECK(error.details().path == path);
       CHECK(error.details().position == bad.position);
-      CHECK_THAT(error.what(), Catch::Matchers::Contains(bad.message));
+      CHECK_THAT(error.what(), contains(bad.message));
     }
   }
 }

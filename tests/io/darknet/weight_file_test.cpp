@@ -148,7 +148,7 @@ TEST_CASE("W16: a file that changes while it is read is refused", "[io][darknet]
   const io::RegularFile file(model.path);
   fs::resize_file(model.path, 100);
   std::vector<std::byte> bytes(static_cast<std::size_t>(file.size()));
-  CHECK_THROWS_WITH(file.read_at(0, bytes), Catch::Matchers::Contains("@100: file ends early"));
+  CHECK_THROWS_WITH(file.read_at(0, bytes), contains("@100: file ends early"));
 }
 
 TEST_CASE("W07, W15: suspicious values are remarked on", "[io][darknet][weight_file]") {
@@ -160,26 +160,26 @@ TEST_CASE("W07, W15: suspicious values are remarked on", "[io][darknet][weight_f
   model.write(bytes);
   const auto warnings = model.read().warnings;
   REQUIRE(warnings.size() == 3);
-  CHECK_THAT(warnings[0], Catch::Matchers::Contains("running means of layer 0"));
-  CHECK_THAT(warnings[1], Catch::Matchers::Contains("denormal"));
-  CHECK_THAT(warnings[2], Catch::Matchers::Contains("all zero"));
+  CHECK_THAT(warnings[0], contains("running means of layer 0"));
+  CHECK_THAT(warnings[1], contains("denormal"));
+  CHECK_THAT(warnings[2], contains("all zero"));
 }
 
 TEST_CASE("W17, W18: only regular files of a sane size are opened", "[io][darknet][bad_input]") {
   Model model;
   model.path = model.folder.path();
-  CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("folder"));
+  CHECK_THROWS_WITH(model.read(), contains("folder"));
   model.path = model.folder.path("fifo\nä");
   REQUIRE(::mkfifo(model.path.c_str(), 0600) == 0);
-  CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("not a regular file"));
+  CHECK_THROWS_WITH(model.read(), contains("not a regular file"));
   model.path = "/dev/zero";
-  CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("not a regular file"));
+  CHECK_THROWS_WITH(model.read(), contains("not a regular file"));
   model.path = model.folder.path("dangling");
   fs::create_symlink("nowhere", model.path);
-  CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("cannot open"));
+  CHECK_THROWS_WITH(model.read(), contains("cannot open"));
   model.path = model.folder.write("sparse", model.good_bytes());
   fs::resize_file(model.path, std::uintmax_t(5) << 30U);
-  CHECK_THROWS_WITH(model.read(), Catch::Matchers::Contains("too large"));
+  CHECK_THROWS_WITH(model.read(), contains("too large"));
 }
 
 TEST_CASE("a weight file that is written reads back to the same bits", "[io][darknet][weight_file]") {
