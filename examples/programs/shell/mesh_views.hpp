@@ -8,6 +8,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/image/over.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/texture_operator.hpp>
@@ -35,15 +36,14 @@ inline const std::vector<std::string>& mesh_view_names() {
   return names;
 }
 
-/// P + (1 − c) · background.
-inline Array<float, 3> over_background(Array<float, 3> premultiplied, const Array<float, 2>& coverage,
-                                       const std::array<double, 3>& background) {
-  for (std::size_t i = 0; i < premultiplied.size(); ++i)
-    premultiplied.data()[i] += (1 - coverage.data()[i / 3]) * static_cast<float>(background[i % 3]);
-  return premultiplied;
+namespace detail {
+inline Array<float, 3> background_of(const PictureSettings& picture) {
+  Array<float, 3> background(Extents<3>{picture.height, picture.width, 3});
+  for (std::size_t i = 0; i < background.size(); ++i)
+    background.data()[i] = static_cast<float>(picture.background[i % 3]);
+  return background;
 }
 
-namespace detail {
 /// Draws what colour_of(fragment) says, [H, W, 3] times coverage over the background.
 template <class ColourOf>
 Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Camera& camera,
@@ -55,7 +55,7 @@ Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Came
     for (std::size_t c = 0; c < 3; ++c)
       image.data()[3 * fragment.pixel + c] += static_cast<float>(fragment.coverage * colour[c]);
   }
-  return over_background(std::move(image), raster::coverage_of(buffer), picture.background);
+  return image::over(image, raster::coverage_of(buffer), background_of(picture));
 }
 
 inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Camera& camera,
@@ -64,9 +64,9 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
     const auto view =
         raster::texture_operator<float>(scene, camera, picture.height, picture.width, light, picture.samples);
     const bool has_pyramid = view.texel_count != scene.texels.shape(0);
-    auto image =
+    const auto image =
         raster::render(view, has_pyramid ? raster::mip_pyramid(scene.layout, scene.texels) : scene.texels);
-    return over_background(std::move(image), view.coverage, picture.background);
+    return image::over(image, view.coverage, background_of(picture));
   };
   if (scene.lighting == "none") return draw(raster::Unlit{});
   if (scene.lighting == "smooth") return draw(scene.light);

@@ -9,14 +9,6 @@
 #include <tapestry/raster/bake.hpp>
 
 namespace tapestry::camouflage {
-namespace detail {
-inline std::array<float, 3> face_colour(const geometry::Mesh& mesh, std::size_t face) {
-  const auto material = mesh.face_materials.empty() ? -1 : mesh.face_materials[face];
-  return material < 0 ? geometry::Material{}.colour
-                      : mesh.materials[static_cast<std::size_t>(material)].colour;
-}
-}  // namespace detail
-
 /// The colours that the painted faces have by their materials, as a texture, [texel, 3]. Atlas texels that
 /// no painted face uses take the mean over painted faces.
 template <class T>
@@ -25,7 +17,7 @@ template <class T>
   double count = 0;
   for (std::size_t face = 0; face < car.painted.size(); ++face) {
     if (car.painted[face] == 0) continue;
-    const auto colour = detail::face_colour(car.mesh, face);
+    const auto colour = geometry::material_colour(car.mesh, face);
     for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<double>(colour[c]);
     ++count;
   }
@@ -34,7 +26,7 @@ template <class T>
     colours.data()[i] = static_cast<T>(count > 0 ? sum[i % 3] / count : 0.5);
   for (std::size_t face = 0; face < car.painted.size(); ++face) {
     if (car.painted[face] == 0) continue;
-    const auto colour = detail::face_colour(car.mesh, face);
+    const auto colour = geometry::material_colour(car.mesh, face);
     const auto paint = [&](std::size_t texel) {
       for (std::size_t c = 0; c < 3; ++c) colours(texel, c) = static_cast<T>(colour[c]);
     };

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -28,5 +29,12 @@ struct Mesh {
   std::vector<std::int32_t> face_groups;  ///< index into groups, −1 for none; one entry a face
   std::vector<std::string> groups;
 };
+
+/// Colour of a face's material, RGB in [0, 1]; light grey where it has none.
+[[nodiscard]] inline std::array<float, 3> material_colour(const Mesh& mesh, std::size_t face) {
+  const std::int32_t material = face < mesh.face_materials.size() ? mesh.face_materials[face] : -1;
+  const bool known = material >= 0 && static_cast<std::size_t>(material) < mesh.materials.size();
+  return known ? mesh.materials[static_cast<std::size_t>(material)].colour : Material{}.colour;
+}
 
 }  // namespace tapestry::geometry

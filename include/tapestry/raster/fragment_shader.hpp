@@ -19,13 +19,6 @@
 
 namespace tapestry::raster::detail {
 
-/// Material colour of a face, light grey where it has none.
-inline std::array<float, 3> material_colour(const geometry::Mesh& mesh, std::size_t face) {
-  const std::int32_t material = face < mesh.face_materials.size() ? mesh.face_materials[face] : -1;
-  const bool known = material >= 0 && static_cast<std::size_t>(material) < mesh.materials.size();
-  return known ? mesh.materials[static_cast<std::size_t>(material)].colour : geometry::Material{}.colour;
-}
-
 inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
                         const std::vector<std::uint8_t>& painted) {
   for (std::size_t face = 0; face < painted.size(); ++face) {

@@ -56,7 +56,7 @@ class SurfaceColour {
     const auto face_a = static_cast<std::size_t>(a.face), face_b = static_cast<std::size_t>(b.face);
     if (!lighting_.agrees(face_a, face_b) || painted_[face_a] != painted_[face_b]) return false;
     if (painted_[face_a] == 0)
-      return detail::material_colour(mesh_, face_a) == detail::material_colour(mesh_, face_b);
+      return geometry::material_colour(mesh_, face_a) == geometry::material_colour(mesh_, face_b);
     if (layout_.kind == TextureKind::solid) return true;
     if (layout_.kind == TextureKind::cube) return false;
     const auto end = [&](std::size_t face, std::int32_t corner) {
@@ -113,7 +113,7 @@ class SurfaceColour {
   [[nodiscard]] Colour unlit(std::size_t face, const std::array<double, 3>& b) const {
     Colour colour{0, 0, 0};
     if (painted_[face] == 0) {
-      const auto material = detail::material_colour(mesh_, face);
+      const auto material = geometry::material_colour(mesh_, face);
       for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<double>(material[c]);
       return colour;
     }
