@@ -29,7 +29,7 @@ inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
 /// A node turns z up into glTF's y up and the front from +x to +z.
 /// \throws DomainError without faces; NumericError if a vertex is not finite; FileError (write, limit)
 inline void write_glb(const std::string& path, const geometry::Mesh& mesh) {
-  detail::require_writable_mesh(path, mesh);
+  detail::require_writable_mesh(mesh);
   detail::require_faces("write_glb", mesh);
   write_file_atomically(path, detail::glb_file(path, mesh, {}, "", 1));
 }
@@ -38,7 +38,7 @@ inline void write_glb(const std::string& path, const geometry::Mesh& mesh) {
 template <std::floating_point T>
 void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
   const auto& [mesh, painted, layout] = body;
-  detail::require_writable_mesh(path, mesh);
+  detail::require_writable_mesh(mesh);
   detail::require_faces("write_painted_glb", mesh);
   if (painted.size() != mesh.faces.size())
     throw ShapeError("write_painted_glb: painted has " + std::to_string(painted.size()) +
