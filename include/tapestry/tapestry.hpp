@@ -168,6 +168,7 @@
 #include <tapestry/nn/winograd_plan.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/affine_colour.hpp>
+#include <tapestry/raster/affine_colour_variable.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
