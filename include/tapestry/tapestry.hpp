@@ -81,9 +81,12 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/geometry/icosphere.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/mesh_topology.hpp>
 #include <tapestry/geometry/orientation.hpp>
 #include <tapestry/geometry/pinhole_camera.hpp>
+#include <tapestry/geometry/plane.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/geometry/rotation.hpp>
@@ -140,6 +143,8 @@
 #include <tapestry/loss/classification.hpp>
 #include <tapestry/loss/logistic.hpp>
 #include <tapestry/loss/max_score.hpp>
+#include <tapestry/loss/mesh_regularity.hpp>
+#include <tapestry/loss/mesh_regularity_variable.hpp>
 #include <tapestry/loss/objectness.hpp>
 #include <tapestry/loss/overlap.hpp>
 #include <tapestry/loss/prediction.hpp>

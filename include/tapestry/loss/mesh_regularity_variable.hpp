@@ -1,0 +1,48 @@
+#pragma once
+#include <concepts>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/loss/mesh_regularity.hpp>
+
+namespace tapestry::loss {
+
+/// laplacian() on the active tape; its pullback is laplacian_adjoint(). Passive positions record nothing.
+/// \param topology  must outlive the tape's last reverse(), unchanged
+template <std::floating_point T>
+[[nodiscard]] Variable<T> laplacian(const geometry::MeshTopology& topology,
+                                    const ArrayVariable<T, 2>& positions) {
+  return record_scalar(
+      laplacian(topology, positions.value()),
+      [&topology, at = positions.shared_value()](T adjoint, Array<T, 2>* positions_adjoint) {
+        laplacian_adjoint(topology, *at, adjoint, *positions_adjoint);
+      },
+      positions);
+}
+
+/// edge_length() on the active tape; its pullback is edge_length_adjoint(). Passive positions record nothing.
+/// \param topology  must outlive the tape's last reverse(), unchanged
+template <std::floating_point T>
+[[nodiscard]] Variable<T> edge_length(const geometry::MeshTopology& topology,
+                                      const ArrayVariable<T, 2>& positions, double length = 0) {
+  return record_scalar(
+      edge_length(topology, positions.value(), length),
+      [&topology, length, at = positions.shared_value()](T adjoint, Array<T, 2>* positions_adjoint) {
+        edge_length_adjoint(topology, *at, length, adjoint, *positions_adjoint);
+      },
+      positions);
+}
+
+/// normal_consistency() on the active tape; its pullback is normal_consistency_adjoint(). Passive positions
+/// record nothing.
+/// \param topology  must outlive the tape's last reverse(), unchanged
+template <std::floating_point T>
+[[nodiscard]] Variable<T> normal_consistency(const geometry::MeshTopology& topology,
+                                             const ArrayVariable<T, 2>& positions) {
+  return record_scalar(
+      normal_consistency(topology, positions.value()),
+      [&topology, at = positions.shared_value()](T adjoint, Array<T, 2>* positions_adjoint) {
+        normal_consistency_adjoint(topology, *at, adjoint, *positions_adjoint);
+      },
+      positions);
+}
+
+}  // namespace tapestry::loss
