@@ -74,7 +74,7 @@ void check_against_dense(Tape<double>& tape, const Variables& roots, const Varia
                          const JacobianPlan& plan) {
   const auto& pattern = plan.pattern();
   std::vector<double> values(pattern.entry_count(), -7), full(roots.size() * x.size());
-  tapestry::compressed_jacobian<double>(tape, roots, x, plan, values);
+  tapestry::compressed_jacobian(tape, roots, x, plan, values);
   pattern.visit([&](std::size_t row, std::size_t column, std::size_t entry) {
     full[row * x.size() + column] = values[entry];
   });
@@ -198,7 +198,7 @@ TEST_CASE("a pattern made by hand is sorted, and one entry too many does no harm
   const Variables x = inputs_of(tape, 4);
   const Variables roots = {x[3] * x[3], 2 * x[2], x[1]};  // of what is named but (2, 0)
   std::vector<double> values(4);
-  tapestry::compressed_jacobian<double>(tape, roots, x, JacobianPlan(pattern), values);
+  tapestry::compressed_jacobian(tape, roots, x, JacobianPlan(pattern), values);
   CHECK(values == std::vector<double>{2 * x[3].value(), 2, 0, 1});
 }
 
@@ -239,7 +239,7 @@ TEST_CASE("the compressed Jacobian of arrays, of a pattern made by hand", "[auto
   const tapestry::ArrayVariable<double, 1> root = tapestry::record_array(value, pullback, x);
   const JacobianPlan plan(JacobianPattern(n - 2, n, entries));
   std::vector<double> values(entries.size());
-  tapestry::compressed_jacobian<double>(tape, root, x, plan, values);
+  tapestry::compressed_jacobian(tape, root, x, plan, values);
   CHECK(sweeps == 2);
   for (std::size_t i = 0; i + 2 < n; ++i) {
     CHECK(values[2 * i] == start(i + 2));
@@ -249,7 +249,7 @@ TEST_CASE("the compressed Jacobian of arrays, of a pattern made by hand", "[auto
       tapestry::sparsity_pattern<double>(tape, {}, {}),
       "sparsity_pattern: the tape holds 2 operations with a pullback, expected scalar statements "
       "alone");
-  CHECK_THROWS_WITH(tapestry::compressed_jacobian<double>(tape, x, x, plan, values),
+  CHECK_THROWS_WITH(tapestry::compressed_jacobian(tape, x, x, plan, values),
                     "compressed_jacobian: 30 roots and 30 variables, expected 28 and 30");
 }
 
@@ -263,7 +263,7 @@ TEST_CASE("compressed Jacobians name what does not fit", "[autodiff][sparsity]")
   const JacobianPlan plan(tapestry::sparsity_pattern<double>(tape, roots, x));
   std::vector<double> values(plan.pattern().entry_count());
   const auto compress = [&](const Variables& r, const Variables& v, std::size_t count) {
-    tapestry::compressed_jacobian<double>(tape, r, v, plan, std::span<double>(values).first(count));
+    tapestry::compressed_jacobian(tape, r, v, plan, std::span<double>(values).first(count));
   };
   CHECK_THROWS_WITH(compress({x[0]}, x, values.size()),
                     "compressed_jacobian: 1 roots and 4 variables, expected 4 and 4");

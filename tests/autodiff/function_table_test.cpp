@@ -151,17 +151,18 @@ void check_two(const std::string& name, const std::array<double, 4>& bounds, con
 TEST_CASE("exponentials and logarithms are as near to many digits as they say", "[autodiff][table]") {
   check_one("exp", {1, 1, 1, 1}, [](auto x) { return exp(x); });
   check_one("exp2", {1, 2, 3, 4}, [](auto x) { return exp2(x); });
+  check_one("exp10", {2, 3, 5, 8}, [](auto x) { return exp10(x); });
   check_one("expm1", {1, 1, 1, 1}, [](auto x) { return expm1(x); });
   check_one("log", {1, 1, 2, 3}, [](auto x) { return log(x); });
   check_one("log2", {1, 2, 3, 4}, [](auto x) { return log2(x); });
   check_one("log10", {1, 2, 3, 4}, [](auto x) { return log10(x); });
-  check_one("log1p", {1, 2, 4, 4}, [](auto x) { return log1p(x); });
+  check_one("log1p", {1, 2, 5, 8}, [](auto x) { return log1p(x); });
   const auto sigmoid_sizes = [](const Row& row) { return Sizes{0, 0, 0, row[2]}; };
   check_one(
-      "sigmoid", {2, 4, 4, 4}, [](auto x) { return sigmoid(x); }, sigmoid_sizes);
-  check_one("softplus", {2, 2, 4, 4}, [](auto x) { return softplus(x); });
+      "sigmoid", {2, 4, 5, 8}, [](auto x) { return sigmoid(x); }, sigmoid_sizes);
+  check_one("softplus", {2, 2, 5, 8}, [](auto x) { return softplus(x); });
   check_two(
-      "logsumexp", {2, 4, 4, 4}, [](auto x, auto y) { return logsumexp(x, y); },
+      "logsumexp", {2, 4, 5, 8}, [](auto x, auto y) { return logsumexp(x, y); },
       [](const Row& row) {
         return Sizes{std::abs(row[0]) + std::abs(row[1]), 0, 0, row[5]};
       });
@@ -170,16 +171,16 @@ TEST_CASE("exponentials and logarithms are as near to many digits as they say", 
 TEST_CASE("trigonometric functions are as near to many digits as they say", "[autodiff][table]") {
   check_one("sin", {1, 1, 1, 1}, [](auto x) { return sin(x); });
   check_one("cos", {1, 1, 1, 1}, [](auto x) { return cos(x); });
-  check_one("tan", {1, 4, 4, 4}, [](auto x) { return tan(x); });
-  check_one("asin", {1, 4, 4, 4}, [](auto x) { return asin(x); });
-  check_one("acos", {1, 4, 4, 4}, [](auto x) { return acos(x); });
+  check_one("tan", {1, 4, 5, 8}, [](auto x) { return tan(x); });
+  check_one("asin", {1, 4, 5, 8}, [](auto x) { return asin(x); });
+  check_one("acos", {1, 4, 5, 8}, [](auto x) { return acos(x); });
   check_one(
-      "atan", {1, 4, 4, 8}, [](auto x) { return atan(x); },
+      "atan", {1, 4, 5, 8}, [](auto x) { return atan(x); },
       [](const Row& row) {
         return Sizes{0, 0, 0, 2 * row[2] * row[2]};
       });
   check_two(
-      "atan2", {1, 4, 4, 8}, [](auto y, auto x) { return atan2(y, x); },
+      "atan2", {1, 4, 5, 8}, [](auto y, auto x) { return atan2(y, x); },
       [](const Row& row) {
         return Sizes{0, 0, 0, 2 / std::pow(std::hypot(row[0], row[1]), 3)};
       });
@@ -189,34 +190,34 @@ TEST_CASE("hyperbolic functions are as near to many digits as they say", "[autod
   check_one("sinh", {2, 1, 2, 1}, [](auto x) { return sinh(x); });
   check_one("cosh", {1, 2, 1, 2}, [](auto x) { return cosh(x); });
   check_one(
-      "tanh", {2, 4, 4, 4}, [](auto x) { return tanh(x); },
+      "tanh", {2, 4, 5, 8}, [](auto x) { return tanh(x); },
       [](const Row& row) {
         return Sizes{0, 0, 0, 2 * row[2]};
       });
   check_one(
-      "asinh", {2, 4, 4, 4}, [](auto x) { return asinh(x); },
+      "asinh", {2, 4, 5, 8}, [](auto x) { return asinh(x); },
       [](const Row& row) {
         return Sizes{0, 0, 0, row[2] * row[2] * row[2]};
       });
-  check_one("acosh", {2, 4, 4, 4}, [](auto x) { return acosh(x); });
-  check_one("atanh", {2, 4, 4, 4}, [](auto x) { return atanh(x); });
+  check_one("acosh", {2, 4, 5, 8}, [](auto x) { return acosh(x); });
+  check_one("atanh", {2, 4, 5, 8}, [](auto x) { return atanh(x); });
 }
 
 TEST_CASE("powers and lengths are as near to many digits as they say", "[autodiff][table]") {
   check_one("square", {1, 1, 1, 1}, [](auto x) { return square(x); });
   check_one("reciprocal", {1, 2, 3, 4}, [](auto x) { return 1 / x; });
   check_one("sqrt", {1, 2, 3, 4}, [](auto x) { return sqrt(x); });
-  check_one("cbrt", {3, 2, 4, 4}, [](auto x) { return cbrt(x); });
-  check_two("divide", {1, 2, 4, 4}, [](auto x, auto y) { return x / y; });
-  check_two("pow", {2, 4, 4, 4}, [](auto x, auto y) { return pow(x, y); });
+  check_one("cbrt", {3, 2, 5, 8}, [](auto x) { return cbrt(x); });
+  check_two("divide", {1, 2, 5, 8}, [](auto x, auto y) { return x / y; });
+  check_two("pow", {2, 4, 5, 8}, [](auto x, auto y) { return pow(x, y); });
   const auto sizes = [](const Row& row) {  // below the normal numbers where the length overflows
     const double length = row[2];
     return Sizes{0, 0, std::isinf(length) ? 0x1p-1022 * 0x1p53 : 0, 2 / (length * length)};
   };
   check_two(
-      "hypot", {1, 4, 4, 4}, [](auto x, auto y) { return hypot(x, y); }, sizes);
+      "hypot", {1, 4, 5, 8}, [](auto x, auto y) { return hypot(x, y); }, sizes);
   check_two(
-      "hypot3", {1, 4, 5, 4}, [](auto x, auto y) { return hypot(x, y, 2); }, sizes);
+      "hypot3", {1, 4, 5, 8}, [](auto x, auto y) { return hypot(x, y, 2); }, sizes);
 }
 
 TEST_CASE("error and gamma functions are as near to many digits as they say", "[autodiff][table]") {
@@ -224,29 +225,29 @@ TEST_CASE("error and gamma functions are as near to many digits as they say", "[
     return Sizes{0, 0, 0, (4 * row[0] * row[0] + 2) * std::abs(row[2])};
   };
   check_one(
-      "erf", {1, 4, 4, 4}, [](auto x) { return erf(x); }, bell_sizes);
+      "erf", {1, 4, 5, 8}, [](auto x) { return erf(x); }, bell_sizes);
   check_one(
-      "erfc", {1, 4, 4, 4}, [](auto x) { return erfc(x); }, bell_sizes);
+      "erfc", {1, 4, 5, 8}, [](auto x) { return erfc(x); }, bell_sizes);
   // Beside the roots of digamma at negative x its bound is absolute.
   const auto by_root = [](double x) { return x < 0 ? 0x1p-10 : 0; };
   check_one(
-      "lgamma", {2, 4, 4, 4}, [](auto x) { return lgamma(x); },
+      "lgamma", {2, 4, 5, 8}, [](auto x) { return lgamma(x); },
       [=](const Row& row) {
         return Sizes{0, by_root(row[0]), 0, 0};
       });
   check_one(
-      "tgamma", {3, 4, 4, 4}, [](auto x) { return tgamma(x); },
+      "tgamma", {3, 4, 5, 8}, [](auto x) { return tgamma(x); },
       [=](const Row& row) {
         const double psi = std::abs(tapestry::digamma(row[0])), psi1 = tapestry::polygamma<1>(row[0]);
         const double terms = psi * psi * psi + 3 * psi * psi1 + std::abs(tapestry::polygamma<2>(row[0]));
         return Sizes{0, by_root(row[0]) * std::abs(row[1]), 0, terms * std::abs(row[1])};
       });
   check_one(
-      "digamma", {1, 4, 4, 4}, [](auto x) { return digamma(x); },
+      "digamma", {1, 4, 5, 8}, [](auto x) { return digamma(x); },
       [=](const Row& row) {
         return Sizes{4 * by_root(row[0]), 0, 0, 0};
       });
-  check_one("trigamma", {4, 4, 4, 4}, [](auto x) { return tapestry::polygamma<1>(x); });
+  check_one("trigamma", {4, 4, 5, 8}, [](auto x) { return tapestry::polygamma<1>(x); });
 }
 
 TEST_CASE("fmod and remainder are exact between their jumps", "[autodiff][table]") {

@@ -48,7 +48,7 @@ TEMPLATE_TEST_CASE("a Jacobian of any number of roots equals the one worked out 
     std::vector<Variable<T>> x(n);
     tape.input(values, x);
     const auto roots = roots_of(x);
-    const auto rows = tapestry::jacobian<T>(tape, roots, x);
+    const auto rows = tapestry::jacobian(tape, roots, x);
     const auto expected = jacobian_by_hand(values);
     REQUIRE(rows.size() == n * n);
     for (std::size_t i = 0; i < rows.size(); ++i)  // sums of three terms, each of one rounding
@@ -64,7 +64,7 @@ TEST_CASE("a tape with pullbacks has its Jacobian root by root", "[autodiff][jac
   const auto cube = tapestry::record_scalar(
       8.0, [](double adjoint, double* by_x) { *by_x += 12 * adjoint; }, x[0]);
   const std::vector<Variable<double>> roots = {cube * x[1], x[1], 5.0};
-  CHECK(tapestry::jacobian<double>(tape, roots, x) == std::vector<double>{36, 8, 0, 1, 0, 0});
+  CHECK(tapestry::jacobian(tape, roots, x) == std::vector<double>{36, 8, 0, 1, 0, 0});
   AdjointVectors<double, 4> adjoints;
   CHECK_THROWS_AS(adjoints.reverse(tape, roots), DomainError);
 }
@@ -100,5 +100,5 @@ TEST_CASE("adjoint vectors name what does not fit", "[autodiff][jacobian]") {
   CHECK_THROWS_AS(adjoints.of(stranger), DomainError);
   tape.rewind(tape.mark());
   CHECK_THROWS_AS(adjoints.of(x), DomainError);
-  CHECK_THROWS_AS(tapestry::jacobian<double>(tape, std::vector{x}, std::vector{stranger}), DomainError);
+  CHECK_THROWS_AS(tapestry::jacobian(tape, std::vector{x}, std::vector{stranger}), DomainError);
 }

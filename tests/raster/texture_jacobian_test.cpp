@@ -46,7 +46,7 @@ TEST_CASE("the compressed Jacobian of a picture by its texels is the operator it
   const tapestry::ArrayVariable<double, 3> render =
       tapestry::record_array(raster::render(picture, start), pullback, texels);
   std::vector<double> values(plan.pattern().entry_count());
-  tapestry::compressed_jacobian<double>(tape, render, texels, plan, values);
+  tapestry::compressed_jacobian(tape, render, texels, plan, values);
 
   std::vector<double> dense(render.size() * start.size());  // by differences: the picture is linear in texels
   Array<double, 2> unit = tapestry::zeros<double, 2>(start.shape());

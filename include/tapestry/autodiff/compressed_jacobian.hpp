@@ -10,6 +10,7 @@
 #include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
 #include <tapestry/autodiff/tape/statement_operands.hpp>
 #include <tapestry/core/error.hpp>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -142,9 +143,9 @@ void compressed_backwards(const TapeState<T>& state, std::span<const Variable<T>
 /// \throws DomainError if a root or a variable is not on the tape, or it holds operations with a pullback, or
 ///   there are not as many roots, variables and values as the pattern has
 template <std::floating_point T>
-void compressed_jacobian(const Tape<T>& tape, std::span<const Variable<T>> roots,
-                         std::span<const Variable<T>> variables, const JacobianPlan& plan,
-                         std::span<T> values) {
+void compressed_jacobian(const Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
+                         std::span<const std::type_identity_t<Variable<T>>> variables,
+                         const JacobianPlan& plan, std::span<std::type_identity_t<T>> values) {
   const auto& state = *tape.shared_state();
   detail::require_no_records("compressed_jacobian", state);
   detail::require_pattern_of(plan.pattern(), roots.size(), variables.size(), values.size());

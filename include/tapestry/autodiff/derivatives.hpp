@@ -2,6 +2,7 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <tapestry/autodiff/functions.hpp>
@@ -17,6 +18,14 @@ namespace tapestry {
 // Derivatives of a function of one number, f(x), or of many, f(std::span<const S>), written for any scalar
 // type S. The duals that it is called with are tagged by the function's own type, so that a derivative taken
 // inside another cannot mix up its directions with the outer one's: where it would, it does not compile.
+
+/// Where to differentiate: contiguous numbers, or a list of them in braces, which lives as long as the call.
+template <class T>
+struct Point : std::span<const T> {
+  using std::span<const T>::span;
+  Point(std::span<const T> numbers) : std::span<const T>(numbers) {}
+  Point(std::initializer_list<T> numbers) : std::span<const T>(numbers.begin(), numbers.size()) {}
+};
 
 /// f(x) and f′(x).
 template <class T>
@@ -42,7 +51,7 @@ struct ValueAndGradient {
 
 /// Value and gradient, of a tape of its own.
 template <std::floating_point T = double, class Function>
-[[nodiscard]] ValueAndGradient<T> gradient(const Function& f, std::span<const std::type_identity_t<T>> x) {
+[[nodiscard]] ValueAndGradient<T> gradient(const Function& f, Point<std::type_identity_t<T>> x) {
   Tape<T> tape;
   const auto scope = tape.activate();
   std::vector<Variable<T>> inputs;
@@ -101,7 +110,7 @@ class HessianProducts {
   explicit HessianProducts(Function f) : f_(std::move(f)) {}
 
   /// \throws DomainError if there are not as many entries of v as of x
-  [[nodiscard]] HessianProduct<T> operator()(std::span<const T> x, std::span<const T> v) {
+  [[nodiscard]] HessianProduct<T> operator()(Point<T> x, Point<T> v) {
     detail::require_as_many("hessian_product", "the direction", v.size(), x.size());
     HessianProduct<T> result{T(0), std::vector<T>(x.size()), std::vector<T>(x.size())};
     const D root = detail::sweep_duals<D>(
@@ -121,14 +130,14 @@ class HessianProducts {
 
 /// The same once, on a tape of its own. \throws DomainError if there are not as many entries of v as of x
 template <std::floating_point T = double, class Function>
-[[nodiscard]] HessianProduct<T> hessian_product(const Function& f, std::span<const std::type_identity_t<T>> x,
-                                                std::span<const std::type_identity_t<T>> v) {
+[[nodiscard]] HessianProduct<T> hessian_product(const Function& f, Point<std::type_identity_t<T>> x,
+                                                Point<std::type_identity_t<T>> v) {
   return HessianProducts<Function, T>(f)(x, v);
 }
 
 /// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
 template <std::floating_point T = double, class Function>
-[[nodiscard]] std::vector<T> hessian(const Function& f, std::span<const std::type_identity_t<T>> x) {
+[[nodiscard]] std::vector<T> hessian(const Function& f, Point<std::type_identity_t<T>> x) {
   constexpr std::size_t width = 8;
   using D = Dual<T, width, Function>;
   const std::size_t n = x.size();
@@ -150,7 +159,7 @@ template <std::floating_point T = double, class Function>
 /// The Jacobian at x of f: span<const S> → range of S, row by row: [outputs · inputs]. Forward mode, eight
 /// columns a call: for functions of no more inputs than outputs.
 template <std::floating_point T = double, class Function>
-[[nodiscard]] std::vector<T> forward_jacobian(const Function& f, std::span<const std::type_identity_t<T>> x) {
+[[nodiscard]] std::vector<T> forward_jacobian(const Function& f, Point<std::type_identity_t<T>> x) {
   constexpr std::size_t width = 8;
   using D = Dual<T, width, Function>;
   std::vector<T> result;

@@ -11,6 +11,7 @@
 #include <tapestry/autodiff/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
+#include <type_traits>
 #include <vector>
 
 namespace tapestry {
@@ -106,8 +107,8 @@ class AdjointVectors {
 /// operations with a pullback it is swept once a root, and its own adjoints are then those of the last.
 /// \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
-[[nodiscard]] std::vector<T> jacobian(Tape<T>& tape, std::span<const Variable<T>> roots,
-                                      std::span<const Variable<T>> variables) {
+[[nodiscard]] std::vector<T> jacobian(Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
+                                      std::span<const std::type_identity_t<Variable<T>>> variables) {
   constexpr std::size_t width = 8;
   std::vector<T> result(roots.size() * variables.size());
   const std::span<T> rows(result);

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/write_statement.hpp>
 #include <tapestry/core/error.hpp>
+#include <utility>
 
 namespace tapestry {
 
@@ -71,6 +72,12 @@ class Variable {
   [[gnu::always_inline]] Variable& operator/=(const Y& y) {
     return *this = *this / y;
   }
+
+  Variable& operator++() { return *this += 1; }
+  Variable& operator--() { return *this -= 1; }
+  Variable operator++(int) { return std::exchange(*this, *this + 1); }
+  Variable operator--(int) { return std::exchange(*this, *this - 1); }
+  friend constexpr void swap(Variable& x, Variable& y) noexcept { std::swap(x, y); }
 
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
   [[nodiscard]] constexpr std::uint64_t difference(detail::Link link) const { return link_.difference(link); }

@@ -125,6 +125,7 @@ def functions_of_one(rng):
     anywhere = reals(100.0, rng, (1.0, -1.0)) + both_signs([1e10, 1e20, 1e100, 1e160, 1e300, MOST])
     yield "exp", mp.exp, one, reals(709.0, rng) + [-745.0, -744.4, -710.0, 709.78]
     yield "exp2", lambda x: mpf(2) ** x, one, reals(1020.0, rng) + [-1074.0, -1050.5]
+    yield "exp10", lambda x: mpf(10) ** x, one, reals(307.0, rng) + [-323.0, -310.5]
     yield "expm1", mp.expm1, one, reals(709.0, rng) + [-745.0, -50.0]
     for name, base in (("log", None), ("log2", 2), ("log10", 10)):
         ln = mp.log(base) if base else mpf(1)

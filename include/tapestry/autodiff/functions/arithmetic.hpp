@@ -1,5 +1,6 @@
 #pragma once
 #include <compare>
+#include <iosfwd>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/formula.hpp>
 
@@ -124,6 +125,12 @@ template <Differentiable X>
 template <Differentiable X>
 [[nodiscard]] const X& operator+(const X& x) {
   return x;
+}
+
+/// Prints the value alone, as the number beneath is printed.
+template <class Character, class Traits, Differentiable X>
+std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, Traits>& out, const X& x) {
+  return out << detail::base_value(x);
 }
 
 /// Comparisons look at the values only.

@@ -14,6 +14,17 @@ struct Exp2 {
   static auto value(auto x) { return exp2(x); }
   static auto partial(auto, auto exp2_x) { return std::numbers::ln2_v<Base<decltype(exp2_x)>> * exp2_x; }
 };
+struct Exp10 {
+  template <std::floating_point T>
+  static T value(T x) {
+    return std::pow(T(10), x);
+  }
+  template <DualNumber T>
+  static T value(const T& x) {
+    return dual_unary<Exp10>(x);
+  }
+  static auto partial(auto, auto exp10_x) { return std::numbers::ln10_v<Base<decltype(exp10_x)>> * exp10_x; }
+};
 struct Expm1 {
   static auto value(auto x) { return expm1(x); }
   static auto partial(auto x, auto) { return exp(x); }  // expm1(x) + 1 would cancel for x ≪ 0
@@ -100,6 +111,12 @@ template <Differentiable X>
   return detail::make_unary<detail::Exp2>(x);
 }
 
+/// 10 to the power of x.
+template <Differentiable X>
+[[nodiscard]] auto exp10(const X& x) {
+  return detail::make_unary<detail::Exp10>(x);
+}
+
 /// exp(x) − 1.
 template <Differentiable X>
 [[nodiscard]] auto expm1(const X& x) {
@@ -140,7 +157,8 @@ template <Differentiable X>
   return detail::make_unary<detail::Softplus>(x);
 }
 
-/// log(exp(x) + exp(y)). The derivatives are the softmax of (x, y); equal infinities share 1 equally.
+/// log(exp(x) + exp(y)), near its zeros to ε of the arguments. The derivatives are the softmax of (x, y);
+/// equal infinities share 1 equally.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto logsumexp(const X& x, const Y& y) { return detail::make_binary<detail::LogSumExp>(x, y); }

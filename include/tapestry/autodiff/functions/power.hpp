@@ -93,6 +93,20 @@ struct Pow {
   }
 };
 
+/// x · 2^n, where n is an integer.
+struct Ldexp {
+  template <std::floating_point T>
+  static T value(T x, T n) {
+    return std::ldexp(x, static_cast<int>(n));
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& n) {
+    return dual_binary<Ldexp, T>(x, n);
+  }
+  static auto partial_x(auto x, auto n, auto) { return value(decltype(x)(1), n); }
+  static auto partial_y(auto x, auto, auto) { return decltype(x)(0); }
+};
+
 template <std::floating_point T, std::size_t N>
 [[nodiscard]] T length_of(const std::array<T, N>& legs) {
   if constexpr (N == 2) {
@@ -154,6 +168,23 @@ struct Hypot {
 template <Differentiable X>
 [[nodiscard]] auto square(const X& x) {
   return detail::make_unary<detail::Square>(x);
+}
+
+/// x · 2^exponent, rounded once.
+template <Differentiable X>
+[[nodiscard]] auto ldexp(const X& x, int exponent) {
+  constexpr int most = 1 << 16;  // beyond any power of two, and a number of any type
+  return detail::make_binary<detail::Ldexp>(x, exponent > most ? most : exponent < -most ? -most : exponent);
+}
+
+/// x · 2^−n of a size in [½, 1), and n, for x = 0 and x not finite x itself, and 0. The derivative is 2^−n,
+/// which is constant between powers of two. \param exponent  n is written there
+template <Differentiable X>
+[[nodiscard]] auto frexp(const X& x, int* exponent) {
+  const auto number = detail::base_value(x);
+  *exponent = 0;
+  if (std::isfinite(number)) static_cast<void>(std::frexp(number, exponent));
+  return ldexp(x, -*exponent);
 }
 
 /// At 0 the derivative is +∞; it does no harm to what has a zero adjoint there.

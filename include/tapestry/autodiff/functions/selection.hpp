@@ -17,29 +17,28 @@ struct Abs {
   static auto value(auto x) { return abs(x); }
   static auto partial(auto x, auto) { return decltype(x)(sign(x)); }
 };
-struct Max {
+/// x or y, and its derivative, as Choice::takes_x(x, y) says.
+template <class Choice>
+struct Selection {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
-  static auto value(auto x, auto y) { return takes_x(x, y) ? x : y; }
-  static auto partial_x(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 1 : 0); }
-  static auto partial_y(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 0 : 1); }
-  static auto pass_x(auto g, auto x, auto y) { return takes_x(x, y) ? g : decltype(g)(0); }
-  static auto pass_y(auto g, auto x, auto y) { return takes_x(x, y) ? decltype(g)(0) : g; }
-
- private:
+  static auto value(auto x, auto y) { return Choice::takes_x(x, y) ? x : y; }
+  static auto partial_x(auto x, auto y, auto) { return decltype(x)(Choice::takes_x(x, y) ? 1 : 0); }
+  static auto partial_y(auto x, auto y, auto) { return decltype(x)(Choice::takes_x(x, y) ? 0 : 1); }
+  static auto pass_x(auto g, auto x, auto y) { return Choice::takes_x(x, y) ? g : decltype(g)(0); }
+  static auto pass_y(auto g, auto x, auto y) { return Choice::takes_x(x, y) ? decltype(g)(0) : g; }
+};
+struct Max : Selection<Max> {
   static bool takes_x(auto x, auto y) { return either(x >= y, x != x); }
 };
-struct Min {
-  static constexpr bool is_cheap = true;
-  static constexpr bool skips_zero = true;
-  static auto value(auto x, auto y) { return takes_x(x, y) ? x : y; }
-  static auto partial_x(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 1 : 0); }
-  static auto partial_y(auto x, auto y, auto) { return decltype(x)(takes_x(x, y) ? 0 : 1); }
-  static auto pass_x(auto g, auto x, auto y) { return takes_x(x, y) ? g : decltype(g)(0); }
-  static auto pass_y(auto g, auto x, auto y) { return takes_x(x, y) ? decltype(g)(0) : g; }
-
- private:
+struct Min : Selection<Min> {
   static bool takes_x(auto x, auto y) { return either(x <= y, x != x); }
+};
+struct Fmax : Selection<Fmax> {
+  static bool takes_x(auto x, auto y) { return either(x >= y, y != y); }
+};
+struct Fmin : Selection<Fmin> {
+  static bool takes_x(auto x, auto y) { return either(x <= y, y != y); }
 };
 struct Fmod {
   static constexpr bool skips_zero = true;
@@ -82,6 +81,16 @@ requires detail::FormulaOperands<X, Y>
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto min(const X& x, const Y& y) { return detail::make_binary<detail::Min>(x, y); }
+
+/// As max(), but a NaN on one side gives the other.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto fmax(const X& x, const Y& y) { return detail::make_binary<detail::Fmax>(x, y); }
+
+/// As min(), but a NaN on one side gives the other.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y); }
 
 /// x held within [low, high]. The derivative by x is 1 on the closed interval and 0 outside.
 template <Differentiable X, Number N>
@@ -130,6 +139,10 @@ template <Differentiable X>
 template <Differentiable X>
 [[nodiscard]] auto rint(const X& x) {
   return std::rint(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] auto nearbyint(const X& x) {
+  return std::nearbyint(detail::base_value(x));
 }
 template <Differentiable X>
 [[nodiscard]] auto trunc(const X& x) {

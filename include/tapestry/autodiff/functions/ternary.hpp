@@ -26,6 +26,20 @@ struct FusedMultiplyAdd {
     return {y, x, T(1)};
   }
 };
+struct Lerp {
+  template <std::floating_point T>
+  static T value(T x, T y, T t) {
+    return std::lerp(x, y, t);
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y, const T& t) {
+    return lerp(x, y, t);
+  }
+  template <class T>
+  static std::array<T, 3> partials(const T& x, const T& y, const T& t, const T&) {
+    return {1 - t, t, y - x};
+  }
+};
 struct Hypot3 {
   static constexpr bool skips_zero = true;
   template <std::floating_point T>
@@ -155,6 +169,13 @@ template <class X, class Y, class Z>
 requires detail::TernaryOperands<X, Y, Z>
 [[nodiscard]] auto fma(const X& x, const Y& y, const Z& z) {
   return detail::make_ternary<detail::FusedMultiplyAdd>(x, y, z);
+}
+
+/// x + t · (y − x), as std::lerp: exactly x at t = 0 and y at t = 1.
+template <class X, class Y, class Z>
+requires detail::TernaryOperands<X, Y, Z>
+[[nodiscard]] auto lerp(const X& x, const Y& y, const Z& t) {
+  return detail::make_ternary<detail::Lerp>(x, y, t);
 }
 
 /// √(x² + y² + z²) without overflow. At the origin all derivatives are 0, a subgradient.

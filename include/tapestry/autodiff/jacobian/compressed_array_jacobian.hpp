@@ -3,6 +3,7 @@
 #include <span>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
+#include <type_traits>
 #include <vector>
 
 namespace tapestry {
@@ -16,7 +17,7 @@ namespace tapestry {
 template <std::floating_point T, std::size_t RootRank, std::size_t Rank>
 void compressed_jacobian(Tape<T>& tape, const ArrayVariable<T, RootRank>& root,
                          const ArrayVariable<T, Rank>& variable, const JacobianPlan& plan,
-                         std::span<T> values) {
+                         std::span<std::type_identity_t<T>> values) {
   const JacobianPattern& pattern = plan.pattern();
   detail::require_pattern_of(pattern, root.size(), variable.size(), values.size());
   tape.shared_state()->require_own_if_active(variable.link());
