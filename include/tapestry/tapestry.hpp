@@ -92,6 +92,7 @@
 #include <tapestry/geometry/rotation.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/batch.hpp>
+#include <tapestry/image/batch_variable.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/crop_variable.hpp>
