@@ -77,3 +77,15 @@ TEST_CASE("a batch of passive pictures records nothing, and a wrong number is re
   fronts.pop_back();
   CHECK_THROWS_WITH(image::over(fronts, backdrops), "over: 1 pictures over 2 backdrops");
 }
+
+TEST_CASE("one picture over two backdrops receives both adjoints", "[image][over][gradient]") {
+  auto backdrops = two_backdrops();
+  backdrops[0] = {backdrops[0].background, backdrops[1].coverage};
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto front = tape.input(random_array<double>({6, 7, 3}, 5));
+  const auto seed = random_array<double>({2, 6, 7, 3}, 7);
+  tape.reverse(image::over(Fronts{front, front}, backdrops), seed);
+  for (std::size_t i = 0; i < front.size(); ++i)
+    REQUIRE(front.adjoint().data()[i] == seed.data()[i] + seed.data()[front.size() + i]);
+}

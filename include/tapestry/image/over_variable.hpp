@@ -64,15 +64,15 @@ template <std::floating_point T>
   });
   const auto pullback = [places, size, extents](const Array<T, 4>& batch_adjoint,
                                                 const std::vector<Array<T, 3>*>& premultiplied_adjoints) {
-    parallel_for(places.size(), [&](std::size_t n) {
-      if (premultiplied_adjoints[n] == nullptr) return;
+    for (std::size_t n = 0; n < places.size(); ++n) {  // a picture may be there twice; rows are parallel
+      if (premultiplied_adjoints[n] == nullptr) continue;
       const T* const from = batch_adjoint.data() + n * size;
       T* const to = premultiplied_adjoints[n]->data();
       detail::for_each_covered_pixel(places[n], extents[1], [&](std::size_t front, std::size_t back) {
         for (std::size_t c = 0; c < extents[2]; ++c)
           to[front * extents[2] + c] += from[back * extents[2] + c];
       });
-    });
+    }
   };
   return record_array(std::move(batch), pullback, premultiplied);
 }
