@@ -1,5 +1,5 @@
 #pragma once
-/// \mainpage Tapestry
+/// \file
 /// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one
 /// gradient runs from a detector's output back to the paint on a car. This header includes all of it but
 /// implementation.hpp, which belongs in one source file of a program that reads or writes pictures,

@@ -43,6 +43,7 @@ template <class Function, Scalar T>
   return {y.value(), y.tangent()};
 }
 
+/// What gradient() returns.
 template <class T>
 struct ValueAndGradient {
   T value;

@@ -18,6 +18,7 @@
 
 namespace tapestry {
 
+/// How a gradient is checked.
 struct GradientCheckOptions {
   double tolerance = 1e-6;  ///< largest relative error that passes
   double step = 0;  ///< h at arguments up to 1, scaled by |x| above; 0: ε^(1/3), with Richardson ε^(1/5)
@@ -37,6 +38,7 @@ struct GradientCheckEntry {
   bool kink = false;          ///< the function seems not to be smooth within the step
 };
 
+/// What a check found.
 struct GradientReport {
   double tolerance = 0;
   std::size_t checked = 0;

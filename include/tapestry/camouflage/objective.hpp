@@ -24,6 +24,7 @@ namespace tapestry::camouflage {
 /// pixels, drowns adversarial terms that never exceed ten.
 inline constexpr double smoothness_unit = 1e-4;
 
+/// Which loss is minimised, and by which weights.
 struct ObjectiveOptions {
   loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
   loss::AdversarialWeights weights{};  ///< α, β, γ of the paper

@@ -18,6 +18,7 @@
 
 namespace tapestry::camouflage {
 
+/// How long and how fast a texture is trained.
 struct TrainingOptions {
   std::size_t epochs = 5;
   std::size_t batch = 1;  ///< views a step

@@ -25,6 +25,7 @@ class ViewStore {
  public:
   using Loader = std::function<io::Frame()>;
 
+  /// How views are made, and how many are kept.
   struct Settings {
     std::size_t height = 0;  ///< of the network's input
     std::size_t width = 0;

@@ -48,6 +48,7 @@ class NumericError : public Error {
 /// `<path>:<position>: <what>; expected <expected>, found <found>`, each part left out when empty.
 class FileError : public Error {
  public:
+  /// The parts of the message, for callers that show them in their own way.
   struct Details {
     std::string path;        ///< as the user gave it
     std::string position{};  ///< "12" for a line, "@20" for a byte offset

@@ -26,6 +26,7 @@ struct ZipLimits {
 /// Source: PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12, 4.3.15, 4.3.16.
 class ZipArchive {
  public:
+  /// A file in the archive, as its directory lists it.
   struct Member {
     std::string name;
     std::uint32_t method = 0;  ///< 0 stored, 8 deflated

@@ -35,6 +35,7 @@ enum class AdversarialLoss { paper, as_coded, max_score };
   throw DomainError("no adversarial loss is called '" + name + "'; there are paper, as_coded and max_score");
 }
 
+/// The name that adversarial_loss_by_name() takes.
 [[nodiscard]] inline std::string name_of(AdversarialLoss kind) {
   return kind == AdversarialLoss::paper      ? "paper"
          : kind == AdversarialLoss::as_coded ? "as_coded"

@@ -149,6 +149,7 @@ template <class T>
   return (plane * head.grid_height + candidate.row) * head.grid_width + candidate.column;
 }
 
+/// One number of a candidate: x, y, w, h, objectness, then the classes.
 template <class T>
 [[nodiscard]] double logit(const Predictions<T>& predictions, const Candidate& candidate,
                            std::size_t channel) {

@@ -4,6 +4,12 @@
 #include <tapestry/loss/smoothness.hpp>
 #include <vector>
 namespace tapestry::loss {
+
+/// The sum of smoothness() over pictures, as one record on the active tape.
+///
+/// \param pictures  each [H, W, C], as raster::render() gives them
+/// \param masks     of each picture [H, W]; the tape keeps them alive
+/// \throws ShapeError if a mask does not fit its picture
 template <class T>
 [[nodiscard]] Variable<T> smoothness(const std::vector<ArrayVariable<T, 3>>& pictures,
                                      std::vector<std::shared_ptr<const Array<T, 2>>> masks) {
@@ -24,6 +30,12 @@ template <class T>
       },
       pictures);
 }
+
+/// atlas_smoothness() on the active tape.
+///
+/// \param texels  [texel, 3]
+/// \param used    [height, width] of the atlas, 1 where a step counts; the tape keeps it alive
+/// \throws ShapeError as atlas_smoothness()
 template <class T>
 [[nodiscard]] Variable<T> atlas_smoothness(const ArrayVariable<T, 2>& texels,
                                            std::shared_ptr<const Array<T, 2>> used) {

@@ -125,6 +125,7 @@ class FaceField {
 
   [[nodiscard]] const FaceBox& box(std::int32_t face) const { return boxes_[static_cast<std::size_t>(face)]; }
 
+  /// A cell of the grid.
   struct Cell {
     std::array<double, 2> low;
     std::array<double, 2> high;

@@ -31,6 +31,7 @@ struct PreparedUnlit {
   [[nodiscard]] static constexpr bool agrees(std::size_t, std::size_t) { return true; }
 };
 
+/// Light of one view, computed once for every face.
 struct PreparedLight {
   std::array<double, 3> light_colour;
   std::vector<double> face;  ///< see face_light()
@@ -41,6 +42,7 @@ struct PreparedLight {
   [[nodiscard]] bool agrees(std::size_t a, std::size_t b) const { return face[a] == face[b]; }
 };
 
+/// SmoothLight of one view, computed once for every corner.
 struct PreparedSmoothLight {
   std::array<double, 3> light_colour;
   double ambient;

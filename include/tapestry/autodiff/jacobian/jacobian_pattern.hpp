@@ -16,6 +16,7 @@ namespace tapestry {
 class JacobianPattern {
  public:
   using Index = std::uint32_t;
+  /// A place that may hold another number than zero.
   struct Entry {
     std::size_t row;
     std::size_t column;

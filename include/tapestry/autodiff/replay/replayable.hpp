@@ -120,7 +120,27 @@ struct RecordedLeaves {
   }
 };
 
+/// Puts a formula on the recording.
+template <class E>
+Link record_replayable(const E& formula) {
+  using T = typename E::ExpressionScalar;
+  if (!formula.is_active()) return {};
+  ReplayRecorder<T>* const recorder = ReplayRecorder<T>::active;
+  if (recorder == nullptr) throw DomainError("Replay: a variable of a recording that has ended");
+  auto& recording = recorder->recording;
+  const auto first_operand = static_cast<std::uint32_t>(recording.operands.size());
+  const auto first_constant = static_cast<std::uint32_t>(recording.constants.size());
+  RecordedLeaves<T> leaves{*recorder};
+  formula.write(leaves);
+  const Link link(static_cast<std::uint32_t>(recording.slots.size()), recorder->generation);
+  recording.slots.push_back(formula.value());
+  recording.statements.push_back(
+      {&ReplayStatement<E>::operation, first_operand, first_constant, link.index()});
+  return link;
+}
+
 }  // namespace detail
+
 /// Called by comparisons of Replayable formulas.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
@@ -141,24 +161,6 @@ void observe_comparison(const X& x, const Y& y, std::partial_ordering) {
   using Guard =
       detail::ReplayGuard<std::remove_const_t<decltype(left)>, std::remove_const_t<decltype(right)>>;
   recording.statements.push_back({&Guard::operation, first_operand, first_constant, 0});
-}
-/// Puts a formula on the recording.
-template <class E>
-detail::Link detail::record_replayable(const E& formula) {
-  using T = typename E::ExpressionScalar;
-  if (!formula.is_active()) return {};
-  ReplayRecorder<T>* const recorder = ReplayRecorder<T>::active;
-  if (recorder == nullptr) throw DomainError("Replay: a variable of a recording that has ended");
-  auto& recording = recorder->recording;
-  const auto first_operand = static_cast<std::uint32_t>(recording.operands.size());
-  const auto first_constant = static_cast<std::uint32_t>(recording.constants.size());
-  RecordedLeaves<T> leaves{*recorder};
-  formula.write(leaves);
-  const Link link(static_cast<std::uint32_t>(recording.slots.size()), recorder->generation);
-  recording.slots.push_back(formula.value());
-  recording.statements.push_back(
-      {&ReplayStatement<E>::operation, first_operand, first_constant, link.index()});
-  return link;
 }
 
 }  // namespace tapestry

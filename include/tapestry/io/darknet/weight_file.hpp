@@ -27,6 +27,7 @@ struct WeightFile {
   std::vector<std::string> warnings{};  ///< suspicious values, one message each
 };
 
+/// What a reader of weights lets pass.
 struct WeightFileOptions {
   bool allow_trailing = false;   ///< accept more parameters than the cfg needs (cut backbone files)
   bool allow_nonfinite = false;  ///< accept NaN, infinity and negative variances, to debug them
