@@ -68,6 +68,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/decode_family.hpp>

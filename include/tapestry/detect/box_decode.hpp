@@ -51,6 +51,26 @@ inline constexpr double largest_extent_logit = 50;
   return head.decode == DecodeFamily::scaled ? logit : nn::logistic(logit);
 }
 
+/// ∂centre_offset/∂logit.
+[[nodiscard]] inline double centre_offset_slope(const Head& head, double logit) {
+  if (head.decode == DecodeFamily::scaled) return head.scale_x_y;
+  const double scale = head.decode == DecodeFamily::ultralytics ? 2 : head.scale_x_y;
+  return nn::logistic(logit) * nn::logistic(-logit) * scale;
+}
+
+/// ∂extent/∂logit of a width or height, extent_factor() times the anchor's; 0 where the logit is bounded.
+[[nodiscard]] inline double extent_slope(const Head& head, double logit, double extent) {
+  if (head.decode == DecodeFamily::ultralytics)
+    return 2 * extent * nn::logistic(-logit);  // 8 · σ · σ' · anchor
+  if (head.decode == DecodeFamily::scaled) return logit == 0 ? 0 : 2 * extent / logit;  // 8 · t · anchor
+  return logit > largest_extent_logit ? 0 : extent;
+}
+
+/// ∂probability/∂logit; keeps its digits where σ rounds to 1.
+[[nodiscard]] inline double probability_slope(const Head& head, double logit) {
+  return head.decode == DecodeFamily::scaled ? 1 : nn::logistic(logit) * nn::logistic(-logit);
+}
+
 /// Box of one candidate from its four logits by the decode family of its head.
 ///
 /// \param logits  of x, y, w, h; for the family scaled activations in [0, 1]

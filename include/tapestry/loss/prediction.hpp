@@ -176,24 +176,19 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
   adjoint->data()[logit_index(predictions, candidate, channel)] += static_cast<T>(slope);
 }
 
-/// Adds the pullback of decoded_box(): ∂cx/∂tx = s · σ'(tx) · W / grid width, with s = 2 in the ultralytics
-/// family; ∂w/∂tw = w, or 0 where decode_box() bounds tw, and in the ultralytics family 2 · w · σ(−tw), which
-/// is 8 · σ · σ' · anchor; cy and h alike. A component of box_adjoint that is 0 adds nothing, however large
-/// the box is.
+/// Adds the pullback of decoded_box(), see detect::centre_offset_slope() and extent_slope(). A component of
+/// box_adjoint that is 0 adds nothing, however large the box is.
 template <class T>
 void decoded_box_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
                          const detect::Box& box_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
   const auto& head = predictions.heads[candidate.head];
   const detect::Box box = decoded_box(predictions, candidate);
-  const bool is_ultralytics = head.decode == detect::DecodeFamily::ultralytics;
-  const double scale = is_ultralytics ? 2 : head.scale_x_y;
   const auto centre_slope = [&](std::size_t channel, std::size_t cells, std::size_t extent) {
-    return logistic_slope(logit(predictions, candidate, channel)) * scale * static_cast<double>(extent) /
-           static_cast<double>(cells);
+    return detect::centre_offset_slope(head, logit(predictions, candidate, channel)) *
+           static_cast<double>(extent) / static_cast<double>(cells);
   };
   const auto extent_slope = [&](std::size_t channel, double extent) {
-    if (is_ultralytics) return 2 * extent * nn::logistic(-logit(predictions, candidate, channel));
-    return logit(predictions, candidate, channel) > detect::largest_extent_logit ? 0 : extent;
+    return detect::extent_slope(head, logit(predictions, candidate, channel), extent);
   };
   const auto add = [&](std::size_t channel, double adjoint, double slope) {
     if (adjoint != 0) add_to_logit(predictions, candidate, channel, adjoint * slope, logits_adjoint);

@@ -1,0 +1,102 @@
+#include <tapestry/detect/box_decode_variable.hpp>
+
+#include <cmath>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/random_array.hpp"
+
+namespace detect = tapestry::detect;
+using detect::DecodeFamily;
+using tapestry::Array;
+using tapestry::Tape;
+using tapestry::test::central_difference;
+using tapestry::test::dot;
+using tapestry::test::random_array;
+
+namespace {
+constexpr std::size_t height = 64, width = 96;
+
+detect::Head head_of(DecodeFamily family) { return {3, 2, 3, {{{10.0, 20.0}}, {{30.0, 16.0}}}, 1.2, family}; }
+
+/// Two images' outputs as the family gives them.
+template <class T>
+Array<T, 4> outputs(DecodeFamily family) {
+  const bool is_activation = family == DecodeFamily::scaled;
+  return random_array<T>({2, 16, 2, 3}, 1, is_activation ? 0.05 : -2, is_activation ? 0.95 : 2);
+}
+}  // namespace
+
+TEST_CASE("decode on the tape gives the boxes and scores of decode()", "[detect][decode]") {
+  const auto family = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::scaled);
+  const auto head = head_of(family);
+  const auto logits = outputs<double>(family);
+  const auto decoded = detect::decode<double>(head, logits, height, width);
+  for (std::size_t image = 0; image < 2; ++image) {
+    const auto expected = detect::decode<double>({head}, {logits}, image, 0, height, width);
+    REQUIRE(expected.size() == 12 * 3);
+    for (const auto& detection : expected) {
+      const std::size_t i = detection.candidate;
+      const auto& boxes = decoded.boxes.value();
+      CHECK(boxes(image, i, 0) == detection.box.cx);
+      CHECK(boxes(image, i, 1) == detection.box.cy);
+      CHECK(boxes(image, i, 2) == detection.box.w);
+      CHECK(boxes(image, i, 3) == detection.box.h);
+      CHECK(decoded.objectness.value()(image, i, 0) == detection.objectness);
+      CHECK(decoded.objectness.value()(image, i, 0) *
+                decoded.classes.value()(image, i, detection.class_index) ==
+            detection.confidence);
+    }
+  }
+}
+
+TEMPLATE_TEST_CASE("the adjoint of decoded heads agrees with central differences", "[detect][gradient]",
+                   float, double) {
+  const auto family = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::scaled);
+  const auto head = head_of(family);
+  const auto start = outputs<TestType>(family);
+  const auto direction = tapestry::test::random_direction<TestType>({2, 16, 2, 3}, 2);
+  const std::vector<Array<TestType, 3>> weights{random_array<TestType>({2, 12, 4}, 3, -0.02, 0.02),
+                                                random_array<TestType>({2, 12, 1}, 4, -1, 1),
+                                                random_array<TestType>({2, 12, 3}, 5, -1, 1)};
+  const auto value = [&](const Array<TestType, 4>& logits) {
+    const auto decoded = detect::decode<TestType>(head, logits, height, width);
+    return dot(decoded.boxes.value(), weights[0]) + dot(decoded.objectness.value(), weights[1]) +
+           dot(decoded.classes.value(), weights[2]);
+  };
+  Tape<TestType> tape;
+  const auto scope = tape.activate();
+  const auto logits = tape.input(start);
+  const auto decoded = detect::decode(head, logits, height, width);
+  double found = 0;  // of three sweeps, each with two heads' results untouched
+  tape.reverse(decoded.boxes, weights[0]);
+  found += static_cast<double>(dot(logits.adjoint(), direction));
+  tape.reverse(decoded.objectness, weights[1]);
+  found += static_cast<double>(dot(logits.adjoint(), direction));
+  tape.reverse(decoded.classes, weights[2]);
+  found += static_cast<double>(dot(logits.adjoint(), direction));
+  CHECK(std::abs(found - static_cast<double>(central_difference(value, start, direction))) <=
+        static_cast<double>(tapestry::test::central_difference_tolerance(value(start))));
+}
+
+TEST_CASE("a bounded extent has no slope, and what is not asked for adds no NaN", "[detect][decode]") {
+  const auto head = head_of(DecodeFamily::darknet);
+  auto start = tapestry::zeros<double, 4>({1, 16, 2, 3});
+  start(0, 2, 0, 0) = detect::largest_extent_logit + 1;
+  start(0, 3, 0, 1) = 1e308;
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto logits = tape.input(start);
+  const auto decoded = detect::decode(head, logits, height, width);
+  tape.reverse(decoded.boxes, tapestry::filled<double, 3>({1, 12, 4}, 1));
+  CHECK(logits.adjoint()(0, 2, 0, 0) == 0);
+  CHECK(logits.adjoint()(0, 3, 0, 1) == 0);
+  CHECK(logits.adjoint()(0, 2, 0, 1) == 10);  // e⁰ times the anchor
+}
+
+TEST_CASE("decode on the tape refuses logits of another head", "[detect][decode]") {
+  CHECK_THROWS_WITH(
+      detect::decode<float>(head_of(DecodeFamily::darknet), tapestry::zeros<float, 4>({1, 14, 2, 3}), 64, 96),
+      "decode: logits is [1, 14, 2, 3], expected [1, 16, 2, 3]");
+}
