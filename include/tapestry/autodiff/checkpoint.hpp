@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/tape/spare_tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <utility>
 #include <vector>
@@ -15,16 +16,16 @@ namespace detail {
 template <class T, class Function, class Seeds>
 std::vector<T> differentiate_apart(const Function& function, std::span<const T> inputs, Seeds seeds_of,
                                    std::span<T> input_adjoints) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  SpareTape<T> tape;
+  const auto scope = tape->activate();
   std::vector<Variable<T>> variables(inputs.size());
-  tape.input(inputs, variables);
+  tape->input(inputs, variables);
   const std::vector<Variable<T>> roots = function(std::span<const Variable<T>>(variables));
   std::vector<T> values;
   for (const Variable<T>& root : roots) values.push_back(root.value());
   const std::vector<T> seeds = seeds_of(roots.size());
-  tape.reverse(record_partials<T>(T(0), roots, seeds));
-  tape.adjoints(variables, input_adjoints);
+  tape->reverse(record_partials<T>(T(0), roots, seeds));
+  tape->adjoints(variables, input_adjoints);
   return values;
 }
 

@@ -8,6 +8,7 @@
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/dual_number.hpp>
+#include <tapestry/autodiff/tape/spare_tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <type_traits>
 #include <utility>
@@ -50,19 +51,20 @@ struct ValueAndGradient {
   std::vector<T> gradient;
 };
 
-/// Value and gradient, of a tape of its own.
+/// Value and gradient, of a tape of its own, which leaves its memory, of up to 128 MiB of statements, to the
+/// thread's next call.
 template <std::floating_point T = double, class Function>
 [[nodiscard]] ValueAndGradient<T> gradient(const Function& f, Point<std::type_identity_t<T>> x) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  detail::SpareTape<T> tape;
+  const auto scope = tape->activate();
   std::vector<Variable<T>> inputs;
   inputs.reserve(x.size());
-  for (const T value : x) inputs.push_back(tape.input(value));
+  for (const T value : x) inputs.push_back(tape->input(value));
   const Variable<T> root = f(std::span<const Variable<T>>(inputs));
-  tape.reverse(root);
+  tape->reverse(root);
   ValueAndGradient<T> result{root.value(), {}};
   result.gradient.reserve(x.size());
-  for (const Variable<T>& input : inputs) result.gradient.push_back(tape.adjoint(input));
+  for (const Variable<T>& input : inputs) result.gradient.push_back(tape->adjoint(input));
   return result;
 }
 
@@ -136,21 +138,22 @@ template <std::floating_point T = double, class Function>
   return HessianProducts<Function, T>(f)(x, v);
 }
 
-/// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
+/// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep; memory as of
+/// gradient().
 template <std::floating_point T = double, class Function>
 [[nodiscard]] std::vector<T> hessian(const Function& f, Point<std::type_identity_t<T>> x) {
   constexpr std::size_t width = 8;
   using D = Dual<T, width, Function>;
   const std::size_t n = x.size();
   std::vector<T> result(n * n);
-  Tape<D> tape;
+  detail::SpareTape<D> tape;
   for (std::size_t first = 0; first < n; first += width) {
     const auto seed = [&](std::size_t i) {
       std::array<T, width> tangents{};
       if (i >= first && i < first + width) tangents[i - first] = T(1);
       return tangents;
     };
-    detail::sweep_duals<D>(tape, f, x, seed, [&](std::size_t i, const D& adjoint) {
+    detail::sweep_duals<D>(*tape, f, x, seed, [&](std::size_t i, const D& adjoint) {
       for (std::size_t k = 0; k < width && first + k < n; ++k) result[i * n + first + k] = adjoint.tangent(k);
     });
   }

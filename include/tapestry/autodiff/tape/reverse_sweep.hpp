@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
+#include <string>
 #include <tapestry/autodiff/tape/huge_page_allocator.hpp>
 #include <tapestry/autodiff/tape/pull_visitor.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
@@ -22,7 +24,7 @@ class AdjointMemory {
   AdjointMemory& operator=(const AdjointMemory&) = delete;
 
   /// Adjoints of statements 0 to `last`, all zero.
-  /// \throws std::bad_alloc
+  /// \throws Error if there is no memory for them
   void zero(std::size_t last) {
     const std::size_t count = last + 1;
     if (count > capacity_) grow(count);
@@ -43,7 +45,13 @@ class AdjointMemory {
     std::size_t size = (count > grown ? count : grown) * sizeof(T);
     memory_ = PageMemory();
     capacity_ = size_ = 0;
-    memory_ = PageMemory(allocate_pages(size));
+    try {
+      memory_ = PageMemory(allocate_pages(size));
+    } catch (const std::bad_alloc&) {
+      throw Error(ErrorKind::limit, "reverse: no memory for " + std::to_string(size) +
+                                        " bytes, the adjoints of " + std::to_string(count) +
+                                        " statements; checkpoint() records a part only while it is swept");
+    }
     capacity_ = size / sizeof(T);
   }
 

@@ -2,6 +2,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
+#include <string>
 #include <tapestry/autodiff/tape/huge_page_allocator.hpp>
 #include <tapestry/autodiff/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
@@ -68,7 +70,7 @@ class TapeMemory : public WriteHead {
   TapeMemory(const TapeMemory&) = delete;
   TapeMemory& operator=(const TapeMemory&) = delete;
 
-  /// \throws std::bad_alloc, or Error when the tape is full, and is then unchanged
+  /// \throws Error when the tape is full, or there is no memory for more of it; it is then unchanged
   void make_room(std::size_t word_count) {
     if (chunks_.empty() || word_count > room()) [[unlikely]]
       enter_next_chunk(word_count);
@@ -100,6 +102,13 @@ class TapeMemory : public WriteHead {
   }
 
   [[nodiscard]] std::size_t statement_count() const { return place().next_index - 1; }
+
+  /// Memory of all chunks, those that serve again included.
+  [[nodiscard]] std::size_t chunk_bytes() const {
+    std::size_t bytes = 0;
+    for (const Chunk& chunk : chunks_) bytes += chunk.word_count * bytes_per_word;
+    return bytes;
+  }
 
   /// Statements without operands before the first other one.
   [[nodiscard]] std::size_t leading_input_count() const {
@@ -146,9 +155,16 @@ class TapeMemory : public WriteHead {
     return here;
   }
 
-  static Chunk allocate(std::size_t size) {
+  Chunk allocate(std::size_t size) const {
     Chunk chunk;
-    chunk.memory = PageMemory(allocate_pages(size));
+    try {
+      chunk.memory = PageMemory(allocate_pages(size));
+    } catch (const std::bad_alloc&) {
+      throw Error(ErrorKind::limit, "the tape: no memory for " + std::to_string(size) + " bytes beside the " +
+                                        std::to_string(chunk_bytes()) + " of " +
+                                        std::to_string(statement_count()) +
+                                        " statements; checkpoint() records a part only while it is swept");
+    }
     chunk.word_count = (size - sizeof(StatementKind)) / bytes_per_word;
     chunk.kinds()[-1] = StatementKind::chunk_begin;
     return chunk;

@@ -1,0 +1,41 @@
+#pragma once
+#include <cstddef>
+#include <tapestry/autodiff/tape.hpp>
+#include <utility>
+
+namespace tapestry::detail {
+
+/// A tape for the length of a call, in memory that an earlier call on this thread has left: fresh pages can
+/// cost more than what is recorded on them. Of nested calls each has a tape of its own. What arrays were
+/// recorded on, or has statements of more than 128 MiB, is not left.
+template <class T>
+class SpareTape {
+ public:
+  SpareTape() : tape_(std::move(left())) {}
+  SpareTape(const SpareTape&) = delete;
+  SpareTape& operator=(const SpareTape&) = delete;
+  ~SpareTape() {
+    try {
+      const auto& state = *tape_.shared_state();
+      if (state.array_memory != nullptr || state.chunk_bytes() > most_bytes) return;
+      tape_.clear();
+      left() = std::move(tape_);
+    } catch (...) {  // it is only not left
+    }
+  }
+
+  [[nodiscard]] Tape<T>& operator*() { return tape_; }
+  [[nodiscard]] Tape<T>* operator->() { return &tape_; }
+
+ private:
+  static constexpr std::size_t most_bytes = std::size_t(1) << 27U;
+
+  static Tape<T>& left() {
+    static thread_local Tape<T> tape;
+    return tape;
+  }
+
+  Tape<T> tape_;
+};
+
+}  // namespace tapestry::detail
