@@ -108,6 +108,7 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/decimal_from_chars.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/face_list_file.hpp>

@@ -1,4 +1,7 @@
 #pragma once
+#if __cplusplus < 202002L
+#error "Tapestry needs C++20: compile with -std=c++20"
+#endif
 
 /// The one home of the version: CMake reads these three numbers.
 #define TAPESTRY_VERSION_MAJOR 0

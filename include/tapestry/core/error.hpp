@@ -1,6 +1,7 @@
 #pragma once
 #include <stdexcept>
 #include <string>
+#include <tapestry/version.hpp>
 #include <utility>
 
 namespace tapestry {

@@ -31,10 +31,7 @@ class Random {
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
   /// Uniform in 0 … count − 1; count must not be 0. Its bias, below count / 2⁶⁴, is not corrected.
-  std::size_t index(std::size_t count) {
-    __extension__ using Wide = unsigned __int128;
-    return static_cast<std::size_t>((static_cast<Wide>(bits()) * count) >> 64U);
-  }
+  std::size_t index(std::size_t count) { return static_cast<std::size_t>(upper_half(bits(), count)); }
 
   /// True with the given probability.
   bool chance(double probability) { return uniform() < probability; }
@@ -58,6 +55,14 @@ class Random {
   }
 
  private:
+  /// Bits 64 to 127 of a · b, by products of halves: not every machine has integers of 128 bits.
+  [[nodiscard]] static std::uint64_t upper_half(std::uint64_t a, std::uint64_t b) {
+    const std::uint64_t low_mask = 0xFFFFFFFFU;
+    const std::uint64_t middle = (a >> 32U) * (b & low_mask) + ((a & low_mask) * (b & low_mask) >> 32U);
+    const std::uint64_t other = (a & low_mask) * (b >> 32U) + (middle & low_mask);
+    return (a >> 32U) * (b >> 32U) + (middle >> 32U) + (other >> 32U);
+  }
+
   std::uint64_t state_;
 };
 

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <system_error>
 #include <tapestry/core/error.hpp>
+#include <tapestry/io/decimal_from_chars.hpp>
 #include <vector>
 
 namespace tapestry::io {
@@ -89,7 +90,7 @@ class TextLines {
 /// and "nan" or "inf" are refused.
 [[nodiscard]] inline bool parse_number(std::string_view word, double& value) {
   if (word.starts_with('+') && !word.substr(1).starts_with('-')) word.remove_prefix(1);
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  const auto [end, error] = decimal_from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size() || word.empty()) return false;
   if (error == std::errc::result_out_of_range) {
     value = 0;

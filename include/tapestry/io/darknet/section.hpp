@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +8,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
+#include <tapestry/io/decimal_from_chars.hpp>
 #include <vector>
 
 namespace tapestry::io::detail {
@@ -171,7 +171,7 @@ class SectionReader {
   [[nodiscard]] Number parsed(const CfgOption& option, std::string_view token, const char* expected) const {
     Number number{};
     const std::string_view digits = token.substr(0, 1) == "+" ? token.substr(1) : token;
-    const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    const auto [end, code] = decimal_from_chars(digits.data(), digits.data() + digits.size(), number);
     if (digits.empty() || code != std::errc() || end != digits.data() + digits.size() ||
         !std::isfinite(static_cast<double>(number))) {
       throw error(option, "option " + in_quotes(option.key), expected, in_quotes(token));

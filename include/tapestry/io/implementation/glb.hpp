@@ -37,7 +37,7 @@ class GlbBuilder {
   }
 
   void add_png(const std::string& file) {
-    json_["images"] = {{{"mimeType", "image/png"}, {"bufferView", add_view(file.data(), file.size(), 0)}}};
+    json_["images"] = {{{"mimeType", "image/png"}, {"bufferView", add_view(file, 0)}}};
     json_["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}}};
     json_["textures"] = {{{"sampler", 0}, {"source", 0}}};
   }
@@ -58,7 +58,7 @@ class GlbBuilder {
     nlohmann::json attributes{{"POSITION", add_positions(vertices)}};
     if (has_normals) attributes["NORMAL"] = add_normals(vertices);
     if (has_texture) attributes["TEXCOORD_0"] = add_uvs(vertices);
-    const std::size_t view = add_view(indices.data(), 4 * indices.size(), 34963);
+    const std::size_t view = add_words(indices, 34963);
     append(json_["meshes"][0]["primitives"], {{"attributes", std::move(attributes)},
                                               {"indices", add_accessor(view, 5125, indices.size(), "SCALAR")},
                                               {"material", material}});
@@ -125,12 +125,20 @@ class GlbBuilder {
     return value <= 0.04045F ? value / 12.92F : std::pow((value + 0.055F) / 1.055F, 2.4F);
   }
 
+  /// Appends words, the least significant byte first.
+  template <class Word>
+  std::size_t add_words(const std::vector<Word>& words, int target) {
+    std::string bytes;
+    bytes.reserve(4 * words.size());
+    for (const Word word : words) append_word(bytes, std::bit_cast<std::uint32_t>(word));
+    return add_view(bytes, target);
+  }
+
   /// Appends bytes to the buffer, which stays a multiple of four long; target 0: none.
-  std::size_t add_view(const void* bytes, std::size_t size, int target) {
-    static_assert(std::endian::native == std::endian::little);
-    nlohmann::json view{{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", size}};
+  std::size_t add_view(const std::string& bytes, int target) {
+    nlohmann::json view{{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
     if (target != 0) view["target"] = target;
-    buffer_.append(static_cast<const char*>(bytes), size);
+    buffer_ += bytes;
     buffer_.resize((buffer_.size() + 3) / 4 * 4, '\0');
     return append(json_["bufferViews"], std::move(view));
   }
@@ -183,8 +191,7 @@ class GlbBuilder {
 
   std::size_t add_floats(const std::vector<float>& values, std::size_t width, const char* type,
                          nlohmann::json bounds = nlohmann::json::object()) {
-    return add_accessor(add_view(values.data(), 4 * values.size(), 34962), 5126, values.size() / width, type,
-                        std::move(bounds));
+    return add_accessor(add_words(values, 34962), 5126, values.size() / width, type, std::move(bounds));
   }
 
   const geometry::Mesh& mesh_;
