@@ -1,0 +1,36 @@
+// Shows what a detector's belief in a car rests on: the gradient of its surest box's score with respect to a
+// photograph, saved as a picture.
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/network_file.hpp>
+
+using namespace tapestry;
+
+int main() {
+  const std::string assets = TAPESTRY_ASSETS "/";
+  const auto network = io::read_network<float>(assets + "detector.cfg", assets + "detector.weights").network;
+  const auto photograph = image::from_bytes<float>(io::read_frame(assets + "frames/test/027.npz").image);
+  Tape<float> tape;
+  const auto scope = tape.activate();
+  const auto picture = tape.input(
+      image::batch_of(image::letterboxed(photograph, network.input_height(), network.input_width(), 0.5F)));
+  Variable<float> score = 0;  // the largest objectness · class of all candidates
+  for (const auto& head : detect::decode(network, detect::forward(network, picture))) {
+    const ArrayVariable<float, 3> scores = broadcast(head.objectness, head.classes.shape()) * head.classes;
+    score = max(score, element(largest_along(largest_along(scores, 2), 1), {0}));
+  }
+  tape.reverse(score);
+  auto gradient = image::picture_of(picture.adjoint(), 0);
+  for (float& value : gradient.storage()) value = std::tanh(20 * value) / 2 + 0.5F;  // grey: no effect
+  io::write_image("input_gradient.png", gradient);
+  std::printf("score %.3f, its gradient in input_gradient.png\n", double{score.value()});
+}
