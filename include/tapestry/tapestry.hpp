@@ -90,6 +90,7 @@
 #include <tapestry/geometry/plane.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
 #include <tapestry/geometry/pose.hpp>
+#include <tapestry/geometry/position_array.hpp>
 #include <tapestry/geometry/rotation.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/batch.hpp>

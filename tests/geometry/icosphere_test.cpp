@@ -32,6 +32,12 @@ TEST_CASE("an icosphere is closed, lies on its sphere and is seen from outside",
   }
 }
 
+TEST_CASE("an icosphere stands around its centre", "[geometry][icosphere]") {
+  const Vector3 centre{1, -2, 3};
+  for (const Vector3& position : geometry::icosphere(1, 0.5, centre).positions)
+    CHECK(geometry::length(geometry::subtract(position, centre)) == Approx(0.5).epsilon(1e-14));
+}
+
 TEST_CASE("icosphere refuses what it cannot make", "[geometry][icosphere][bad_input]") {
   CHECK_THROWS_AS(geometry::icosphere(9), tapestry::DomainError);
   CHECK_THROWS_AS(geometry::icosphere(1, 0), tapestry::DomainError);

@@ -3,6 +3,7 @@
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/geometry/icosphere.hpp>
 #include <tapestry/geometry/plane.hpp>
+#include <tapestry/geometry/position_array.hpp>
 #include <tapestry/geometry/rotation.hpp>
 
 #include "../support/catch.hpp"
@@ -15,18 +16,10 @@ using tapestry::Array;
 using tapestry::ArrayVariable;
 
 namespace {
-template <class T = double>
-Array<T, 2> positions_of(const geometry::Mesh& mesh) {
-  Array<T, 2> positions(tapestry::Extents<2>{mesh.positions.size(), 3});
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    positions.data()[i] = static_cast<T>(mesh.positions[i / 3][i % 3]);
-  return positions;
-}
-
 /// A sphere out of shape.
 template <class T>
 Array<T, 2> bumpy(const geometry::Mesh& mesh) {
-  auto positions = positions_of<T>(mesh);
+  auto positions = geometry::position_array<T>(mesh);
   const auto bumps = tapestry::test::random_array<T>({mesh.positions.size(), 3}, 3, -0.15, 0.15);
   for (std::size_t i = 0; i < positions.size(); ++i) positions.data()[i] += bumps.data()[i];
   return positions;
@@ -38,7 +31,7 @@ TEST_CASE("regularity of two triangles, worked out by hand", "[loss][mesh_regula
   mesh.positions = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, -2, 0}, {9, 9, 9}};  // the last is alone
   mesh.faces = {{0, 1, 2}, {0, 3, 1}};
   const auto topology = geometry::mesh_topology(mesh);
-  auto at = positions_of(mesh);
+  auto at = geometry::position_array<double>(mesh);
   // Umbrellas: (2/3, 0, 0), (−2, 0, 0), (1, −2, 0), (1, 2, 0), none.
   CHECK(loss::laplacian(topology, at) == Approx((4.0 / 9 + 4 + 5 + 5) / 5));
   // Edges: 2, 2, 2 and twice √8.
@@ -77,7 +70,8 @@ TEST_CASE("a plane is flat whatever its winding, and even inside", "[loss][mesh_
   auto mesh = geometry::plane(4, 5);
   for (std::size_t face = 0; face < mesh.faces.size(); face += 3)
     std::swap(mesh.faces[face][0], mesh.faces[face][1]);
-  CHECK(std::abs(loss::normal_consistency(geometry::mesh_topology(mesh), positions_of(mesh))) <= 1e-14);
+  CHECK(std::abs(loss::normal_consistency(geometry::mesh_topology(mesh),
+                                          geometry::position_array<double>(mesh))) <= 1e-14);
 }
 
 TEMPLATE_TEST_CASE("derivatives of regularity on the tape agree with central differences",
@@ -108,7 +102,7 @@ TEST_CASE("edges and faces without extent pull nowhere, and passive positions re
   mesh.positions.resize(4, {1, 2, 3});
   mesh.faces = {{0, 1, 2}, {1, 0, 3}};
   const auto topology = geometry::mesh_topology(mesh);
-  const auto at = positions_of(mesh);
+  const auto at = geometry::position_array<double>(mesh);
   auto gradient = tapestry::zeros<double, 2>({4, 3});
   loss::edge_length_adjoint(topology, at, 1.0, 1.0, gradient);
   loss::normal_consistency_adjoint(topology, at, 1.0, gradient);

@@ -45,7 +45,7 @@ struct Values {
 
   explicit Values(const raster::PaintedMesh& body)
       : texels(tapestry::test::random_array<double>({body.layout.texel_count(body.mesh), 3}, 1)),
-        positions(array_of(body.mesh.positions)),
+        positions(geometry::position_array<double>(body.mesh)),
         pose({0.02, -0.01, 0.03, 0.05, -0.04, -0.06}) {}
   [[nodiscard]] RenderInputs<double> passive() const { return {texels, positions, pose, light}; }
   [[nodiscard]] RenderInputs<double> active(tapestry::Tape<double>& tape) const {
@@ -123,7 +123,7 @@ TEST_CASE("positions on the tape pull back to vertex_adjoint and silhouette_adjo
   for (std::size_t i = 0; i < seed.size(); ++i) seed.data()[i] = weights.data()[3 * i];
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
-  const auto positions = tape.input(array_of(scene.mesh.positions));
+  const auto positions = tape.input(geometry::position_array<double>(scene.mesh));
   const auto drawn = raster::render(scene, Camera{}, side, side, scene.light,
                                     RenderInputs<double>{.texels = scene.texels, .positions = positions});
   tape.reverse(weighted(drawn.picture));

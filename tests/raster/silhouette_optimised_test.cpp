@@ -96,12 +96,6 @@ std::array<Score, 2> score(const Array<double, 2>& positions_adjoint, const Arra
   return scores;
 }
 
-Array<double, 2> positions_of(const Mesh& mesh) {
-  Array<double, 2> positions(tapestry::Extents<2>{mesh.positions.size(), 3});
-  for (std::size_t i = 0; i < positions.size(); ++i) positions.data()[i] = mesh.positions[i / 3][i % 3];
-  return positions;
-}
-
 }  // namespace
 
 TEST_CASE("through silhouettes, positions and pose have the gradient of a supersampled picture",
@@ -112,7 +106,7 @@ TEST_CASE("through silhouettes, positions and pose have the gradient of a supers
   for (std::size_t i = 0; i < weights.size(); ++i) seed.data()[i / 3] += weights.data()[i];
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
-  const auto positions = tape.input(positions_of(mesh));
+  const auto positions = tape.input(geometry::position_array<double>(mesh));
   const auto pose = tape.input(some_pose());
   tape.reverse(raster::silhouette(mesh, camera(), size, size, positions, pose), seed);
   const auto white = tapestry::filled<double, 2>({mesh.positions.size(), 3}, 1);
@@ -134,7 +128,7 @@ TEST_CASE("over a background, positions and pose have the gradient of a supersam
     behind.data()[i / 3] -= weights.data()[i] * background[i % 3];
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
-  const auto positions = tape.input(positions_of(mesh));
+  const auto positions = tape.input(geometry::position_array<double>(mesh));
   const auto pose = tape.input(some_pose());
   const auto drawn =
       raster::render(body, camera(), size, size, raster::Unlit{},

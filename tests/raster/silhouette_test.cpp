@@ -65,9 +65,7 @@ TEST_CASE("a silhouette on the tape depends on positions and pose", "[raster][si
   const auto weights = pixel_weights();
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
-  Array<double, 2> at(tapestry::Extents<2>{mesh.positions.size(), 3});
-  for (std::size_t i = 0; i < at.size(); ++i) at.data()[i] = mesh.positions[i / 3][i % 3];
-  const auto positions = tape.input(at);
+  const auto positions = tape.input(geometry::position_array<double>(mesh));
   const auto pose = tape.input(tapestry::zeros<double, 1>({6}));
   const std::size_t before = tape.record_count();
   const auto coverage = raster::silhouette(mesh, Camera{}, side, side, positions, pose);

@@ -13,13 +13,14 @@
 
 namespace tapestry::geometry {
 
-/// A sphere of nearly equal triangles around the origin: an icosahedron whose faces are cut into four, again
+/// A sphere of nearly equal triangles: an icosahedron whose faces are cut into four, again
 /// and again, the new corners moved out to the sphere. 20·4ⁿ faces, seen from outside, and 10·4ⁿ + 2
 /// positions.
 ///
 /// \param subdivisions  n, 0 to 8
 /// \throws DomainError for more than 8, or unless radius is positive
-[[nodiscard]] inline Mesh icosphere(std::size_t subdivisions, double radius = 1) {
+[[nodiscard]] inline Mesh icosphere(std::size_t subdivisions, double radius = 1,
+                                    const Vector3& centre = {0, 0, 0}) {
   if (subdivisions > 8) throw DomainError("icosphere: expected at most 8 subdivisions");
   if (!(radius > 0)) throw DomainError("icosphere: the radius must be positive");
   Mesh mesh;
@@ -59,7 +60,7 @@ namespace tapestry::geometry {
     }
     mesh.faces = std::move(faces);
   }
-  for (Vector3& position : mesh.positions) position = scale(position, radius);
+  for (Vector3& position : mesh.positions) position = add(scale(position, radius), centre);
   return mesh;
 }
 

@@ -51,7 +51,7 @@ template <std::floating_point T, LightModel Model>
                                           const Model& light, const RenderInputs<T>& inputs) {
   const auto pose = pose_of("render", inputs.pose);
   PosedView<Model> view{body, geometry::posed(camera, pose), pose, light};
-  view.body.mesh.positions = positions_of("render", body.mesh, inputs.positions);
+  if (is_given(inputs.positions)) geometry::set_positions(view.body.mesh, inputs.positions.value(), "render");
   if constexpr (std::derived_from<Model, Light>) {
     if (is_given(inputs.light)) view.light = light_of<Model>(inputs.light.value());
   } else if (is_given(inputs.light)) {

@@ -8,6 +8,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/pose.hpp>
+#include <tapestry/geometry/position_array.hpp>
 #include <vector>
 
 namespace tapestry::raster::detail {
@@ -29,17 +30,6 @@ template <std::floating_point T>
   const geometry::Pose result{vector(p), vector(p + 3)};
   if (!geometry::is_finite(result.rotation) || !geometry::is_finite(result.translation))
     throw DomainError(std::string(operation) + ": the pose must be finite");
-  return result;
-}
-
-template <std::floating_point T>
-[[nodiscard]] std::vector<geometry::Vector3> positions_of(const char* operation, const geometry::Mesh& mesh,
-                                                          const ArrayVariable<T, 2>& positions) {
-  if (!is_given(positions)) return mesh.positions;
-  require_shape(operation, "positions", positions.value(), {mesh.positions.size(), 3});
-  std::vector<geometry::Vector3> result(mesh.positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    result[i / 3][i % 3] = static_cast<double>(positions.value().data()[i]);
   return result;
 }
 

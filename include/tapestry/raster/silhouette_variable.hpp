@@ -49,8 +49,9 @@ template <std::floating_point T>
   const auto at = detail::pose_of("silhouette", pose);
   const auto seen_by = geometry::posed(camera, at);
   auto shape = std::make_shared<geometry::Mesh>();
-  shape->positions = detail::positions_of("silhouette", mesh, positions);
+  shape->positions = mesh.positions;
   shape->faces = mesh.faces;
+  if (detail::is_given(positions)) geometry::set_positions(*shape, positions.value(), "silhouette");
   auto coverage = silhouette<T>(*shape, seen_by, height, width, samples_per_axis);
   return detail::record_coverage<T>(std::move(shape), seen_by, at, std::move(coverage), positions, pose,
                                     samples_per_axis);
