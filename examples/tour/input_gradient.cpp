@@ -1,17 +1,7 @@
 // Shows what a detector's belief in a car rests on: the gradient of its surest box's score with respect to a
 // photograph, saved as a picture.
-#include <cmath>
 #include <cstdio>
-#include <string>
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/detect/box_decode_variable.hpp>
-#include <tapestry/detect/network_variable.hpp>
-#include <tapestry/image/batch.hpp>
-#include <tapestry/image/colour.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/image_file.hpp>
-#include <tapestry/io/network_file.hpp>
+#include <tapestry/tapestry.hpp>
 
 using namespace tapestry;
 
@@ -30,7 +20,10 @@ int main() {
   }
   tape.reverse(score);
   auto gradient = image::picture_of(picture.adjoint(), 0);
-  for (float& value : gradient.storage()) value = std::tanh(20 * value) / 2 + 0.5F;  // grey: no effect
+  float largest = 0;
+  for (const float value : gradient.storage()) largest = std::max(largest, std::abs(value));
+  for (float& value : gradient.storage())
+    value = 0.5F + 0.5F * std::cbrt(value / largest);  // grey: no effect
   io::write_image("input_gradient.png", gradient);
   std::printf("score %.3f, its gradient in input_gradient.png\n", double{score.value()});
 }
