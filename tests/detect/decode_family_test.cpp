@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_detector.hpp"
 #include "../support/refusal.hpp"
@@ -43,26 +44,7 @@ std::vector<detect::Detection> decoded(const Head& head, const Array<double, 4>&
   return detect::decode<double>({head}, {outputs}, 0, threshold, 64, 96);
 }
 
-const std::string two_convolutions = R"([net]
-width=64
-height=64
-channels=3
-[convolutional]
-filters=8
-size=3
-stride=2
-pad=1
-activation=leaky
-[convolutional]
-filters=18
-size=1
-activation=linear
-[yolo]
-mask=0,1,2
-anchors=10,13, 16,30, 33,23
-classes=1
-num=3
-)";
+const std::string two_convolutions = tapestry::test::cfg_text("two_convolutions");
 
 std::string with_logistic(const std::string& more) {
   std::string text = two_convolutions;
@@ -217,7 +199,7 @@ TEST_CASE("a decode family that contradicts the cfg is refused", "[detect][decod
   CHECK(with(with_logistic("new_coords=1\n"), DecodeFamily::scaled) == DecodeFamily::scaled);
   tapestry::test::check_refused(
       ErrorKind::mismatch,
-      "some.cfg:15: layer 2 (yolo): new_coords=1 contradicts the decode family asked "
+      "some.cfg:16: layer 2 (yolo): new_coords=1 contradicts the decode family asked "
       "for; expected scaled, found ultralytics",
       [&] { (void)with(with_logistic("new_coords=1\n"), DecodeFamily::ultralytics); });
   tapestry::test::check_refused(ErrorKind::mismatch,
@@ -230,7 +212,7 @@ TEST_CASE("σ taken twice is remarked on", "[detect][decode_family]") {
   const auto warnings = detect::decode_warnings(parsed(with_logistic("")));
   REQUIRE(warnings.size() == 1);
   CHECK(warnings[0] ==
-        "some.cfg:15: decode family darknet takes the logistic function of outputs of activation=logistic; "
+        "some.cfg:16: decode family darknet takes the logistic function of outputs of activation=logistic; "
         "is it scaled "
         "(new_coords=1)?");
 }

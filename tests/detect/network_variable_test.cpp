@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/cfg_text.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
@@ -20,45 +21,7 @@ using tapestry::Variable;
 using tapestry::test::random_array;
 
 namespace {
-/// Two heads, batch normalisation, and no kink.
-const std::string two_heads = R"([net]
-width=8
-height=8
-[convolutional]
-filters=5
-size=3
-pad=1
-batch_normalize=1
-activation=mish
-[convolutional]
-filters=6
-size=3
-stride=2
-pad=1
-batch_normalize=1
-activation=swish
-[convolutional]
-filters=6
-size=1
-activation=linear
-[yolo]
-mask=0
-anchors=4,5
-classes=1
-num=1
-[route]
-layers=-4
-[convolutional]
-filters=6
-size=3
-pad=1
-activation=linear
-[yolo]
-mask=0
-anchors=4,5
-classes=1
-num=1
-)";
+const std::string two_heads = tapestry::test::cfg_text("two_heads");
 
 template <class T>
 detect::Network<T> two_headed_network() {

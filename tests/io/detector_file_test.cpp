@@ -233,7 +233,7 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
   const auto loaded = io::read_network<float>(doubled, scaled.weights);
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0],
-             contains("doubled.cfg:48: decode family darknet takes the logistic function of "
+             contains("doubled.cfg:50: decode family darknet takes the logistic function of "
                       "outputs of activation=logistic"));
   CHECK(io::read_network<float>(doubled, scaled.weights, 0, 0, DecodeFamily::scaled).warnings.empty());
 
@@ -241,7 +241,7 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
   CHECK(family(said, scaled.weights, {}) == DecodeFamily::scaled);
   CHECK(family(said, scaled.weights, DecodeFamily::scaled) == DecodeFamily::scaled);
   const std::string contradiction =
-      "said.cfg:48: layer 8 (yolo): new_coords=1 contradicts the decode family asked for; expected scaled, "
+      "said.cfg:50: layer 8 (yolo): new_coords=1 contradicts the decode family asked for; expected scaled, "
       "found ";
   check_refused(ErrorKind::mismatch, contradiction + "darknet",
                 [&] { (void)family(said, scaled.weights, DecodeFamily::darknet); });
@@ -355,7 +355,7 @@ TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][det
                 std::string(decode) + "'",
             with("decode", decode));
   refused(mismatch,
-          "some.safetensors:cfg:48: layer 8 (yolo): decode family scaled (new_coords=1) needs activations, "
+          "some.safetensors:cfg:50: layer 8 (yolo): decode family scaled (new_coords=1) needs activations, "
           "not logits",
           with("decode", "scaled"));
   refused(mismatch, "metadata field 'format' is missing", [](Parts& parts) { parts.metadata.clear(); });

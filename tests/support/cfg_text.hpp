@@ -1,0 +1,14 @@
+#pragma once
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+namespace tapestry::test {
+/// The text of tests/detect/cfg/<name>.cfg, which says at its top what it is for.
+inline std::string cfg_text(const std::string& name) {
+  std::ifstream file(TAPESTRY_SOURCE "/tests/detect/cfg/" + name + ".cfg");
+  if (!file) throw std::runtime_error("tests/detect/cfg/" + name + ".cfg is missing");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+}  // namespace tapestry::test
