@@ -194,7 +194,6 @@
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
-#include <tapestry/raster/render_faces.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>

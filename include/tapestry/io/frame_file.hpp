@@ -10,6 +10,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/npz_file.hpp>
 #include <utility>
@@ -147,12 +148,6 @@ inline Label read_label(const NpzFile& file, std::size_t height, std::size_t wid
   return {static_cast<std::size_t>(label[0]),
           {label[1] * columns, label[2] * rows, label[3] * columns, label[4] * rows}};
 }
-
-/// The same picture with the first and the last channel exchanged.
-inline Array<std::uint8_t, 3> channels_reversed(Array<std::uint8_t, 3> image) {
-  for (std::size_t i = 0; i + 2 < image.size(); i += 3) std::swap(image.data()[i], image.data()[i + 2]);
-  return image;
-}
 }  // namespace detail
 
 /// Reads and validates a frame file: an .npz with the members of the CARLA set of Wang et al. (DAS, FCA),
@@ -178,7 +173,7 @@ inline Array<std::uint8_t, 3> channels_reversed(Array<std::uint8_t, 3> image) {
                      .expected = "u1 (height, width, 3)",
                      .found = std::string(type_name(picture.type)) + " " + shape_text(picture.shape)});
   }
-  frame.image = detail::channels_reversed(picture.array<std::uint8_t, 3>());
+  frame.image = image::swap_red_blue(picture.array<std::uint8_t, 3>());
   const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
   if (file.has("camera_matrix") || file.has("camera_fov")) frame.camera = detail::read_camera(file);
   if (!frame.camera || file.has("veh_trans") || file.has("cam_trans")) frame.pose = detail::read_pose(file);
@@ -196,7 +191,7 @@ inline void write_frame(const std::string& path, const Frame& frame) {
   if (extents[2] != 3 || frame.image.size() == 0) throw ShapeError("write_frame: image is not [H, W, 3]");
   if (frame.mask) require_shape("write_frame", "mask", *frame.mask, {extents[0], extents[1]});
   NpzWriter writer;
-  writer.add("img", detail::channels_reversed(frame.image));
+  writer.add("img", image::swap_red_blue(frame.image));
   const auto add_numbers = [&](const char* name, std::vector<std::size_t> shape,
                                const std::vector<double>& numbers) {
     writer.add(name, std::span<const std::size_t>(shape), std::span<const double>(numbers));

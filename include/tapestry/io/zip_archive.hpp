@@ -24,6 +24,10 @@ struct ZipLimits {
 /// The central directory is the only list of members, and every field of it is checked against the archive
 /// before use. Member names are for looking up; nothing is ever written under them.
 /// Source: PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12, 4.3.15, 4.3.16.
+///
+/// Written here and not left to libzip, because most of these lines are checks of counts, sizes and places
+/// that stand before any of its functions, and limits that it has no option for; inflating is zlib's either
+/// way.
 class ZipArchive {
  public:
   /// A file in the archive, as its directory lists it.

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/fragment_scan.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <utility>

@@ -6,7 +6,6 @@
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/raster/screen_vertex.hpp>
 #include <tapestry/raster/triangle.hpp>
-#include <tapestry/raster/view_clip.hpp>
 
 namespace tapestry::raster {
 

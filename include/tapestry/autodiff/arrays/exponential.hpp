@@ -6,7 +6,6 @@
 #include <limits>
 #include <tapestry/autodiff/arrays/elementwise.hpp>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
-#include <tapestry/core/instruction_set.hpp>
 #include <type_traits>
 
 namespace tapestry {

@@ -1,6 +1,5 @@
 #pragma once
 #include <cmath>
-#include <tapestry/autodiff/tape/scalar.hpp>
 
 namespace tapestry {
 namespace detail {

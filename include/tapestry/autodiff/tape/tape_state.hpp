@@ -4,7 +4,6 @@
 #include <string>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
-#include <tapestry/autodiff/tape/scalar.hpp>
 #include <tapestry/autodiff/tape/tape_memory.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>

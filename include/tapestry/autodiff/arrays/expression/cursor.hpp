@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/autodiff/arrays/expression/node.hpp>
 #include <tapestry/autodiff/arrays/expression/plan.hpp>
 #include <tuple>

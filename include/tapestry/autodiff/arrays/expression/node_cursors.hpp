@@ -2,7 +2,6 @@
 #include <cstddef>
 #include <tapestry/autodiff/arrays/expression/cursor.hpp>
 #include <tapestry/autodiff/arrays/expression/node.hpp>
-#include <tapestry/autodiff/arrays/expression/plan.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <type_traits>
 #include <utility>

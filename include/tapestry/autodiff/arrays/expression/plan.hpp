@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <string>
 #include <tapestry/autodiff/arrays/array_memory.hpp>  // count_of
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 
