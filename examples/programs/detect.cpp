@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/image/batch.hpp>
@@ -14,7 +15,6 @@
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
-#include "shell/finite_logits.hpp"
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
@@ -54,7 +54,7 @@ std::vector<detect::Detection> detect_in(const std::string& path, const Array<st
   const std::size_t width = network.input_width();
   network.forward(image::batch_of(image::letterboxed(image::from_bytes<float>(picture), height, width, 0.5F)),
                   pass);
-  require_finite_logits(pass.logits, path);
+  detect::require_finite_logits(pass.logits, path);
   auto detections = detect::suppress(
       detect::decode(network.heads(), pass.logits, 0, settings.confidence, height, width), settings.nms);
   const auto back = image::picture_from_canvas(picture.shape(0), picture.shape(1), height, width);

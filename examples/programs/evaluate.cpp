@@ -9,13 +9,12 @@
 #include <tapestry/io/npz_file.hpp>
 
 #include "shell/inputs.hpp"
-#include "shell/measurement.hpp"
 #include "shell/program.hpp"
 #include "shell/report.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
 #include "shell/settings.hpp"
-#include "shell/survey.hpp"
+#include "shell/survey_watch.hpp"
 
 namespace {
 using namespace tapestry;
@@ -97,7 +96,7 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
   std::printf("P@0.5 by confidence threshold\n  %-12s", "");
   for (const double threshold : sweep) std::printf(" %7.2f", threshold);
   std::printf("\n");
-  const auto print_row = [&](const Measurement& row) {
+  const auto print_row = [&](const evaluate::Measurement& row) {
     std::printf("  %-12s", row.name.c_str());
     for (std::size_t i = 0; i < sweep.size(); ++i) {
       std::printf(" %5.1f %%", 100 * row.sweep[i].p_at_50);
@@ -105,9 +104,9 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
     }
     std::printf("\n");
   };
-  print_row(report.photo);
-  print_row(report.clean);
-  if (report.adversarial) print_row(*report.adversarial);
+  print_row(report.survey.photo);
+  print_row(report.survey.clean);
+  if (report.survey.adversarial) print_row(*report.survey.adversarial);
 }
 
 int run(const CLI::App& app, Options& options) {
@@ -122,19 +121,21 @@ int run(const CLI::App& app, Options& options) {
   camouflage::ViewStore<float> store(
       car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
       frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));
-  const auto usable = usable_views(store, inputs.warnings);
+  const auto usable = views_with_car(store, inputs.warnings);
   for (const auto& warning : inputs.warnings) std::cerr << "warning: " << warning << '\n';
   if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
-  const auto clean = camouflage::own_colours<float>(car);
-  const auto adversarial = options.clean_only
-                               ? Array<float, 2>()
-                               : read_colours(options.run + "/texture.npz", car.layout.texel_count(car.mesh));
+  evaluate::SurveyedTextures<float> textures{camouflage::own_colours<float>(car), {}, {}};
+  const std::size_t texel_count = textures.clean.shape(0);
+  textures.controls = evaluate::make_controls<float>(texel_count, options.seed);
+  if (!options.clean_only) textures.adversarial = read_colours(options.run + "/texture.npz", texel_count);
   if (!options.output.empty()) make_writable_folder(options.output);
-  Meter meter(network, inputs.class_index, options.detector, options.sweep);
+  evaluate::Meter<float> meter(network, inputs.class_index,
+                               {options.detector.confidence, options.detector.nms, options.sweep});
   std::vector<Bitmap> sheet;
-  RunReport report =
-      survey(meter, store, usable, {&clean, options.clean_only ? &sheet : nullptr},
-             options.clean_only ? SurveyedTexture{} : SurveyedTexture{&adversarial, &sheet}, options.seed);
+  SurveyWatch watch(meter, textures.pictures_a_view() * usable.size());
+  watch.collect(options.clean_only ? "clean" : "adversarial", sheet);
+  RunReport report;
+  report.survey = evaluate::survey(meter, store, usable, textures, watch);
   report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
@@ -21,7 +22,6 @@
 #include <vector>
 
 #include "../scenes/labelled_scene.hpp"
-#include "shell/finite_logits.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/progress.hpp"
@@ -164,7 +164,7 @@ Validation validate(const detect::Network<float>& network, const std::vector<Lab
   for (const LabelledScene& scene : scenes) {
     put_into_batch(scene, 0, false, {1, 1, 1}, batch);
     network.forward(batch, pass);
-    require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
+    detect::require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
     const auto detections =
         detect::suppress(detect::decode(network.heads(), pass.logits, 0, 0.25, size, size), 0.45);
     found.push_back(evaluate::is_found(detections, scene.main));

@@ -11,7 +11,8 @@
 ///   geometry, image, nn, optim    meshes and cameras; pictures; network layers; Adam
 ///   raster, detect                mesh to picture; picture to boxes
 ///   loss, io                      terms of the objective; files in and out
-///   camouflage, evaluate          parameters, objective and training; rates that judge an attack
+///   camouflage                    parameters, objective and training
+///   evaluate                      meter, controls and rates that judge an attack
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
@@ -55,6 +56,7 @@
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/training.hpp>
+#include <tapestry/camouflage/usable_views.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/array.hpp>
@@ -72,13 +74,18 @@
 #include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/decode_family.hpp>
+#include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <tapestry/evaluate/meter.hpp>
+#include <tapestry/evaluate/survey.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>

@@ -20,14 +20,13 @@
 #include "camouflage_options.hpp"
 #include "contact_sheet.hpp"
 #include "inputs.hpp"
-#include "measurement.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
 #include "step_log.hpp"
 #include "stop_signal.hpp"
-#include "survey.hpp"
+#include "survey_watch.hpp"
 
 namespace tapestry::shell {
 
@@ -86,9 +85,9 @@ class CamouflageRun {
     const auto start = Clock::now();
     for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
     inputs_.warnings.clear();
-    const auto usable_train = usable_views(train_, inputs_.warnings);
+    const auto usable_train = views_with_car(train_, inputs_.warnings);
     auto& test = test_store();
-    const auto usable_test = inputs_.frames.held_out ? usable_views(test, inputs_.warnings) : usable_train;
+    const auto usable_test = inputs_.frames.held_out ? views_with_car(test, inputs_.warnings) : usable_train;
     for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
     if (usable_train.empty() || usable_test.empty())
       throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
@@ -185,12 +184,18 @@ class CamouflageRun {
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
               const std::vector<std::size_t>& usable, Clock::time_point start) {
     const auto colours = camouflage::texture_colours(training.parameter());
-    const auto clean_colours = camouflage::own_colours<float>(inputs_.car.painted);
-    Meter meter(inputs_.detector.network, inputs_.class_index, options_.detector);
+    const evaluate::SurveyedTextures<float> textures{
+        camouflage::own_colours<float>(inputs_.car.painted), colours,
+        evaluate::make_controls<float>(colours.shape(0), options_.optimisation.seed)};
+    evaluate::Meter<float> meter(inputs_.detector.network, inputs_.class_index,
+                                 {options_.detector.confidence, options_.detector.nms});
     std::vector<Bitmap> before;
     std::vector<Bitmap> after;
-    RunReport report = survey(meter, test, usable, {&clean_colours, &before}, {&colours, &after},
-                              options_.optimisation.seed);
+    SurveyWatch watch(meter, textures.pictures_a_view() * usable.size());
+    watch.collect("clean", before);
+    watch.collect("adversarial", after);
+    RunReport report;
+    report.survey = evaluate::survey(meter, test, usable, textures, watch);
     write_textures(training.parameter(), colours);
     const std::size_t columns = before.size() > 12 ? 8 : 3;
     StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress

@@ -5,36 +5,39 @@
 #include <optional>
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
+#include <tapestry/evaluate/survey.hpp>
 #include <vector>
 
-#include "measurement.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
 
 /// What a run found out.
 struct RunReport {
-  Measurement photo;
-  Measurement clean;
-  std::optional<Measurement> adversarial;  ///< none when no camouflage was measured
-  std::vector<Measurement> controls;
-  evaluate::AttackSuccess asr;  ///< of the views found in `clean`, those not found in `adversarial`
+  evaluate::Survey survey;
   double seconds = 0;
   bool held_out = false;
   std::vector<camouflage::ObjectiveTerms> history;
   Json options;
 };
 
+inline Json json_of(const evaluate::Measurement& measurement) {
+  return {{"views", measurement.rate.views},
+          {"detected", measurement.rate.detected},
+          {"p_at_50", measurement.rate.p_at_50},
+          {"interval", measurement.rate.interval}};
+}
+
 inline Json metrics_json(const RunReport& report) {
   Json controls = Json::object();
-  for (const auto& control : report.controls) controls[control.name] = json_of(control);
-  return {{"photo", json_of(report.photo)},
-          {"clean", json_of(report.clean)},
-          {"adversarial", report.adversarial ? json_of(*report.adversarial) : Json()},
+  for (const auto& control : report.survey.controls) controls[control.name] = json_of(control);
+  return {{"photo", json_of(report.survey.photo)},
+          {"clean", json_of(report.survey.clean)},
+          {"adversarial", report.survey.adversarial ? json_of(*report.survey.adversarial) : Json()},
           {"controls", controls},
-          {"asr", report.asr.views > 0 ? Json(report.asr.rate) : Json()},
-          {"asr_views", report.asr.views},
-          {"asr_interval", report.asr.interval},
+          {"asr", report.survey.asr.views > 0 ? Json(report.survey.asr.rate) : Json()},
+          {"asr_views", report.survey.asr.views},
+          {"asr_interval", report.survey.asr.interval},
           {"held_out", report.held_out},
           {"seconds", report.seconds},
           {"peak_mib", peak_mib()},
@@ -48,16 +51,16 @@ inline std::string percent_text(double share) {
   return text;
 }
 
-inline std::vector<const Measurement*> rows_of(const RunReport& report) {
-  std::vector<const Measurement*> rows{&report.photo, &report.clean};
-  if (report.adversarial) rows.push_back(&*report.adversarial);
-  for (const auto& control : report.controls) rows.push_back(&control);
+inline std::vector<const evaluate::Measurement*> rows_of(const RunReport& report) {
+  std::vector<const evaluate::Measurement*> rows{&report.survey.photo, &report.survey.clean};
+  if (report.survey.adversarial) rows.push_back(&*report.survey.adversarial);
+  for (const auto& control : report.survey.controls) rows.push_back(&control);
   return rows;
 }
 
 /// The table that a run prints when it is done.
 inline std::string summary_text(const RunReport& report) {
-  std::string text = !report.adversarial ? "views\n"
+  std::string text = !report.survey.adversarial ? "views\n"
                      : report.held_out   ? "held-out views\n"
                                          : "the views that were optimised on\n";
   char line[160];
@@ -68,10 +71,10 @@ inline std::string summary_text(const RunReport& report) {
                   100 * row->rate.interval[0], 100 * row->rate.interval[1]);
     text += line;
   }
-  if (!report.adversarial) return text;
-  if (report.asr.views > 0)
-    text += "  attack success " + percent_text(report.asr.rate) + " of the " +
-            std::to_string(report.asr.views) + " views found in clean\n";
+  if (!report.survey.adversarial) return text;
+  if (report.survey.asr.views > 0)
+    text += "  attack success " + percent_text(report.survey.asr.rate) + " of the " +
+            std::to_string(report.survey.asr.views) + " views found in clean\n";
   else
     text += "  attack success is not defined: no view is found in clean\n";
   return text;
@@ -83,7 +86,7 @@ inline std::string html_text(const std::string& text) {
   return html;
 }
 
-inline std::string html_row(const Measurement& row) {
+inline std::string html_row(const evaluate::Measurement& row) {
   return "<tr><td>" + row.name + "</td><td>" + std::to_string(row.rate.detected) + " of " +
          std::to_string(row.rate.views) + "</td><td>" + percent_text(row.rate.p_at_50) + "</td><td>" +
          percent_text(row.rate.interval[0]) + " to " + percent_text(row.rate.interval[1]) + "</td></tr>\n";
@@ -120,9 +123,9 @@ inline std::string loss_curve_svg(const std::vector<camouflage::ObjectiveTerms>&
 inline std::string report_html(const RunReport& report) {
   std::string rows;
   for (const auto* row : rows_of(report)) rows += html_row(*row);
-  const std::string asr = report.asr.views > 0
-                              ? percent_text(report.asr.rate) + " of the " +
-                                    std::to_string(report.asr.views) + " views found in <i>clean</i>"
+  const std::string asr = report.survey.asr.views > 0
+                              ? percent_text(report.survey.asr.rate) + " of the " +
+                                    std::to_string(report.survey.asr.views) + " views found in <i>clean</i>"
                               : "not defined: no view is found in <i>clean</i>";
   return "<!doctype html><html lang='en'><meta charset='utf-8'><title>Camouflage run</title>\n"
          "<style>body{font:15px/1.45 sans-serif;max-width:72em;margin:2em auto;padding:0 1em}"

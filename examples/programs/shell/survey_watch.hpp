@@ -1,0 +1,64 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tapestry/camouflage/usable_views.hpp>
+#include <tapestry/evaluate/survey.hpp>
+#include <tapestry/image/colour.hpp>
+#include <utility>
+#include <vector>
+
+#include "contact_sheet.hpp"
+#include "progress.hpp"
+#include "stop_signal.hpp"
+
+namespace tapestry::shell {
+
+/// The views of a store that show the car; each other one adds a warning.
+/// \throws Stopped when a signal arrives meanwhile
+inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& store,
+                                               std::vector<std::string>& warnings) {
+  auto usable = camouflage::usable_views(
+      store, [](const camouflage::View<float>&) { StopSignal::throw_if_arrived(); });
+  warnings.insert(warnings.end(), usable.warnings.begin(), usable.warnings.end());
+  return std::move(usable.indices);
+}
+
+/// A picture with its detections drawn: green the car where it should be, orange everything else.
+inline Bitmap annotated(const evaluate::MeasuredPicture<float>& measured,
+                        const evaluate::Meter<float>& meter) {
+  Bitmap bitmap = image::to_bytes(measured.picture);
+  for (const auto& detection : measured.result.detections) {
+    const bool counts = meter.shows_car({detection}, measured.view);
+    draw_box(bitmap, detection.box,
+             counts ? std::array<std::uint8_t, 3>{40, 220, 60} : std::array<std::uint8_t, 3>{255, 150, 0});
+  }
+  return bitmap;
+}
+
+/// Follows a survey: says how far it is, keeps the annotated pictures of some textures, and throws Stopped
+/// when a signal has arrived.
+class SurveyWatch {
+ public:
+  SurveyWatch(const evaluate::Meter<float>& meter, std::size_t pictures)
+      : meter_(meter), progress_(pictures) {}
+
+  /// From now on adds the pictures of a texture to a sheet, which must outlive the watch.
+  void collect(const std::string& texture, std::vector<Bitmap>& sheet) { sheets_[texture] = &sheet; }
+
+  void operator()(const evaluate::MeasuredPicture<float>& measured) {
+    StopSignal::throw_if_arrived();
+    const auto sheet = sheets_.find(measured.texture);
+    if (sheet != sheets_.end()) sheet->second->push_back(annotated(measured, meter_));
+    progress_.count(measured.texture);
+  }
+
+ private:
+  const evaluate::Meter<float>& meter_;
+  MeasuringProgress progress_;
+  std::map<std::string, std::vector<Bitmap>*> sheets_;
+};
+
+}  // namespace tapestry::shell

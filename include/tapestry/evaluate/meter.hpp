@@ -1,0 +1,86 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/finite_logits.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/suppression.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/image/batch.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::evaluate {
+
+/// When a detector says that something is there.
+struct MeterSettings {
+  double confidence = 0.25;     ///< a detection's must be above it
+  double nms = 0.45;            ///< IoU above which a weaker detection is suppressed
+  std::vector<double> sweep{};  ///< further thresholds of confidence
+};
+
+/// The detections in the picture of a view, and whether the car is among them.
+struct ViewResult {
+  std::vector<detect::Detection> detections{};  ///< above the confidence, most confident first
+  bool found = false;
+  std::vector<bool> found_in_sweep{};  ///< at each threshold of the sweep
+};
+
+/// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
+///
+/// The network runs once a picture. So does suppression: as it goes down in confidence, what it keeps above a
+/// threshold does not depend on what lies below.
+template <std::floating_point T>
+class Meter {
+ public:
+  /// \param network      must outlive the meter
+  /// \param class_index  of the car
+  Meter(const detect::Network<T>& network, std::size_t class_index, MeterSettings settings = {})
+      : network_(network), class_index_(class_index), settings_(std::move(settings)) {}
+
+  /// \param picture  [H, W, 3], at the size of the network's input
+  /// \throws ShapeError for another size, NumericError for logits that are not finite
+  [[nodiscard]] ViewResult examine(const Array<T, 3>& picture, const camouflage::View<T>& view) {
+    network_.forward(image::batch_of(picture), pass_);
+    detect::require_finite_logits(pass_.logits, view.name);
+    double least = settings_.confidence;
+    for (const double threshold : settings_.sweep) least = std::min(least, threshold);
+    const auto kept = detect::suppress(detect::decode(network_.heads(), pass_.logits, 0, least,
+                                                      network_.input_height(), network_.input_width()),
+                                       settings_.nms);
+    ViewResult result;
+    result.detections = above(settings_.confidence, kept);
+    result.found = shows_car(result.detections, view);
+    for (const double threshold : settings_.sweep)
+      result.found_in_sweep.push_back(shows_car(above(threshold, kept), view));
+    return result;
+  }
+
+  /// Whether the car of the view is among the detections, see is_found().
+  [[nodiscard]] bool shows_car(const std::vector<detect::Detection>& detections,
+                               const camouflage::View<T>& view) const {
+    return is_found(detections, {class_index_, view.target});
+  }
+
+  [[nodiscard]] const MeterSettings& settings() const { return settings_; }
+
+ private:
+  /// Of detections in order of confidence, those above a threshold.
+  static std::vector<detect::Detection> above(double threshold,
+                                              const std::vector<detect::Detection>& detections) {
+    const auto is_above = [=](const detect::Detection& detection) {
+      return detection.confidence > threshold;
+    };
+    return {detections.begin(), std::partition_point(detections.begin(), detections.end(), is_above)};
+  }
+
+  const detect::Network<T>& network_;
+  std::size_t class_index_;
+  MeterSettings settings_;
+  detect::Pass<T> pass_;
+};
+
+}  // namespace tapestry::evaluate

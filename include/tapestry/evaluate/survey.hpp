@@ -1,0 +1,56 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <tapestry/evaluate/meter.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::evaluate {
+
+/// The textures that a survey compares, each [texel, 3].
+template <class T>
+struct SurveyedTextures {
+  Array<T, 2> clean;                       ///< the car's own colours
+  std::optional<Array<T, 2>> adversarial;  ///< the camouflage, if there is one
+  std::vector<Control<T>> controls;
+
+  /// Pictures of each view that a survey measures, the untouched frame among them.
+  [[nodiscard]] std::size_t pictures_a_view() const {
+    return 2 + (adversarial ? 1U : 0U) + controls.size();
+  }
+};
+
+/// How the same views fare with each texture.
+struct Survey {
+  Measurement photo;  ///< the untouched frames
+  Measurement clean;
+  std::optional<Measurement> adversarial;
+  std::vector<Measurement> controls;
+  AttackSuccess asr;  ///< of the views found in `clean`, those not found in `adversarial`
+};
+
+/// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
+/// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
+template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
+[[nodiscard]] Survey survey(Meter<T>& meter, camouflage::ViewStore<T>& store,
+                            const std::vector<std::size_t>& views, const SurveyedTextures<T>& textures,
+                            Visit&& visit) {
+  Survey survey;
+  survey.photo = measure<T>("photo", meter, store, views, nullptr, visit);
+  survey.clean = measure("clean", meter, store, views, &textures.clean, visit);
+  if (textures.adversarial) {
+    survey.adversarial = measure("adversarial", meter, store, views, &*textures.adversarial, visit);
+    survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found);
+  }
+  for (const Control<T>& control : textures.controls)
+    survey.controls.push_back(measure(control.name, meter, store, views, &control.colours, visit));
+  return survey;
+}
+
+}  // namespace tapestry::evaluate

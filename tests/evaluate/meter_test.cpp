@@ -1,0 +1,76 @@
+#include <tapestry/evaluate/meter.hpp>
+
+#include <limits>
+
+#include "../support/catch.hpp"
+#include "../support/tiny_scene.hpp"
+
+namespace detect = tapestry::detect;
+namespace evaluate = tapestry::evaluate;
+namespace test = tapestry::test;
+using tapestry::Array;
+
+namespace {
+/// A view of the tiny car, and a network whose random weights find all sorts of things in it.
+struct Fixture {
+  tapestry::raster::PaintedMesh car = test::tiny_car();
+  detect::Network<float> network = test::tiny_network<float>();
+  tapestry::camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
+
+  /// As detector programs do it, with a threshold of confidence alone.
+  [[nodiscard]] std::vector<detect::Detection> detections(const Array<float, 3>& picture, double confidence) {
+    detect::Pass<float> pass;
+    network.forward(tapestry::image::batch_of(picture), pass);
+    return detect::suppress(detect::decode(network.heads(), pass.logits, 0, confidence, 48, 48), 0.45);
+  }
+};
+}  // namespace
+
+TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[evaluate][meter]") {
+  Fixture fixture;
+  const std::vector<double> sweep{0.05, 0.2, 0.3, 0.9};
+  evaluate::Meter<float> meter(fixture.network, 1, {0.25, 0.45, sweep});
+  std::size_t counts = 0;
+  for (std::size_t i = 0; i < fixture.store.size(); ++i) {
+    auto view = *fixture.store.view(i);
+    const auto at_most = fixture.detections(view.background, 0.05);
+    REQUIRE(!at_most.empty());
+    for (const detect::Detection& wanted : at_most) {  // each in turn is what the view asks for
+      if (wanted.class_index != 1) continue;
+      view.target = wanted.box;
+      const auto result = meter.examine(view.background, view);
+      CHECK(result.found == meter.shows_car(fixture.detections(view.background, 0.25), view));
+      REQUIRE(result.found_in_sweep.size() == sweep.size());
+      for (std::size_t k = 0; k < sweep.size(); ++k) {
+        const bool found = meter.shows_car(fixture.detections(view.background, sweep[k]), view);
+        CHECK(result.found_in_sweep[k] == found);
+        counts += found ? 1 : 0;
+      }
+      CHECK(result.found_in_sweep[0]);
+    }
+  }
+  CHECK(counts > 0);
+}
+
+TEST_CASE("a meter's detections are those above its confidence, the most confident first",
+          "[evaluate][meter]") {
+  Fixture fixture;
+  const auto view = fixture.store.view(0);
+  evaluate::Meter<float> meter(fixture.network, 0, {0.25, 0.45, {0.01}});
+  const auto result = meter.examine(view->background, *view);
+  const auto expected = fixture.detections(view->background, 0.25);
+  REQUIRE(result.detections.size() == expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    CHECK(result.detections[i].confidence == expected[i].confidence);
+    CHECK(result.detections[i].candidate == expected[i].candidate);
+  }
+}
+
+TEST_CASE("a meter refuses outputs that are not finite, naming the view", "[evaluate][meter]") {
+  Fixture fixture;
+  for (float& value : fixture.network.parameters()) value = std::numeric_limits<float>::quiet_NaN();
+  evaluate::Meter<float> meter(fixture.network, 0);
+  const auto view = fixture.store.view(0);
+  CHECK_THROWS_AS(meter.examine(view->background, *view), tapestry::NumericError);
+  CHECK_THROWS_WITH(meter.examine(view->background, *view), Catch::Matchers::Contains("frame0: output 0"));
+}
