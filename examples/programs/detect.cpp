@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour.hpp>

@@ -21,8 +21,7 @@ TEST_CASE("views that do not show the car are left out with a warning", "[camouf
   const auto usable = camouflage::usable_views(
       store, [&](const camouflage::View<float>& view) { visited.push_back(view.name); });
   CHECK(usable.indices == std::vector<std::size_t>{0, 2});
-  CHECK(usable.warnings ==
-        std::vector<std::string>{"frame frame1 does not show the car and is left out"});
+  CHECK(usable.warnings == std::vector<std::string>{"frame frame1 does not show the car and is left out"});
   CHECK(visited == std::vector<std::string>{"frame0", "frame1", "frame2"});
   CHECK(camouflage::usable_views(store).indices == usable.indices);
 }

@@ -1,20 +1,32 @@
-# Installs Tapestry into a temporary folder and builds, links and runs the consumer project against that;
-# then the same with Tapestry as a subfolder of the consumer.
+# Installs Tapestry into a temporary folder and builds, links and runs projects against that: one that uses all of it,
+# one that uses the tape alone. Then the same with Tapestry as a subfolder of theirs.
 set(consumer_dir ${CMAKE_CURRENT_BINARY_DIR}/consumer)
-set(consumer_command ${CMAKE_COMMAND} -DSOURCE_DIR=${CMAKE_CURRENT_SOURCE_DIR}/consumer
-                     -DCOMPILER=${CMAKE_CXX_COMPILER} -DGENERATOR=${CMAKE_GENERATOR})
-set(build_consumer -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/build_consumer.cmake)
 
+# add_consumer_test(<what> <folder of the project> <option>): the test "consumer: <what>".
+function(add_consumer_test what folder option)
+  string(MAKE_C_IDENTIFIER ${what} build_folder)
+  add_test(NAME "consumer: ${what}"
+           COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${CMAKE_CURRENT_SOURCE_DIR}/${folder}
+                   -DBINARY_DIR=${consumer_dir}/${build_folder} -DOPTION=${option} -DCOMPILER=${CMAKE_CXX_COMPILER}
+                   -DGENERATOR=${CMAKE_GENERATOR} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/build_consumer.cmake)
+  set_tests_properties("consumer: ${what}" PROPERTIES TIMEOUT 300)
+endfunction()
+
+add_consumer_test("add_subdirectory" consumer -DTAPESTRY_SOURCES=${PROJECT_SOURCE_DIR})
+add_consumer_test("add_subdirectory of the tape alone" consumer/autodiff -DTAPESTRY_SOURCES=${PROJECT_SOURCE_DIR})
 if(TAPESTRY_INSTALL)
   add_test(NAME "consumer: install"
            COMMAND ${CMAKE_COMMAND} --install ${PROJECT_BINARY_DIR} --prefix ${consumer_dir}/prefix)
   set_tests_properties("consumer: install" PROPERTIES FIXTURES_SETUP installed_tapestry)
-  add_test(NAME "consumer: find_package"
-           COMMAND ${consumer_command} -DBINARY_DIR=${consumer_dir}/installed
-                   -DOPTION=-DCMAKE_PREFIX_PATH=${consumer_dir}/prefix ${build_consumer})
-  set_tests_properties("consumer: find_package" PROPERTIES FIXTURES_REQUIRED installed_tapestry TIMEOUT 300)
+  add_consumer_test("find_package" consumer -DCMAKE_PREFIX_PATH=${consumer_dir}/prefix)
+  add_consumer_test("find_package of the tape alone" consumer/autodiff -DCMAKE_PREFIX_PATH=${consumer_dir}/prefix)
+  set(installed_tests "consumer: find_package" "consumer: find_package of the tape alone")
+  find_program(PKG_CONFIG NAMES pkg-config pkgconf)
+  if(PKG_CONFIG)
+    add_test(NAME "consumer: pkg-config" COMMAND ${PKG_CONFIG} --cflags --print-errors tapestry)
+    set_tests_properties("consumer: pkg-config" PROPERTIES PASS_REGULAR_EXPRESSION "-I[^ ]*/include .*eigen3"
+                         ENVIRONMENT "PKG_CONFIG_PATH=${consumer_dir}/prefix/${CMAKE_INSTALL_DATADIR}/pkgconfig")
+    list(APPEND installed_tests "consumer: pkg-config")
+  endif()
+  set_tests_properties(${installed_tests} PROPERTIES FIXTURES_REQUIRED installed_tapestry)
 endif()
-add_test(NAME "consumer: add_subdirectory"
-         COMMAND ${consumer_command} -DBINARY_DIR=${consumer_dir}/subfolder
-                 -DOPTION=-DTAPESTRY_SOURCES=${PROJECT_SOURCE_DIR} ${build_consumer})
-set_tests_properties("consumer: add_subdirectory" PROPERTIES TIMEOUT 300)

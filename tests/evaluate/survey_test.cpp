@@ -19,7 +19,9 @@ struct Fixture {
   std::vector<std::size_t> views{0, 2};
   evaluate::Meter<float> meter{network, 1, {0.25, 0.45, {0.01}}};
   evaluate::SurveyedTextures<float> textures{
-      camouflage::own_colours<float>(car), {}, evaluate::make_controls<float>(car.layout.texel_count(car.mesh), 3)};
+      camouflage::own_colours<float>(car),
+      {},
+      evaluate::make_controls<float>(car.layout.texel_count(car.mesh), 3)};
 };
 using Measured = evaluate::MeasuredPicture<float>;
 }  // namespace
@@ -75,6 +77,6 @@ TEST_CASE("a survey without a camouflage has no success to tell", "[evaluate][su
 TEST_CASE("a survey's visitor can end it", "[evaluate][survey]") {
   Fixture fixture;
   const auto give_up = [](const Measured&) { throw std::runtime_error("enough"); };
-  CHECK_THROWS_WITH(
-      evaluate::survey(fixture.meter, fixture.store, fixture.views, fixture.textures, give_up), "enough");
+  CHECK_THROWS_WITH(evaluate::survey(fixture.meter, fixture.store, fixture.views, fixture.textures, give_up),
+                    "enough");
 }

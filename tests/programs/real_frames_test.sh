@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # The main job on real input: six simulator frames, the car in them, a detector trained on COCO.
 source "$(dirname "$0")/support.sh"
-data=$sources/../shared/data
+data=${TAPESTRY_SHARED:-}/data
 [ -d "$data/detectors" ] || {
-  echo "skipped: no real data beside the sources"
+  echo "skipped: no real data in TAPESTRY_SHARED"
   exit 77
 }
 detected() { grep -A3 "\"$1\": {" real/metrics.json | grep -m1 '"detected"' | tr -dc '0-9'; }

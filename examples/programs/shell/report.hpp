@@ -61,8 +61,8 @@ inline std::vector<const evaluate::Measurement*> rows_of(const RunReport& report
 /// The table that a run prints when it is done.
 inline std::string summary_text(const RunReport& report) {
   std::string text = !report.survey.adversarial ? "views\n"
-                     : report.held_out   ? "held-out views\n"
-                                         : "the views that were optimised on\n";
+                     : report.held_out          ? "held-out views\n"
+                                                : "the views that were optimised on\n";
   char line[160];
   for (const auto* row : rows_of(report)) {
     std::snprintf(line, sizeof line,

@@ -20,8 +20,8 @@ namespace tapestry::shell {
 /// \throws Stopped when a signal arrives meanwhile
 inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& store,
                                                std::vector<std::string>& warnings) {
-  auto usable = camouflage::usable_views(
-      store, [](const camouflage::View<float>&) { StopSignal::throw_if_arrived(); });
+  auto usable =
+      camouflage::usable_views(store, [](const camouflage::View<float>&) { StopSignal::throw_if_arrived(); });
   warnings.insert(warnings.end(), usable.warnings.begin(), usable.warnings.end());
   return std::move(usable.indices);
 }

@@ -14,7 +14,7 @@ namespace tapestry::evaluate {
 /// How a set of views fares with one texture.
 struct Measurement {
   std::string name;
-  std::vector<bool> found{};           ///< one entry a view: the car found at IoU ≥ ½
+  std::vector<bool> found{};  ///< one entry a view: the car found at IoU ≥ ½
   DetectionRate rate{};
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
 };

@@ -21,9 +21,7 @@ struct SurveyedTextures {
   std::vector<Control<T>> controls;
 
   /// Pictures of each view that a survey measures, the untouched frame among them.
-  [[nodiscard]] std::size_t pictures_a_view() const {
-    return 2 + (adversarial ? 1U : 0U) + controls.size();
-  }
+  [[nodiscard]] std::size_t pictures_a_view() const { return 2 + (adversarial ? 1U : 0U) + controls.size(); }
 };
 
 /// How the same views fare with each texture.

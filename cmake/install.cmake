@@ -1,0 +1,26 @@
+# Installs the headers, what find_package(tapestry) needs, and tapestry.pc. A target is a component of its name:
+# find_package(tapestry COMPONENTS autodiff) looks for no other library.
+include(CMakePackageConfigHelpers)
+set(tapestry_cmake_dir ${CMAKE_INSTALL_DATADIR}/cmake/tapestry)
+set(tapestry_components autodiff)
+if(TARGET tapestry)
+  list(APPEND tapestry_components tapestry)
+endif()
+install(TARGETS tapestry_autodiff EXPORT autodiffTargets FILE_SET HEADERS)
+if(TARGET tapestry)
+  install(TARGETS tapestry EXPORT tapestryTargets FILE_SET HEADERS)
+endif()
+foreach(component IN LISTS tapestry_components)
+  install(EXPORT ${component}Targets NAMESPACE tapestry:: DESTINATION ${tapestry_cmake_dir})
+endforeach()
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/tapestryConfig.cmake.in tapestryConfig.cmake
+                              INSTALL_DESTINATION ${tapestry_cmake_dir})
+write_basic_package_version_file(tapestryConfigVersion.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tapestryConfig.cmake
+              ${CMAKE_CURRENT_BINARY_DIR}/tapestryConfigVersion.cmake ${CMAKE_CURRENT_LIST_DIR}/Findstb.cmake
+        DESTINATION ${tapestry_cmake_dir})
+if(TARGET tapestry)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/tapestry.pc.in tapestry.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tapestry.pc DESTINATION ${CMAKE_INSTALL_DATADIR}/pkgconfig)
+endif()
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
