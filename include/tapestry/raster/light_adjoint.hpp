@@ -82,6 +82,20 @@ template <std::floating_point T, class Lighting>
   return light.normal(static_cast<std::size_t>(fragment.face), fragment.barycentric);
 }
 
+/// Adds a fragment's part.
+/// \param seen    adjoint · coverage · colour before the light, of each channel
+/// \param factor  the light's, before its colour
+inline void add_fragment(const Light& light, const geometry::Vector3& normal,
+                         const geometry::Vector3& towards, double factor, const std::array<double, 3>& seen,
+                         LightSums& sums) {
+  const double s = geometry::dot(light.colour, seen), cosine = geometry::dot(normal, towards);
+  sums.colour = geometry::add(sums.colour, geometry::scale(seen, factor));
+  sums.ambient += s;
+  if (!(cosine > 0)) return;
+  sums.directional += s * cosine;
+  sums.towards = geometry::add(sums.towards, geometry::scale(normal, s * light.directional));
+}
+
 }  // namespace detail
 
 /// Adds ∂L/∂light to light_adjoint, L being a function of the picture that render() makes: exact for that
@@ -110,22 +124,12 @@ void light_adjoint(const PaintedMesh& body, const geometry::Camera& camera, cons
   const geometry::Vector3 eye = geometry::eye_of(camera), towards = geometry::normalised(light.direction);
   std::vector<detail::LightSums> bands(fragments.band_count());
   parallel_for(bands.size(), [&](std::size_t index) {
-    detail::LightSums& sums = bands[index];
     fragments.visit_band(index, detail::grain_of(body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
-      const auto colour = detail::unlit_colour(shader, texels, fragment);
-      const auto normal = detail::lit_normal(lighting, body.mesh, eye, fragment);
-      const double factor = shader.light_of(fragment), cosine = geometry::dot(normal, towards);
-      double s = 0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double seen = fragment.coverage * static_cast<double>(adjoint[c]) * colour[c];
-        sums.colour[c] += factor * seen;
-        s += light.colour[c] * seen;
-      }
-      sums.ambient += s;
-      if (!(cosine > 0)) return;
-      sums.directional += s * cosine;
-      sums.towards = geometry::add(sums.towards, geometry::scale(normal, s * light.directional));
+      auto seen = detail::unlit_colour(shader, texels, fragment);
+      for (std::size_t c = 0; c < 3; ++c) seen[c] *= fragment.coverage * static_cast<double>(adjoint[c]);
+      detail::add_fragment(light, detail::lit_normal(lighting, body.mesh, eye, fragment), towards,
+                           shader.light_of(fragment), seen, bands[index]);
     });
   });
   detail::LightSums sum;
@@ -133,8 +137,7 @@ void light_adjoint(const PaintedMesh& body, const geometry::Camera& camera, cons
   const double along = geometry::dot(sum.towards, towards);
   const auto direction = geometry::scale(geometry::subtract(sum.towards, geometry::scale(towards, along)),
                                          1 / geometry::length(light.direction));
-  Light gradient{sum.ambient, sum.directional, direction, sum.colour};
-  const auto parameters = light_parameters<T>(gradient);
+  const auto parameters = light_parameters<T>({sum.ambient, sum.directional, direction, sum.colour});
   for (std::size_t i = 0; i < 8; ++i) light_adjoint(i) += parameters(i);
 }
 

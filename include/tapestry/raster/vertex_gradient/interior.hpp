@@ -107,6 +107,26 @@ inline void merge_faces(std::vector<FaceAdjoint>& faces) {
   faces.resize(kept);
 }
 
+/// What one fragment finds out; of its light only if the face turns in it.
+/// \param adjoint  of the pixel's three values
+template <std::floating_point T, class Colour>
+[[nodiscard]] FaceAdjoint fragment_adjoint(const Colour& colour,
+                                           const std::array<geometry::Vector3, 3>& corners_view,
+                                           const Fragment& fragment, const T* adjoint, bool is_turning) {
+  const auto slope = colour.slope(fragment.face, fragment.barycentric);
+  std::array<double, 3> tinted{};
+  if (is_turning) tinted = colour.tinted(fragment.face, fragment.barycentric);
+  FaceAdjoint part{fragment.face, 0, {}};
+  std::array<double, 3> sum{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double weight = fragment.coverage * static_cast<double>(adjoint[c]);
+    part.light += weight * tinted[c];
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * slope[c][k];
+  }
+  part.corners_view = moving_texture_adjoint(corners_view, fragment.barycentric, sum);
+  return part;
+}
+
 /// Where the derivative with respect to positions goes: by what moves in the picture, and by light that turns
 /// with its face, which is left out if null. Both may be one.
 struct MotionAdjoint {
@@ -127,19 +147,9 @@ void add_interior(const Surface<T, Model>& surface, const Colour& colour, const 
     fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
-      const auto slope = colour.slope(fragment.face, fragment.barycentric);
-      std::array<double, 3> tinted{};
-      if (std::same_as<Model, Light> && positions_adjoint.turning != nullptr)
-        tinted = colour.tinted(fragment.face, fragment.barycentric);
-      FaceAdjoint part{fragment.face, 0, {}};
-      std::array<double, 3> sum{};
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double weight = fragment.coverage * static_cast<double>(adjoint[c]);
-        part.light += weight * tinted[c];
-        for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * slope[c][k];
-      }
-      part.corners_view = moving_texture_adjoint(
-          corners_in_view(surface.body.mesh, positions_view, fragment.face), fragment.barycentric, sum);
+      const auto part = fragment_adjoint(
+          colour, corners_in_view(surface.body.mesh, positions_view, fragment.face), fragment, adjoint,
+          std::same_as<Model, Light> && positions_adjoint.turning != nullptr);
       auto& band = bands[index];
       if (!band.empty() && band.back().face == part.face)
         add_part(band.back(), part);
