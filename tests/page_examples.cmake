@@ -55,3 +55,4 @@ endfunction()
 
 add_page_program(README.md readme_example "<!-- compiled by the tests -->\n```cpp\n")
 require_excerpt(README.md examples/tour/paint_a_car.cpp)
+add_page_program(docs/TUTORIAL.md tutorial_example "```cpp\n")
