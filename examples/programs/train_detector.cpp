@@ -4,19 +4,20 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <string_view>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/finite_logits.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/network_file.hpp>
-#include <tapestry/loss/yolo_training.hpp>
+#include <tapestry/loss/yolo_training_variable.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
 #include <vector>
@@ -219,34 +220,39 @@ class Trainer {
 
   loss::YoloTrainingTerms step(std::size_t index) {
     pool_.fill(index, std::min(options_.fresh, options_.batch), batch_, truths_);
-    network_.forward(batch_, pass_, detect::Mode::training);
-    const auto terms = loss::yolo_training(network_.heads(), loss::to_read(pass_.logits), truths_,
-                                           network_.input_height(), network_.input_width());
-    if (!std::isfinite(terms.total))
+    tape_.clear();
+    const auto scope = tape_.activate();
+    const ArrayVariable<float, 4> images = batch_;
+    const auto parameters = tape_.input(flat(network_.parameters()));
+    const auto terms =
+        loss::yolo_training(network_, detect::forward(network_, images, parameters, pass_), truths_);
+    if (!std::isfinite(terms.total.value()))
       throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
-    std::vector<Array<float, 4>> logits_adjoint;
-    for (const auto& head : pass_.logits) logits_adjoint.push_back(zeros<float, 4>(head.shape()));
-    loss::yolo_training_adjoint(network_.heads(), loss::to_read(pass_.logits), truths_,
-                                network_.input_height(), network_.input_width(), {}, 1.0F,
-                                loss::to_add_to(logits_adjoint));
-    gradient_.assign(network_.parameters().size(), 0.0F);
-    network_.update_running_statistics(pass_, 0.03);
-    network_.parameter_adjoint(pass_, logits_adjoint, gradient_);
+    tape_.reverse(terms.total);
+    network_.update_running_statistics(*pass_, 0.03);
+    const auto& gradient = parameters.adjoint();
     adam_.set_learning_rate(scheduled_rate(options_, index));
-    adam_.step(network_.parameters(), gradient_);
+    adam_.step(network_.parameters(), {gradient.data(), gradient.size()});
     network_.set_images_seen(network_.images_seen() + options_.batch);
-    return terms;
+    return {double{terms.box.value()}, double{terms.objectness.value()}, double{terms.classification.value()},
+            double{terms.total.value()}};
   }
 
  private:
+  static Array<float, 1> flat(const std::vector<float>& values) {
+    Array<float, 1> array(Extents<1>{values.size()});
+    std::copy(values.begin(), values.end(), array.begin());
+    return array;
+  }
+
   detect::Network<float>& network_;
   const Options& options_;
   ScenePool pool_;
   optim::Adam<float> adam_;
   Array<float, 4> batch_;
   loss::Truths truths_;
-  detect::Pass<float> pass_;
-  std::vector<float> gradient_;
+  std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
+  Tape<float> tape_;
 };
 
 /// What to type to go on: the steps left, from the weights saved.

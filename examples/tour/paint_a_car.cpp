@@ -52,6 +52,6 @@ int main() {
     const auto found = loss::adversarial(network, logits, targets);
     if (step % 20 == 0) std::printf("step %2d: objectness %.2f\n", step, double{found.objectness.value()});
     tape.reverse(found.total);
-    adam.step({parameter.data(), parameter.size()}, {paint.adjoint().data(), parameter.size()});
+    adam.step(parameter, paint.adjoint());
   }
 }

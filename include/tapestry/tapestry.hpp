@@ -163,7 +163,10 @@
 #include <tapestry/loss/responsible.hpp>
 #include <tapestry/loss/smoothness.hpp>
 #include <tapestry/loss/smoothness_variable.hpp>
+#include <tapestry/loss/total_variation.hpp>
+#include <tapestry/loss/total_variation_variable.hpp>
 #include <tapestry/loss/yolo_training.hpp>
+#include <tapestry/loss/yolo_training_variable.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/buffer.hpp>

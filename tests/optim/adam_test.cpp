@@ -78,3 +78,17 @@ TEST_CASE("Adam refuses lengths and settings that do not fit", "[optim][adam]") 
   CHECK_THROWS_AS(optim::Adam<double>(1, {0.1, 0.9, 0.999, -1.0}), tapestry::DomainError);
   CHECK_THROWS_AS(optim::Adam<double>(1, {std::nan(""), 0.9, 0.999, 1e-8}), tapestry::DomainError);
 }
+
+TEST_CASE("Adam moves arrays as it moves lists", "[optim][adam]") {
+  optim::Adam<double> of_list(6), of_array(6);
+  std::vector<double> list{1, 2, 3, 4, 5, 6};
+  tapestry::Array<double, 2> array = {{1, 2, 3}, {4, 5, 6}};
+  const tapestry::Array<double, 2> gradient = {{0.5, -1, 2}, {0, 3, -0.25}};
+  for (int step = 0; step < 3; ++step) {
+    of_list.step(list, std::vector<double>{0.5, -1, 2, 0, 3, -0.25});
+    of_array.step(array, gradient);
+  }
+  CHECK(std::equal(list.begin(), list.end(), array.data()));
+  CHECK_THROWS_WITH(of_array.step(array, tapestry::zeros<double, 2>({3, 2})),
+                    "Adam: gradient is [3, 2], expected [2, 3]");
+}

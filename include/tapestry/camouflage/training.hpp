@@ -90,7 +90,7 @@ class Training {
     const Array<T, 2> gradient = gradient_of(views);
     require_finite_gradient(gradient, views);
     const ScopedTimer timer(objective_.times().update);
-    adam_.step({state_.parameter.data(), state_.parameter.size()}, {gradient.data(), gradient.size()});
+    adam_.step(state_.parameter, gradient);
     state_.history.push_back(objective_.terms());
     ++state_.step;
     return views.size();

@@ -1,49 +1,42 @@
 #pragma once
+#include <concepts>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/loss/neighbour_steps_variable.hpp>
 #include <tapestry/loss/smoothness.hpp>
+#include <utility>
 #include <vector>
+
 namespace tapestry::loss {
 
-/// The sum of smoothness() over pictures, as one record on the active tape.
+/// smoothness() of a picture on the active tape; its pullback is smoothness_adjoint().
 ///
-/// \param pictures  each [H, W, C], as raster::render() gives them
-/// \param masks     of each picture [H, W]; the tape keeps them alive
-/// \throws ShapeError if a mask does not fit its picture
-template <class T>
-[[nodiscard]] Variable<T> smoothness(const std::vector<ArrayVariable<T, 3>>& pictures,
-                                     std::vector<std::shared_ptr<const Array<T, 2>>> masks) {
-  std::vector<double> sums(pictures.size());
-  parallel_for(pictures.size(), [&](std::size_t n) {
-    sums[n] = static_cast<double>(smoothness(pictures[n].value(), *masks[n]));
-  });
-  double sum = 0;
-  for (const double s : sums) sum += s;
-  std::vector<std::shared_ptr<const Array<T, 3>>> values;
-  for (const auto& p : pictures) values.push_back(p.shared_value());
-  return record_scalar(
-      static_cast<T>(sum),
-      [values, masks](T adjoint, const std::vector<Array<T, 3>*>& adjoints) {
-        parallel_for(values.size(), [&](std::size_t n) {
-          if (adjoints[n] != nullptr) smoothness_adjoint(*values[n], *masks[n], adjoint, *adjoints[n]);
-        });
-      },
-      pictures);
+/// \param picture  [H, W, C]
+/// \param mask     [H, W], copied unless moved
+/// \throws ShapeError if mask is not [H, W]
+template <std::floating_point T>
+[[nodiscard]] Variable<T> smoothness(const ArrayVariable<T, 3>& picture, Array<T, 2> mask) {
+  return detail::record_picture_steps("smoothness", detail::SquaredStep{}, picture, std::move(mask));
 }
 
-/// atlas_smoothness() on the active tape.
+/// The sum over several pictures, which may differ in size, as one record. Sums are in double and in a fixed
+/// order: the same bits for any number of threads.
 ///
-/// \param texels  [texel, 3]
-/// \param used    [height, width] of the atlas, 1 where a step counts; the tape keeps it alive
-/// \throws ShapeError as atlas_smoothness()
-template <class T>
+/// \throws ShapeError if there are not as many masks as pictures, or one does not fit its picture
+template <std::floating_point T>
+[[nodiscard]] Variable<T> smoothness(const std::vector<ArrayVariable<T, 3>>& pictures, SharedMasks<T> masks) {
+  return detail::record_picture_steps("smoothness", detail::SquaredStep{}, pictures, std::move(masks));
+}
+
+/// atlas_smoothness() of a texture on the active tape; its pullback is atlas_smoothness_adjoint().
+///
+/// \param texels  [H·W, channel]
+/// \param used    [H, W], as raster::used_texels() gives it; shared, and not to be changed before the tape's
+///                last reverse()
+/// \throws ShapeError if texels has not H·W rows
+template <std::floating_point T>
 [[nodiscard]] Variable<T> atlas_smoothness(const ArrayVariable<T, 2>& texels,
                                            std::shared_ptr<const Array<T, 2>> used) {
-  return record_scalar(
-      atlas_smoothness(texels.value(), *used),
-      [used, values = texels.shared_value()](T adjoint, Array<T, 2>* texels_adjoint) {
-        atlas_smoothness_adjoint(*values, *used, adjoint, *texels_adjoint);
-      },
-      texels);
+  return detail::record_atlas_steps("atlas_smoothness", detail::SquaredStep{}, texels, std::move(used));
 }
+
 }  // namespace tapestry::loss

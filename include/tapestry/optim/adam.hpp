@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <utility>
@@ -78,6 +80,15 @@ class Adam {
         parameters[i] = static_cast<T>(static_cast<double>(parameters[i]) - change);
       }
     });
+  }
+
+  /// The same of arrays: step(parameter, parameter_variable.adjoint()).
+  /// \throws ShapeError also if the extents differ
+  template <std::size_t Rank>
+  void step(Array<T, Rank>& parameters, const Array<T, Rank>& gradient) {
+    require_shape("Adam", "gradient", gradient, parameters.shape());
+    step(std::span<T>(parameters.data(), parameters.size()),
+         std::span<const T>(gradient.data(), gradient.size()));
   }
 
   [[nodiscard]] const AdamSettings& settings() const { return settings_; }
