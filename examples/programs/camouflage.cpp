@@ -19,7 +19,7 @@ using namespace tapestry::shell;
 
 /// A folder that already holds a run is only touched to resume it.
 void require_free_folder(const CamouflageOptions& options) {
-  if (!options.resume && !options.output.empty() && std::filesystem::exists(manifest_path(options.output)))
+  if (!options.resume && !options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
     throw Error(ErrorKind::in_use,
                 options.output + " already holds a run; give --resume to go on with it, or another --output");
 }
@@ -29,10 +29,10 @@ void require_free_folder(const CamouflageOptions& options) {
 int check_only(const CamouflageOptions& options, ProblemList& list) {
   SceneSettings scene = options.scene;
   fill_in_bundled(scene);
-  for (const auto& warning : warnings_about(scene)) std::cerr << "warning: " << warning << '\n';
+  print_warnings(warnings_about(scene));
   check_inputs(options.scene, options.detector, list);
   const auto& problems = list.problems();
-  for (const auto& problem : problems) std::cerr << "error: " << problem.what() << '\n';
+  for (const auto& problem : problems) std::cerr << "error: " << printable(problem.what()) << '\n';
   if (problems.empty()) std::cout << "all inputs are sound\n";
   int code = 0;  // of several, the one a run would meet first: unreadable before unfit
   for (const auto& problem : problems)
@@ -53,7 +53,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
   loss::require_raw_logits("camouflage", inputs.detector.network.heads());
   require_one_scale(inputs.frames);
-  const bool is_new = options.output.empty() || !std::filesystem::exists(options.output);
+  const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
   if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
   const RunFolder folder(options.output, is_new);
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile

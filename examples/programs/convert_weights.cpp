@@ -9,10 +9,10 @@
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/sha256.hpp>
 #include <utility>
 
+#include "shell/file_status.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/settings.hpp"
@@ -64,16 +64,18 @@ int run(const Options& options) {
   if (!options.decode.empty())
     config = detect::with_decode(std::move(config), detect::decode_family_by_name(options.decode));
   metadata.decode = detect::decode_family_of(config);
-  for (const auto& warnings : {config.warnings, detect::decode_warnings(config)})
-    for (const auto& warning : warnings) std::cerr << "warning: " << warning << '\n';
+  print_warnings(config.warnings);
+  print_warnings(detect::decode_warnings(config));
   const auto shapes = detect::infer_shapes(config, config.height, config.width);
   const auto weights =
       io::read_weight_file(options.weights, config, detect::parameter_layout(config, shapes));
-  for (const auto& warning : weights.warnings) std::cerr << "warning: " << warning << '\n';
+  print_warnings(weights.warnings);
   metadata.images_seen = weights.images_seen;
-  io::write_detector_file(options.output, metadata, weights.parameters, options.cfg);
+  remove_parts_beside(options.output);
+  const std::size_t tensors =
+      io::write_detector_file(options.output, metadata, weights.parameters, options.cfg);
   std::printf("%s: %zu tensors, batch normalisation %s, decode %s\ncfg sha256 %s\n", options.output.c_str(),
-              io::SafetensorsFile(options.output).tensors().size(), options.fold ? "folded" : "kept",
+              tensors, options.fold ? "folded" : "kept",
               std::string(detect::name_of(metadata.decode)).c_str(), io::sha256(metadata.cfg).c_str());
   return 0;
 }

@@ -85,11 +85,11 @@ Json json_of(const std::string& path, const std::vector<detect::Detection>& dete
 
 void print_table(const std::string& path, const std::vector<detect::Detection>& detections,
                  const std::vector<std::string>& names) {
-  std::printf("%s\n", path.c_str());
+  std::printf("%s\n", printable(path).c_str());
   for (const auto& d : detections)
     std::printf("  %-16s %.3f  x %7.1f  y %7.1f  width %7.1f  height %7.1f\n",
-                name_of(d.class_index, names).c_str(), d.confidence, d.box.left(), d.box.top(), d.box.w,
-                d.box.h);
+                printable(name_of(d.class_index, names)).c_str(), d.confidence, d.box.left(), d.box.top(),
+                d.box.w, d.box.h);
   if (detections.empty()) std::printf("  nothing found\n");
 }
 
@@ -118,7 +118,7 @@ int run(Options& options) {
   fill_in_bundled(settings);
   if (options.threads > 0) limit_threads(options.threads);
   const auto detector = load_detector(settings);
-  for (const auto& warning : detector.warnings) std::cerr << "warning: " << warning << '\n';
+  print_warnings(detector.warnings);
   require_sound_pictures(options);
   if (!options.annotate.empty()) make_writable_folder(options.annotate);
   detect::Pass<float> pass;

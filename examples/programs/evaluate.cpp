@@ -71,7 +71,7 @@ void require_sound(const Options& options) {
   for (const double threshold : options.sweep)
     list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
   list.throw_first();
-  if (!options.output.empty() && std::filesystem::exists(manifest_path(options.output)))
+  if (!options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
     throw Error(ErrorKind::in_use,
                 options.output + " holds a run, whose metrics would be lost; give another --output");
 }
@@ -122,7 +122,7 @@ int run(const CLI::App& app, Options& options) {
       car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
       frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));
   const auto usable = views_with_car(store, inputs.warnings);
-  for (const auto& warning : inputs.warnings) std::cerr << "warning: " << warning << '\n';
+  print_warnings(inputs.warnings);
   if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
   evaluate::SurveyedTextures<float> textures{camouflage::own_colours<float>(car), {}, {}};
   const std::size_t texel_count = textures.clean.shape(0);

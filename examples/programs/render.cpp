@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
+#include "shell/file_status.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/mesh_views.hpp"
 #include "shell/problem_list.hpp"
@@ -222,7 +223,7 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   scene.painted.assign(loaded.mesh.faces.size(), 1);
   if (!o.material.empty() || !o.faces.empty())
     scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
-  for (const auto& warning : loaded.warnings) std::cerr << "warning: " << warning << '\n';
+  print_warnings(loaded.warnings);
   scene.mesh = std::move(loaded.mesh);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
   set_texture(o, scene);
@@ -367,6 +368,8 @@ int run(Options& o) {
     bitmaps.push_back(image::to_bytes(mesh_view(o.view, scene, camera, picture)));
   const bool is_sheet = o.turntable > 0;
   const Bitmap bitmap = is_sheet ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
+  remove_parts_beside(o.output);
+  if (!o.exported.empty()) remove_parts_beside(o.exported);
   io::write_image(o.output, bitmap);
   if (!o.exported.empty()) export_scene(o.exported, scene);
   std::printf("%s: %zu x %zu pixels, %zu view%s of %zu faces\n", o.output.c_str(), bitmap.shape(1),

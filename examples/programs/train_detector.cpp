@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "../scenes/labelled_scene.hpp"
+#include "shell/file_status.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/progress.hpp"
@@ -109,7 +110,7 @@ Start starting_network(const Options& options) {
     own_cfg = file.metadata().cfg;
   }
   auto loaded = io::read_network<float>(options.cfg, options.weights, options.size, options.size);
-  for (const auto& warning : loaded.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  print_warnings(loaded.warnings);
   return {std::move(loaded.network), options.cfg.empty() ? own_cfg : io::read_text_file(options.cfg)};
 }
 
@@ -334,14 +335,15 @@ void require_sound(const Options& o) {
 
 /// Makes sure that the weights can be written, before hours are spent.
 void require_writable(const std::string& path) {
-  const auto folder = std::filesystem::absolute(path).parent_path();
-  if (!std::filesystem::is_directory(folder))
+  using std::filesystem::file_type;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  if (!is_folder(folder.empty() ? "." : folder, ErrorKind::write))
     throw FileError(ErrorKind::write, {path, "", "its folder does not exist"});
-  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+  const file_type type = status_of(path, ErrorKind::write).type();
+  if (type != file_type::not_found && type != file_type::regular)
     throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
-  const std::string probe = path + ".probe";
-  io::write_file_atomically(probe, std::string_view("tapestry\n"));
-  std::filesystem::remove(probe);
+  remove_parts_beside(path);
+  require_writable_folder(folder.empty() ? "." : folder);
 }
 
 /// Names the files that were left out. A converted detector holds its cfg, and hands it on to what is

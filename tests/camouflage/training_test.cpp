@@ -6,6 +6,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
+#include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 #include "../support/tiny_scene.hpp"
 
@@ -55,6 +56,31 @@ TEST_CASE("an interrupted training goes on to the same bits", "[camouflage][trai
   while (!second.finished()) second.step();
   CHECK(second.parameter() == whole.parameter());
   CHECK(second.history().size() == whole.history().size());
+}
+
+TEST_CASE("a checkpoint that no training wrote is refused by its name", "[camouflage][training][bad_input]") {
+  Fixture fixture;
+  auto training = fixture.training(4);
+  for (int i = 0; i < 2; ++i) training.step();
+  const test::TemporaryFolder folder;
+  const auto refused = [&](tapestry::ErrorKind kind, const char* text, auto change) {
+    auto state = training.state();
+    change(state);
+    camouflage::write_checkpoint(folder.path("checkpoint.npz"), state, "settings");
+    test::check_refused(kind, std::string("checkpoint.npz: ") + text,
+                        [&] { (void)camouflage::read_checkpoint<float>(folder.path("checkpoint.npz")); });
+  };
+  using State = camouflage::TrainingState<float>;
+  const auto malformed = tapestry::ErrorKind::malformed;
+  const auto mismatch = tapestry::ErrorKind::mismatch;
+  refused(malformed, "parameter holds", [](State& s) { s.parameter.data()[4] = std::nanf(""); });
+  refused(malformed, "adam_first_moment holds",
+          [](State& s) { s.adam.first_moment[1] = std::numeric_limits<float>::infinity(); });
+  refused(malformed, "adam_second_moment holds", [](State& s) { s.adam.second_moment[1] = -1; });
+  refused(mismatch, "adam_first_moment does not fit", [](State& s) { s.adam.first_moment.resize(5); });
+  refused(mismatch, "adam_second_moment does not fit", [](State& s) { s.adam.second_moment.resize(5); });
+  refused(mismatch, "adam_step does not fit", [](State& s) { s.adam.step = 0; });
+  refused(mismatch, "history does not fit", [](State& s) { s.step = s.adam.step = 1'000'000; });
 }
 
 TEST_CASE("training gives the same bits for one and two threads", "[camouflage][training]") {  // T16

@@ -83,7 +83,7 @@ inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings
 inline void adopt_run(const CLI::App& app, CamouflageOptions& options) {
   if (options.output.empty()) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
   const std::string path = manifest_path(options.output);
-  if (!std::filesystem::exists(path))
+  if (!is_there(path, ErrorKind::malformed))
     throw FileError(ErrorKind::malformed, {path, "", "no run to resume: the file is missing"});
   const Json saved = read_manifest(options.output);
   std::vector<std::string> differing;

@@ -20,6 +20,7 @@
 #include "camouflage_options.hpp"
 #include "contact_sheet.hpp"
 #include "inputs.hpp"
+#include "program.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 #include "run_folder.hpp"
@@ -69,7 +70,7 @@ class CamouflageRun {
       run();
       return 0;
     } catch (const Stopped&) {
-      const bool has_begun = std::filesystem::exists(manifest_path(options_.output));
+      const bool has_begun = is_there(manifest_path(options_.output), ErrorKind::write);
       std::cerr << '\n' << (has_begun ? "stopped" : "stopped before the first step; nothing was written");
       if (saved_steps_ > 0) std::cerr << "; saved after step " << saved_steps_;
       if (has_begun) std::cerr << ". Resume with\n  " << resume_command_;
@@ -83,12 +84,12 @@ class CamouflageRun {
 
   void run() {
     const auto start = Clock::now();
-    for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
+    print_warnings(inputs_.warnings);
     inputs_.warnings.clear();
     const auto usable_train = views_with_car(train_, inputs_.warnings);
     auto& test = test_store();
     const auto usable_test = inputs_.frames.held_out ? views_with_car(test, inputs_.warnings) : usable_train;
-    for (const auto& warning : inputs_.warnings) std::cerr << "warning: " << warning << '\n';
+    print_warnings(inputs_.warnings);
     if (usable_train.empty() || usable_test.empty())
       throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
     auto& epochs = options_.optimisation.epochs;
@@ -141,10 +142,19 @@ class CamouflageRun {
   }
 
   void restore(camouflage::Training<float>& training) {
-    if (!std::filesystem::exists(path("checkpoint.npz"))) return;  // stopped before the first one
-    auto checkpoint = camouflage::read_checkpoint<float>(path("checkpoint.npz"));
+    const std::string name = path("checkpoint.npz");
+    if (!is_there(name, ErrorKind::malformed)) return;  // stopped before the first one
+    auto checkpoint = camouflage::read_checkpoint<float>(name);
     if (checkpoint.settings != settings_)
-      throw Error(ErrorKind::in_use, path("checkpoint.npz") + ": belongs to a run with other settings");
+      throw Error(ErrorKind::in_use, name + ": belongs to a run with other settings");
+    if (checkpoint.state.parameter.shape() != training.parameter().shape())
+      throw FileError(ErrorKind::mismatch, {name, "", "its texture has another size than the run's",
+                                            std::to_string(training.parameter().shape(0)) + " texels",
+                                            std::to_string(checkpoint.state.parameter.shape(0))});
+    if (checkpoint.state.step > training.step_count())
+      throw FileError(ErrorKind::mismatch, {name, "", "more steps taken than the run has",
+                                            "at most " + std::to_string(training.step_count()),
+                                            std::to_string(checkpoint.state.step)});
     training.restore(std::move(checkpoint.state));
     saved_steps_ = training.steps_taken();
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <system_error>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/nearest_word.hpp>
 #include <vector>
 
@@ -32,7 +33,7 @@ inline int unknown_option(const CLI::App& app) {
   const std::string unknown = extras.empty() ? std::string() : extras.front();
   const std::string word = unknown.substr(0, unknown.find('='));
   const std::string nearest = io::nearest_word(word, option_words(app));
-  std::cerr << "error: unknown " << (word.rfind('-', 0) == 0 ? "option " : "argument ") << word;
+  std::cerr << "error: unknown " << (word.rfind('-', 0) == 0 ? "option " : "argument ") << printable(word);
   if (!nearest.empty()) std::cerr << "; did you mean " << nearest << "?";
   std::cerr << "\nsee --help\n";
   return static_cast<int>(ErrorKind::usage);
@@ -90,7 +91,7 @@ inline int parse_arguments(CLI::App& app, int argc, char** argv) {
     const auto extras = app.remaining();  // what is required may be missing because it was misspelt
     const auto is_option = [](const std::string& word) { return word.size() > 1 && word.front() == '-'; };
     if (std::any_of(extras.begin(), extras.end(), is_option)) return unknown_option(app);
-    std::cerr << "error: " << error.what() << "\nsee --help\n";
+    std::cerr << "error: " << printable(error.what()) << "\nsee --help\n";
     return static_cast<int>(ErrorKind::usage);
   }
 }

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "../../scenes/drawn_frames.hpp"
+#include "file_status.hpp"
 #include "mesh_inputs.hpp"
 #include "settings.hpp"
 
@@ -136,9 +137,9 @@ struct FrameLists {
 inline FrameLists find_frames(const SceneSettings& scene) {
   const std::string& folder = scene.frames;
   FrameLists lists;
-  const bool has_test = fs::is_directory(folder + "/test");
+  const bool has_test = is_folder(folder + "/test", ErrorKind::malformed);
   lists.drawn = scene.scenes;
-  lists.held_out = lists.drawn > 0 || (has_test && fs::is_directory(folder + "/train"));
+  lists.held_out = lists.drawn > 0 || (has_test && is_folder(folder + "/train", ErrorKind::malformed));
   lists.test = io::frame_paths(has_test ? folder + "/test" : folder);
   if (lists.drawn == 0) lists.train = lists.held_out ? io::frame_paths(folder + "/train") : lists.test;
   return lists;
@@ -261,8 +262,7 @@ inline void check_detector(DetectorSettings settings, ProblemList& list) {
   if (is_sound) return;
   const std::string found = list.problems().back().what();
   for (const auto& path : {settings.weights, settings.names})
-    if (!path.empty() && !fs::exists(path) && !found.starts_with(path + ":"))
-      list.attempt([&] { (void)io::RegularFile(path); });
+    if (!path.empty() && !found.starts_with(path + ":")) list.attempt([&] { (void)io::RegularFile(path); });
 }
 
 /// Checks every input and adds all problems found. The settings themselves have been checked before.

@@ -1,10 +1,15 @@
 #pragma once
+#include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <new>
+#include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <vector>
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
@@ -32,23 +37,33 @@ inline void flush_standard_output() {
     throw Error(ErrorKind::write, "cannot write to the standard output");
 }
 
+/// One line a warning on the error stream.
+inline void print_warnings(const std::vector<std::string>& warnings) {
+  for (const auto& warning : warnings) std::cerr << "warning: " << printable(warning) << '\n';
+}
+
 /// Runs a program's body, unless the command line already settles it, and turns what is thrown into one line
-/// on the error stream and an exit code.
+/// on the error stream and an exit code. A file beyond the size that the system allows is an error of writing
+/// like others, and no signal.
 template <class Body>
 int run_program(CLI::App& app, int argc, char** argv, Body body) {
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     const int settled = parse_arguments(app, argc, argv);
     const int code = settled >= 0 ? settled : body();
     flush_standard_output();
     return code;
   } catch (const Error& error) {
-    std::cerr << "error: " << error.what() << '\n';
+    std::cerr << "error: " << printable(error.what()) << '\n';
     return static_cast<int>(error.kind());
   } catch (const std::bad_alloc&) {
     std::cerr << "error: out of memory\n";
     return static_cast<int>(ErrorKind::limit);
+  } catch (const std::filesystem::filesystem_error& error) {
+    std::cerr << "error: " << printable(error.what()) << '\n';
+    return static_cast<int>(ErrorKind::malformed);
   } catch (const std::exception& error) {
-    std::cerr << "error: internal fault: " << error.what() << '\n';
+    std::cerr << "error: internal fault: " << printable(error.what()) << '\n';
     return exit_internal_fault;
   }
 }

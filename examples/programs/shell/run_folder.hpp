@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "file_status.hpp"
+
 namespace tapestry::shell {
 
 using Json = nlohmann::ordered_json;
@@ -25,17 +27,17 @@ inline void write_text(const std::string& path, const std::string& text) {
   io::write_file_atomically(path, text);
 }
 
-/// Creates a folder and makes sure that files can be written into it, before hours are spent.
+/// Creates a folder, clears it of what killed processes left, and makes sure that files can be written into
+/// it.
 inline void make_writable_folder(const std::string& folder) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
-  if (failure || !std::filesystem::is_directory(folder))
+  if (failure || !is_folder(folder, ErrorKind::write))
     throw FileError(
         ErrorKind::write,
         {folder, "", "cannot create the folder" + (failure ? ": " + failure.message() : std::string())});
-  const std::string probe = folder + "/.probe";
-  write_text(probe, "tapestry\n");
-  std::filesystem::remove(probe, failure);
+  io::remove_abandoned_parts(folder);
+  require_writable_folder(folder);
 }
 
 /// The folder of a run, claimed for this process. If it was made for the run and the run ends before it

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/version.hpp>
 #include <vector>
 
@@ -32,8 +33,25 @@ inline std::string identity_text(const Json& manifest) {
   return exact_text({{"options", manifest["options"]}, {"inputs", manifest["inputs"]}}, -1);
 }
 
+/// Versions that differ in their last number only know each other's runs.
+/// \throws FileError (mismatch) for the run of another program or version
+inline void require_same_program(const Json& manifest, const std::string& folder) {
+  const auto text = [&](const char* name) {
+    const auto found = manifest.find(name);
+    return found != manifest.end() && found->is_string() ? found->get<std::string>() : std::string();
+  };
+  if (text("program") != "camouflage")
+    throw FileError(ErrorKind::mismatch, {manifest_path(folder), "", "the run of another program",
+                                          "camouflage", in_quotes(text("program"))});
+  const std::string own = TAPESTRY_VERSION_TEXT;
+  const std::string found = text("version");
+  if (found.substr(0, found.rfind('.')) != own.substr(0, own.rfind('.')))
+    throw FileError(ErrorKind::mismatch,
+                    {manifest_path(folder), "", "the run of another version", own, in_quotes(found)});
+}
+
 /// Reads the manifest of the run in a folder.
-/// \throws FileError (malformed) for what is not the manifest of a run
+/// \throws FileError: malformed (not the manifest of a run), mismatch (of another program or version)
 inline Json read_manifest(const std::string& folder) {
   const Json manifest = read_json_file(manifest_path(folder));
   const auto is_input = [](const Json& input) {
@@ -43,6 +61,7 @@ inline Json read_manifest(const std::string& folder) {
   if (!inputs.is_array() || !std::all_of(inputs.begin(), inputs.end(), is_input) ||
       !manifest.contains("options"))
     throw FileError(ErrorKind::malformed, {manifest_path(folder), "", "not the manifest of a run"});
+  require_same_program(manifest, folder);
   return manifest;
 }
 

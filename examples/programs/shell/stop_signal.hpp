@@ -7,15 +7,14 @@ namespace tapestry::shell {
 struct Stopped {};
 
 /// Remembers SIGINT, SIGTERM and SIGHUP so that a loop can finish its step and save. The second
-/// signal ends the process at once, as it would without us.
+/// signal ends the process at once, as it would without us. A signal that the process was started to ignore,
+/// as by nohup, stays ignored.
 class StopSignal {
  public:
   StopSignal() {
-    std::signal(SIGINT, remember);
-    std::signal(SIGTERM, remember);
-    std::signal(SIGHUP, remember);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+      if (std::signal(signal, remember) == SIG_IGN) std::signal(signal, SIG_IGN);
     std::signal(SIGPIPE, SIG_IGN);
-    std::signal(SIGXFSZ, SIG_IGN);
   }
 
   [[nodiscard]] static bool arrived() { return received != 0; }

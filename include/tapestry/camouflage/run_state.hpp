@@ -1,7 +1,10 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <string>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/io/npz_file.hpp>
@@ -21,6 +24,29 @@ inline std::array<double, history_columns> row_of(const ObjectiveTerms& terms) {
 }
 
 inline ObjectiveTerms terms_of(const double* row) { return {row[0], row[1], row[2], row[3], row[4], row[5]}; }
+/// The numbers are finite, squares not negative, and of each list there are as many as there should be.
+template <class T>
+void require_sound_state(const std::string& path, const TrainingState<T>& state) {
+  const auto require = [&](const char* name, std::span<const T> values, double lowest) {
+    if (values.size() != state.parameter.size())
+      throw FileError(ErrorKind::mismatch,
+                      {path, "", std::string(name) + " does not fit the parameter",
+                       std::to_string(state.parameter.size()) + " values", std::to_string(values.size())});
+    for (const T value : values)
+      if (!(std::isfinite(value) && static_cast<double>(value) >= lowest))
+        throw FileError(
+            ErrorKind::malformed,
+            {path, "", std::string(name) + " holds what no training comes to",
+             lowest < 0 ? "finite numbers" : "finite numbers of at least 0", std::to_string(value)});
+  };
+  constexpr double any = std::numeric_limits<double>::lowest();
+  require("parameter", {state.parameter.data(), state.parameter.size()}, any);
+  require("adam_first_moment", state.adam.first_moment, any);
+  require("adam_second_moment", state.adam.second_moment, 0);
+  if (state.adam.step != state.step)
+    throw FileError(ErrorKind::mismatch, {path, "", "adam_step does not fit the step number",
+                                          std::to_string(state.step), std::to_string(state.adam.step)});
+}
 }  // namespace detail
 
 /// Writes a checkpoint that NumPy can read too; atomically, so that the previous one survives any
@@ -54,7 +80,8 @@ struct Checkpoint {
   std::string settings;
 };
 
-/// \throws FileError: malformed (damaged), mismatch (a newer format, or members that do not fit each other)
+/// \throws FileError: malformed (damaged, or numbers that no training comes to), mismatch (a newer format, or
+///         members that do not fit each other)
 template <class T>
 [[nodiscard]] Checkpoint<T> read_checkpoint(const std::string& path) {
   const auto file = io::NpzFile::read(path);
@@ -77,6 +104,7 @@ template <class T>
   state.adam.step = number("adam_step");
   state.adam.first_moment = file.get("adam_first_moment").template as<T>();
   state.adam.second_moment = file.get("adam_second_moment").template as<T>();
+  detail::require_sound_state(path, state);
   const auto history = file.template array<double, 2>("history");
   if (history.shape(0) != state.step || history.shape(1) != detail::history_columns)
     throw FileError(ErrorKind::mismatch, {path, "", "history does not fit the step number"});

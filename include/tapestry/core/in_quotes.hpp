@@ -1,16 +1,26 @@
 #pragma once
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace tapestry {
 
-/// A word of a file or a command line in quotes, for messages: at most 40 bytes of it, control characters as
-/// '?'.
+/// The text with a '?' for each control character, of which a terminal would take orders: those of ASCII, and
+/// U+0080 to U+009F in UTF-8.
+[[nodiscard]] inline std::string printable(std::string_view text) {
+  std::string clean;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(text[at]); };
+    const bool is_wide = byte(i) == 0xC2 && i + 1 < text.size() && byte(i + 1) >= 0x80 && byte(i + 1) < 0xA0;
+    clean += is_wide || byte(i) < 0x20 || byte(i) == 0x7F ? '?' : text[i];
+    if (is_wide) ++i;
+  }
+  return clean;
+}
+
+/// A word of a file or a command line in quotes, for messages: at most 40 bytes of it, printable().
 [[nodiscard]] inline std::string in_quotes(std::string_view word) {
-  std::string text = "'";
-  for (const char letter : word.substr(0, 40))
-    text += static_cast<unsigned char>(letter) < 0x20 || letter == '\x7f' ? '?' : letter;
-  return text + (word.size() > 40 ? "…'" : "'");
+  return "'" + printable(word.substr(0, 40)) + (word.size() > 40 ? "…'" : "'");
 }
 
 }  // namespace tapestry

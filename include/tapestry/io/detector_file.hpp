@@ -194,11 +194,12 @@ class DetectorFile {
 /// \param metadata    whose cfg describes the network; is_folded folds the batch normalisation
 /// \param parameters  in the order of the layout of that cfg, not folded
 /// \param cfg_name    the cfg's file name, for messages
+/// \returns           the number of tensors written
 /// \throws FileError  for the cfg as parse_network_config() does, and malformed unless it is UTF-8; mismatch
 ///                    for a decode family that contradicts it; write
 /// \throws ShapeError unless there are as many parameters as the cfg needs, NumericError as fold_batch_norm()
-inline void write_detector_file(const std::string& path, const DetectorMetadata& metadata,
-                                const std::vector<float>& parameters, const std::string& cfg_name) {
+inline std::size_t write_detector_file(const std::string& path, const DetectorMetadata& metadata,
+                                       const std::vector<float>& parameters, const std::string& cfg_name) {
   const std::size_t sound = utf8_prefix(metadata.cfg);
   if (sound < metadata.cfg.size())
     throw FileError(ErrorKind::malformed, {cfg_name, "@" + std::to_string(sound),
@@ -211,12 +212,14 @@ inline void write_detector_file(const std::string& path, const DetectorMetadata&
                      "], expected [" + std::to_string(layout.count) + "]");
   const auto fields = fields_of(metadata);
   if (!metadata.is_folded) {
-    write_safetensors(path, fields, detector_tensors(config, layout), parameters);
-    return;
+    const auto tensors = detector_tensors(config, layout);
+    write_safetensors(path, fields, tensors, parameters);
+    return tensors.size();
   }
   const auto plain = detect::without_batch_norm(config);
-  write_safetensors(path, fields, detector_tensors(plain, detail::layout_of(plain)),
-                    detect::fold_batch_norm(config, layout, parameters));
+  const auto tensors = detector_tensors(plain, detail::layout_of(plain));
+  write_safetensors(path, fields, tensors, detect::fold_batch_norm(config, layout, parameters));
+  return tensors.size();
 }
 
 }  // namespace tapestry::io
