@@ -171,6 +171,15 @@ TEST_CASE("accessors of positions state their bounds exactly", "[io][glb]") {
   CHECK_FALSE(glb.json.contains("images"));
 }
 
+TEST_CASE("a material name that is not UTF-8 leaves the JSON of a .glb valid", "[io][glb]") {
+  const tapestry::test::TemporaryFolder folder;
+  auto mesh = small_mesh();
+  mesh.materials[0].name = "Terrain\xe6";
+  io::write_glb(folder.path("car.glb"), mesh);
+  const Glb glb(folder.read("car.glb"));  // parses it
+  CHECK(glb.json["materials"][0]["name"] == "Terrain\xef\xbf\xbd");
+}
+
 TEST_CASE("the node of a .glb turns the front to z and up to y", "[io][glb]") {
   const tapestry::test::TemporaryFolder folder;
   io::write_glb(folder.path("car.glb"), small_mesh());

@@ -43,6 +43,7 @@ TEST_CASE("an OBJ is read by hand", "[io][obj]") {
   REQUIRE(mesh.materials.size() == 1);
   CHECK(mesh.materials[0].name == "body paint");
   CHECK(mesh.face_materials == std::vector<std::int32_t>{0, 0});
+  CHECK(mesh.vertex_colours.at(2) == std::array<float, 3>{0.5F, 0.5F, 0.5F});
   CHECK(loaded.without_uv_count == 1);  // O22
   CHECK(loaded.highest == std::array<double, 3>{1.5, 10, 0});
   CHECK(loaded.lowest == std::array<double, 3>{0, 0, -1});
@@ -64,6 +65,10 @@ TEST_CASE("harmless oddities of OBJ files are accepted", "[io][obj]") {
       {"O23", triangle + "vt -3 1.5\nf 1/1 2/1 3/1", 1},
       {"O27", triangle + "usemtl Lack größe 2\nf 1 2 3", 1},
       {"O32", triangle + "f 1 2 3\nf 1 2 3\nf 3 2 1", 3},
+      {"O18", triangle + "f 1 \\\n2\\\r\n 3\n# C:\\\nf 3 2 1", 2},
+      {"mixed kinds", triangle + "vt 0 0\nvn 0 0 1\nf 1//1 2//1 3\nf 1/1 2 3/1", 2},
+      {"no normals", triangle + "f 1//1 2//2 3//1\nf 1 2 3", 2},
+      {"unnamed material", triangle + "usemtl\nf 1 2 3", 1},
       {"underflow", triangle + "v 1e-400 0 0\nf 1 2 3", 1},
   };
   for (const Row& row : rows) {
@@ -75,6 +80,33 @@ TEST_CASE("harmless oddities of OBJ files are accepted", "[io][obj]") {
   std::string polygon = triangle + "f";
   for (int corner = 0; corner < 5000; ++corner) polygon += " " + std::to_string(corner % 3 + 1);
   CHECK(parse(polygon).mesh.faces.size() == 4998);  // O13
+}
+
+TEST_CASE("what a face has at some corners only, or the file not at all, counts as absent, with a word",
+          "[io][obj]") {
+  const auto mixed = parse(triangle + "vt 0 0\nvn 0 0 1\nf 1//1 2//1 3\nf 1/1 2/1 3\nf 1/1/1 2/1/1 3/1/1\n");
+  CHECK(mixed.mesh.face_normals == std::vector<Corners>{{-1, -1, -1}, {-1, -1, -1}, {0, 0, 0}});
+  CHECK(mixed.mesh.face_uvs == std::vector<Corners>{{-1, -1, -1}, {-1, -1, -1}, {0, 0, 0}});
+  CHECK(mixed.warnings ==
+        std::vector<std::string>{
+            "a.obj: 1 faces have texture coordinates at some corners only; they count as without",
+            "a.obj: 1 faces have normals at some corners only; they count as without"});
+  const auto none = parse(triangle + "f 1//1 2//1 3//7\nf 1 2 3\n");
+  CHECK(none.mesh.face_normals == std::vector<Corners>{{-1, -1, -1}, {-1, -1, -1}});
+  CHECK(none.warnings == std::vector<std::string>{
+                             "a.obj:4: normals are named, but there are none (vn); faces count as without"});
+}
+
+TEST_CASE("vertex colours are read, and vertices without one are as faces without material", "[io][obj]") {
+  CHECK(parse(triangle + "f 1 2 3").mesh.vertex_colours.empty());
+  const auto coloured = parse("v 0 0 0\nv 1 0 0 .25 .5 1\nv 0 1 0 1 1 0 .125\nv 1 1 0 2\nf 1 2 3\n");
+  CHECK(coloured.warnings.empty());
+  CHECK(coloured.mesh.vertex_colours ==
+        std::vector<std::array<float, 3>>{
+            {0.8F, 0.8F, 0.8F}, {0.25F, 0.5F, 1}, {1, 0, 0.125F}, {0.8F, 0.8F, 0.8F}});
+  const auto wide = parse("v 0 0 0 255 0 -1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  CHECK(wide.mesh.vertex_colours[0] == std::array<float, 3>{1, 0, 0});
+  CHECK_THAT(wide.warnings.at(0), Catch::Contains("outside 0 to 1"));
 }
 
 TEST_CASE("a concave polygon covers its own area, with all that belongs to its corners",
@@ -148,7 +180,7 @@ TEST_CASE("bad OBJ files are refused with their line", "[io][obj][bad_input]") {
       {"O03 1e400", vertex("v 0 0 1e400"), malformed, "4", "'1e400'"},
       {"O03 1e39", vertex("v 0 0 1e39"), malformed, "4", "'1e39'"},
       {"O04", triangle + "f 1 2 4\n" + face, malformed, "4", "expected 1 to 3, found 4"},
-      {"O05 uv", triangle + "f 1/1 2/1 3/1", malformed, "4", "texture coordinate index beyond"},
+      {"O05 uv", triangle + "vt 0 0\nf 1/1 2/2 3/1", malformed, "5", "texture coordinate index beyond"},
       {"O05 normal", triangle + "vn 0 0 1\nf 1//1 2//2 3//1", malformed, "5", "normal index beyond"},
       {"O06", triangle + "f 0 1 2", malformed, "4", "index 0"},
       {"O08", triangle + "f -9 1 2", malformed, "4", "reaches back"},
@@ -169,20 +201,29 @@ TEST_CASE("bad OBJ files are refused with their line", "[io][obj][bad_input]") {
       {"O15 hex", vertex("v 0x10 0 0"), malformed, "4", "'0x10'"},
       {"O15 tail", vertex("v 1.0f 0 0"), malformed, "4", "'1.0f'"},
       {"O15 index", triangle + "f 1.5 2 3", malformed, "4", "whole number"},
-      {"O18", triangle + "f 1 2 \\\n3", malformed, "4", "continuation"},
+      {"O18", triangle + "f 1 2 \\\n", malformed, "4", "too few corners"},
+      {"O18 later line", triangle + "f 1 2 \\\n 3\nf 1 2", malformed, "6", "too few corners"},
+      {"O18 zero byte", triangle + std::string("f 1 2 \\\n3\0\n", 11), malformed, "5", "zero byte"},
+      {"O18 long",
+       triangle + "f" +
+           [] {
+             std::string text;
+             for (int i = 0; i < 600'000; ++i) text += "\\\n1";
+             return text;
+           }(),
+       ErrorKind::limit, "524292", "too long"},
       {"O19", triangle + std::string("f 1 2\0 3", 8), malformed, "4", "zero byte"},
       {"O20", triangle + "# " + std::string(2 << 20, 'x'), ErrorKind::limit, "4", "too long"},
       {"O21", triangle + "vt 0 0\nvn 0 0 1\nf 1/1/1 2/", malformed, "6", "texture coordinate index"},
       {"O21 slash", triangle + "vt 0 0\nf 1/1 2/ 3", malformed, "5", "texture coordinate index"},
       {"O21 slashes", triangle + "vt 0 0\nf 1/1/1/1 2 3", malformed, "5", "three indices"},
-      {"O21 mixed", triangle + "vt 0 0\nf 1/1 2/1 3", malformed, "5", "same kinds"},
+      {"O05 no uv", triangle + "f 1/1 2/1 3/1", malformed, "4", "the file has none"},
       {"O23", triangle + "vt nan 0\n" + face, malformed, "4", "'nan'"},
       {"O23 none", triangle + "vt\n" + face, malformed, "4", "without numbers"},
       {"normal", triangle + "vn 0 1\n" + face, malformed, "4", "three numbers"},
       {"O28", "v 1 1 1\nv 1 1 1\nv 1 1 1\n" + face, ErrorKind::mismatch, "", "no usable size"},
       {"O28 tiny", "v 0 0 0\nv 1e-30 0 0\nv 0 1e-30 0\n" + face, ErrorKind::mismatch, "", "no usable size"},
       {"O28 huge", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\n" + face, ErrorKind::mismatch, "", "no usable size"},
-      {"usemtl", triangle + "usemtl \n" + face, malformed, "4", "without a name"},
       {"mtllib", triangle + "mtllib\n" + face, malformed, "4", "without a name"},
   };
   tapestry::test::check_bad_files(rows, "a.obj", [](const std::string& text) { (void)parse(text); });
@@ -243,8 +284,8 @@ TEST_CASE("bad material files are refused with their line", "[io][mtl][bad_input
     check_refused(ErrorKind::malformed,
                   "a.mtl:2:", [&] { (void)read("newmtl a\nKd " + std::string(colour)); });
   check_refused(ErrorKind::malformed, "a.mtl:1:", [&] { (void)read("Kd 1 1 1\n"); });
-  check_refused(ErrorKind::malformed, "a.mtl:1:", [&] { (void)read("newmtl \n"); });
   CHECK(warnings.empty());
+  CHECK(read("newmtl\nKd 1 0 0\n").at(0).name.empty());
   const auto cut = read("\xEF\xBB\xBFnewmtl a b\r\nKd 2 -1 .5\r\nmap_Kd x.png\nd 7\nnewmtl a b\nKd 0 0 0\n");
   REQUIRE(cut.size() == 1);
   CHECK(cut[0].name == "a b");

@@ -33,11 +33,14 @@ geometry::Mesh small_mesh() {
 
 TEST_CASE("a mesh comes back to the bit", "[io][obj]") {
   const tapestry::test::TemporaryFolder folder;
-  const auto mesh = small_mesh();
+  auto mesh = small_mesh();
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    mesh.vertex_colours.push_back({0.1F, 0.125F * static_cast<float>(i), 1});
   io::write_obj(folder.path("the car.obj"), mesh);
   const auto loaded = io::read_obj(folder.path("the car.obj"));
   CHECK(loaded.warnings.empty());
   CHECK(loaded.mesh.positions == mesh.positions);
+  CHECK(loaded.mesh.vertex_colours == mesh.vertex_colours);
   CHECK(loaded.mesh.uvs == mesh.uvs);
   CHECK(loaded.mesh.normals == mesh.normals);
   CHECK(loaded.mesh.faces == mesh.faces);

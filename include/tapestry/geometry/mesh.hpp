@@ -28,6 +28,7 @@ struct Mesh {
   std::vector<Material> materials;
   std::vector<std::int32_t> face_groups;  ///< index into groups, −1 for none; one entry a face
   std::vector<std::string> groups;
+  std::vector<std::array<float, 3>> vertex_colours;  ///< RGB in [0, 1], one a position, or none at all
 };
 
 /// Colour of a face's material, RGB in [0, 1]; light grey where it has none.

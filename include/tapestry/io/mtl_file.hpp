@@ -32,7 +32,8 @@ inline std::array<float, 3> diffuse_colour(TextLines& lines, std::vector<std::st
 }  // namespace detail
 
 /// Reads the names and diffuse colours of a Wavefront material file held in memory; the other properties are
-/// ignored, with a warning where there are maps. A material without a colour has that of geometry::Material.
+/// ignored, with a warning where there are maps. The name may be empty; a material without a colour has that
+/// of geometry::Material.
 ///
 /// \param path      names the file in messages
 /// \param warnings  receives oddities that are no reason to refuse, one line each and at most 100
@@ -48,7 +49,6 @@ inline std::array<float, 3> diffuse_colour(TextLines& lines, std::vector<std::st
     const std::string_view keyword = lines.word();
     if (keyword == "newmtl") {
       const std::string_view name = lines.rest_of_line();
-      if (name.empty()) lines.fail("material without a name");
       counts = names.insert(name).second;
       if (counts) {
         materials.push_back({std::string(name), geometry::Material{}.colour});

@@ -45,10 +45,9 @@ class ObjParser {
   LoadedMesh parse() {
     if (const std::string format = beginning_format(); !format.empty())
       lines_.fail_at(0, "not an OBJ", "v and f records", format);
-    while (lines_.next()) {
+    while (lines_.next_joined()) {
       const std::string_view keyword = lines_.word();
       if (keyword.empty() || keyword.starts_with('#')) continue;
-      if (lines_.line().ends_with('\\')) lines_.fail("line continuation is not supported");
       record(keyword);
     }
     check_counts();
@@ -68,6 +67,10 @@ class ObjParser {
       if (count != 3 && count != 4 && count != 6 && count != 7)
         lines_.fail("vertex does not have its coordinates", "v x y z", std::to_string(count) + " numbers");
       append(mesh.positions, {values[0], values[1], values[2]});
+      if (count >= 6)
+        vertex_colour(values.data() + count - 3);
+      else if (!mesh.vertex_colours.empty())
+        mesh.vertex_colours.push_back(geometry::Material{}.colour);
     } else if (keyword == "vt") {
       const auto [values, count] = numbers<3>();
       if (count == 0) lines_.fail("texture coordinate without numbers", "vt u v");
@@ -89,6 +92,16 @@ class ObjParser {
     } else if (keyword != "s" && keyword != "l" && keyword != "p" && keyword != "vp") {
       if (unknown_count_++ == 0)
         lines_.warn(loaded_.warnings, "record " + in_quotes(keyword) + " is unknown and skipped");
+    }
+  }
+
+  /// Of the last vertex; those before it that have none get the colour of a face without material.
+  void vertex_colour(const double* channels) {
+    auto& colours = loaded_.mesh.vertex_colours;
+    colours.resize(loaded_.mesh.positions.size(), geometry::Material{}.colour);
+    for (std::size_t c = 0; c < 3; ++c) {
+      colours.back()[c] = static_cast<float>(std::clamp(channels[c], 0.0, 1.0));
+      if (channels[c] < 0 || channels[c] > 1) has_wide_colour_ = true;
     }
   }
 
@@ -159,14 +172,16 @@ class ObjParser {
     corners_.clear();
     for (std::string_view word = lines_.word(); !word.empty() && word[0] != '#'; word = lines_.word()) {
       corners_.push_back(corner(word));
-      for (std::size_t kind = 1; kind < 3; ++kind)
-        if ((corners_.back()[kind] < 0) != (corners_.front()[kind] < 0))
-          lines_.fail("face corners do not have the same kinds of indices", "as its first corner",
-                      in_quotes(word));
     }
     if (corners_.size() < 3)
       lines_.fail("face has too few corners", "3 or more", std::to_string(corners_.size()));
     require_room(loaded_.mesh.faces.size() + corners_.size() - 2);
+    for (std::size_t kind = 1; kind < 3; ++kind) {
+      const auto lacks = [&](const ObjCorner& corner) { return corner[kind] < 0; };
+      if (std::ranges::none_of(corners_, lacks) || std::ranges::all_of(corners_, lacks)) continue;
+      for (ObjCorner& corner : corners_) corner[kind] = -1;
+      ++mixed_count_[kind];
+    }
     faces_.add(corners_, material_, group_);
   }
 
@@ -189,11 +204,19 @@ class ObjParser {
     if (loaded_.mesh.faces.empty()) lines_.fail_at(0, "OBJ has no faces", "f records", found);
   }
 
-  void check_highest(std::size_t kind) const {
+  void check_highest(std::size_t kind) {
     const std::array counts{loaded_.mesh.positions.size(), loaded_.mesh.uvs.size(),
                             loaded_.mesh.normals.size()};
     const auto [value, line] = highest_[kind];
-    if (static_cast<std::size_t>(value) > counts[kind])
+    constexpr std::size_t normal = 2;  // some programs write their indices and leave them out
+    if (kind == normal && counts[normal] == 0 && value > 0) {
+      for (auto& corners : loaded_.mesh.face_normals) corners = {-1, -1, -1};
+      loaded_.warnings.push_back(lines_.path() + ":" + std::to_string(line) +
+                                 ": normals are named, but there are none (vn); faces count as without");
+    } else if (counts[kind] == 0 && value > 0) {
+      lines_.fail_at(line, std::string(kind_names[kind]) + " index, but the file has none", "no index",
+                     std::to_string(value));
+    } else if (static_cast<std::size_t>(value) > counts[kind])
       lines_.fail_at(line, std::string(kind_names[kind]) + " index beyond the last",
                      "1 to " + std::to_string(counts[kind]), std::to_string(value));
   }
@@ -206,6 +229,9 @@ class ObjParser {
     const auto note = [&](std::size_t count, const std::string& what) {
       if (count > 0) loaded_.warnings.push_back(lines_.path() + ": " + std::to_string(count) + " " + what);
     };
+    note(mixed_count_[1], "faces have texture coordinates at some corners only; they count as without");
+    note(mixed_count_[2], "faces have normals at some corners only; they count as without");
+    note(has_wide_colour_ ? 1 : 0, "or more vertex colours outside 0 to 1 are cut to it");
     note(loaded_.polygon_count, "polygons are split into triangles; face lists count the triangles");
     if (loaded_.crossing_count > 0)
       note(loaded_.crossing_count,
@@ -228,6 +254,8 @@ class ObjParser {
   std::int32_t material_ = -1;
   std::int32_t group_ = -1;
   std::size_t unknown_count_ = 0;
+  std::array<std::size_t, 3> mixed_count_{};  // faces with a kind of index at some corners only
+  bool has_wide_colour_ = false;
 };
 }  // namespace detail
 

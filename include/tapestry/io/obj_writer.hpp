@@ -47,6 +47,17 @@ void append_record(std::string& text, std::string_view keyword, const std::array
   text += '\n';
 }
 
+inline void append_vertex(std::string& text, const geometry::Mesh& mesh, std::size_t vertex) {
+  append_record(text, "v", mesh.positions[vertex]);
+  if (mesh.vertex_colours.empty()) return;
+  text.pop_back();
+  for (const float channel : mesh.vertex_colours.at(vertex)) {
+    text += ' ';
+    append_number(text, channel);
+  }
+  text += '\n';
+}
+
 inline void append_face(std::string& text, const geometry::Mesh& mesh, std::size_t face) {
   text += 'f';
   for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -71,7 +82,7 @@ inline std::string paint_name(const geometry::Mesh& mesh) { return unused_materi
 inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
                             const std::string& library, double u_extent) {
   std::string text = "mtllib " + library + "\n";
-  for (const auto& position : mesh.positions) append_record(text, "v", position);
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) append_vertex(text, mesh, i);
   for (const auto& uv : mesh.uvs) append_record(text, "vt", std::array{uv[0] / u_extent, uv[1]});
   for (const auto& normal : mesh.normals) append_record(text, "vn", normal);
   const std::string paint = paint_name(mesh);

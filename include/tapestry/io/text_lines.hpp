@@ -22,17 +22,25 @@ class TextLines {
 
   /// Moves to the next line; false after the last.
   [[nodiscard]] bool next() {
-    if (rest_.empty()) return false;
-    const std::size_t end = rest_.find('\n');
-    line_ = rest_.substr(0, end);
-    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    if (line_.ends_with('\r')) line_.remove_suffix(1);
-    ++number_;
-    if (line_.size() > line_limit_)
-      fail("line is too long", "at most " + std::to_string(line_limit_) + " bytes",
-           std::to_string(line_.size()), ErrorKind::limit);
-    if (line_.find('\0') != std::string_view::npos) fail("line holds a zero byte");
-    left_ = line_;
+    if (!next_piece()) return false;
+    number_ = piece_number_;
+    return true;
+  }
+
+  /// Moves to the next line, to which those belong that come after one ending with a backslash, unless it
+  /// begins with #: a comment may end with a folder's name. number() is that of the first.
+  [[nodiscard]] bool next_joined() {
+    if (!next()) return false;
+    if (!line_.ends_with('\\') || rest_of_line().starts_with('#')) return true;
+    joined_.clear();
+    bool goes_on = true;
+    while (goes_on) {
+      goes_on = line_.ends_with('\\');
+      joined_.append(line_.substr(0, line_.size() - (goes_on ? 1 : 0))).push_back(' ');
+      require_length(joined_.size());
+      goes_on = goes_on && next_piece();
+    }
+    line_ = left_ = joined_;
     return true;
   }
 
@@ -78,12 +86,33 @@ class TextLines {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
+  [[nodiscard]] bool next_piece() {
+    if (rest_.empty()) return false;
+    const std::size_t end = rest_.find('\n');
+    line_ = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    if (line_.ends_with('\r')) line_.remove_suffix(1);
+    ++piece_number_;
+    require_length(line_.size());
+    if (line_.find('\0') != std::string_view::npos) fail_at(piece_number_, "line holds a zero byte");
+    left_ = line_;
+    return true;
+  }
+
+  void require_length(std::size_t bytes) const {
+    if (bytes > line_limit_)
+      fail_at(piece_number_, "line is too long", "at most " + std::to_string(line_limit_) + " bytes",
+              std::to_string(bytes), ErrorKind::limit);
+  }
+
   std::string_view rest_;
   const std::string& path_;
   std::size_t line_limit_;
   std::string_view line_;
   std::string_view left_;
+  std::string joined_;
   std::size_t number_ = 0;
+  std::size_t piece_number_ = 0;
 };
 
 /// Whether the whole word is a number; independent of any locale. Numbers too small become 0, too large ones

@@ -27,7 +27,6 @@ class ObjMaterials {
   /// Index of the material that is named on the rest of the line (usemtl).
   std::int32_t index(const TextLines& lines) {
     const std::string_view name = lines.rest_of_line();
-    if (name.empty()) lines.fail("usemtl without a name");
     const std::size_t before = loaded_.mesh.materials.size();
     const std::int32_t found = add({std::string(name), geometry::Material{}.colour}, lines);
     if (loaded_.mesh.materials.size() > before)
