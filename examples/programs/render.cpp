@@ -143,6 +143,8 @@ void require_sound_files(const Options& o, ProblemList& list) {
   list.require_kept("--output", o.output, inputs);
   if (o.exported.empty()) return;
   const bool is_obj = o.exported.ends_with(".obj");
+  list.require(!is_obj || printable(o.exported) == o.exported,
+               "--export: control character in a name that the OBJ would hold");
   list.require(is_obj || o.exported.ends_with(".glb"), "--export takes a name that ends with .glb or .obj");
   list.require_kept("--export", o.exported, inputs);
   if (!is_obj || o.texture.empty()) return;
@@ -198,9 +200,7 @@ double u_extent_of(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& 
 void set_texture(const Options& o, PaintedScene& scene) {
   scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : u_extent_of(scene.mesh, scene.painted);
   if (!o.texture.empty()) {
-    if (scene.mesh.uvs.empty())
-      throw FileError(ErrorKind::mismatch,
-                      {o.mesh, "", "no texture coordinates, which --texture needs", "vt records", "none"});
+    require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     const auto picture = image::from_bytes<float>(io::read_image(o.texture));
     scene.layout.height = picture.shape(0);
     scene.layout.width = picture.shape(1);
@@ -208,6 +208,13 @@ void set_texture(const Options& o, PaintedScene& scene) {
         o.filter == "trilinear" ? raster::TextureFilter::trilinear : raster::TextureFilter::bilinear;
     scene.texels = Array<float, 2>(Extents<2>{picture.shape(0) * picture.shape(1), 3});
     std::copy_n(picture.data(), picture.size(), scene.texels.data());
+    return;
+  }
+  const auto& colours = scene.mesh.vertex_colours;
+  if (o.colour.empty() && !colours.empty()) {
+    scene.layout.kind = raster::TextureKind::vertex;
+    scene.texels = Array<float, 2>(Extents<2>{colours.size(), 3});
+    for (std::size_t i = 0; i < colours.size(); ++i) std::ranges::copy(colours[i], &scene.texels(i, 0));
     return;
   }
   scene.layout.kind = raster::TextureKind::solid;
@@ -341,6 +348,8 @@ void export_scene(const std::string& path, const PaintedScene& scene) {
     return;
   }
   geometry::Mesh mesh = scene.mesh;
+  if (scene.layout.kind == raster::TextureKind::vertex)
+    return (is_glb ? io::write_glb : io::write_obj)(path, mesh);
   mesh.face_materials.resize(mesh.faces.size(), -1);
   const auto paint = static_cast<std::int32_t>(mesh.materials.size());
   mesh.materials.push_back({io::unused_material_name(mesh, "paint"),

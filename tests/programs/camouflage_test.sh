@@ -147,7 +147,7 @@ expect_file unheard/metrics.json
 [ "$(wc -l <no_streams/.lock)" -eq 1 ] && pass || fail "what was printed went into a file"
 
 # Refusals to resume name the cause.
-cp -r limited damaged && echo '{"options": {"mesh": 3}, "inputs": []}' >damaged/manifest.json
+cp -r limited damaged && sed 's/"mesh": "[^"]*"/"mesh": 3/' limited/manifest.json >damaged/manifest.json
 expect_exit 3 "a manifest of another shape" "$camouflage" --resume --output damaged
 expect_error_line "damaged/manifest.json: no sound setting 'mesh'"
 expect_exit 3 "evaluate with it" "$programs/evaluate" --run damaged
@@ -160,6 +160,42 @@ expect_exit 3 "evaluate with a manifest nested 200,000 deep" "$programs/evaluate
 expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
 expect_exit 3 "resume with it" "$camouflage" --resume --output damaged
 expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
+for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^"]*"/"version": "9.9.9"/'; do
+  sed "$foreign" limited/manifest.json >damaged/manifest.json
+  expect_exit 4 "measuring the run of another program or version" "$programs/evaluate" --run damaged
+  expect_error_line 'damaged/manifest.json: the run of another (program|version); expected .*, found '
+  expect_exit 4 "resuming it" "$camouflage" --resume --output damaged
+done
+
+# What cannot even be looked at is unreadable input, or output that cannot be written.
+ln -s loop loop
+long=$(printf 'n%.0s' $(seq 300))
+for name in loop "$long"; do
+  expect_exit 3 "frames that cannot be inspected" "$camouflage" --check --frames "$name"
+  expect_exit 5 "a folder that cannot be inspected" "$camouflage" "${brief[@]}" --output "$name"
+  expect_error_line "^error: $name.*: cannot inspect"
+  expect_exit 3 "a run that cannot be inspected" "$camouflage" --resume --output "$name"
+  expect_exit 3 "weights that cannot be inspected" "$camouflage" --check --cfg "$assets/detector.cfg" --weights "$name"
+done
+
+# What a killed process left is taken away by the next one; a signal that was ignored at the start stays so.
+touch limited/checkpoint.npz.tapestry-part99999-0
+expect_exit 0 "resumed after a kill" "$camouflage" --resume --output limited
+ls -A limited | grep -q part && fail "what a killed process left is still there" || pass
+(
+  trap '' HUP INT
+  exec "$camouflage" "${brief[@]}" --epochs 100 --output ignoring >/dev/null 2>&1
+) &
+process=$!
+for _ in $(seq 100); do
+  [ -e ignoring/manifest.json ] && break
+  sleep 0.1
+done
+kill -HUP "$process"
+kill -INT "$process"
+wait "$process"
+[ $? -eq 0 ] && pass || fail "a run under nohup ends with its terminal"
+expect_file ignoring/metrics.json
 rm "four frames/003.npz"
 expect_exit 7 "an input that is gone" "$camouflage" --resume --output limited
 expect_error_line 'inputs have changed: four frames/003.npz'

@@ -18,6 +18,17 @@ expect_exit 0 "again" "$convert" "${cfg[@]}" "${weights[@]}" --output again.safe
 expect_same kept.safetensors again.safetensors
 [ "$(stat -c %s folded.safetensors)" -lt "$(stat -c %s kept.safetensors)" ] && pass || fail "folding saved nothing"
 
+# A limit on the size of files is an error like a full disk; the old file stays, and nothing beside it.
+cp kept.safetensors limited.safetensors
+(
+  ulimit -f 16 # KiB a file
+  exec "$convert" "${cfg[@]}" "${weights[@]}" --fold --output limited.safetensors >command.out 2>command.err
+)
+[ $? -eq 5 ] && pass || fail "a file that cannot be written whole does not end with 5"
+expect_error_line 'limited.safetensors: cannot write'
+expect_same kept.safetensors limited.safetensors
+ls | grep -q part && fail "a temporary file was left behind" || pass
+
 # The numbers are those behind the 20 bytes of the Darknet header, to the bit.
 tail -c +21 "$assets/detector.weights" >numbers
 tail -c "$(stat -c %s numbers)" kept.safetensors >kept.numbers

@@ -78,4 +78,13 @@ swept=$(awk '/^P@0.5 by confidence/ { on = 1 } on && $1 == "clean" { print $4 }'
 direct=$(awk '$1 == "clean" { for (i = 1; i < NF; i++) if ($i == "P@0.5") { print $(i + 1); exit } }' command.out)
 [ -n "$swept" ] && [ "$swept" = "$direct" ] && pass || fail "P@0.5 at 0.9 is $direct, in the sweep $swept"
 expect_exit 2 "evaluate without a run" "$evaluate"
+# Names that would give a terminal orders.
+sed '1s/.*/\x1b[31mcar\x1b]0;title\x07/' "$assets/detector.names" >orders.names
+expect_exit 0 "class names with control characters" "$detect" --cfg "$assets/detector.cfg" \
+  --weights "$assets/detector.weights" --names orders.names "$frame"
+cat command.out command.err | grep -q $'[\x1b\x07]' && fail "control characters reach the terminal" || pass
+expect_exit 3 "a file name with control characters" "$detect" $'none\x1b[31m\n.png'
+grep -q $'\x1b' command.err && fail "control characters reach the terminal" || pass
+[ "$(wc -l <command.err)" -eq 1 ] && pass || fail "an error of more than one line"
+
 finish

@@ -96,6 +96,15 @@ head -c 300 car.png >cut.png
 refused 3 'cut.png' --texture cut.png
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >plain.obj
 refused 4 'no texture coordinates' --mesh plain.obj --texture car.png
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1 2 3\n' >partly.obj
+refused 4 'partly.obj: painted face 2 .the first is 1. has none of the texture coordinates that --texture needs' \
+  --mesh partly.obj --texture car.png
+printf 'v 0 0 0 1 0 0\nv 0 1 0 0 1 0\nv 0 0 1 0 0 1\nf 1 2 3\n' >coloured.obj
+printf 'v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n' >grey.obj
+expect_exit 0 "vertex colours" "$render" --mesh coloured.obj --azimuth 0 --size 32 --output coloured.png --export coloured_again.obj
+expect_exit 0 "no vertex colours" "$render" --mesh grey.obj --azimuth 0 --size 32 --output grey.png
+cmp -s coloured.png grey.png && fail "vertex colours are not drawn" || pass
+grep -q '^v 0 1 0 0 1 0$' coloured_again.obj && pass || fail "vertex colours are not exported"
 expect_exit 0 "a mesh of one face" "$render" --mesh plain.obj --size 1 --output one.png
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\n' >faceless.obj
 refused 3 'faceless.obj: OBJ has no faces' --mesh faceless.obj
@@ -112,6 +121,8 @@ refuses_to_write 'which is --output' --texture paint.png --export untouched.obj 
 refuses_to_write '--export would overwrite out.obj' --mesh out.obj --export out.obj --output untouched.png
 refuses_to_write 'ends with .png' --output untouched.jpg
 expect_same car.png paint.png
+refuses_to_write 'control character in a name' --export $'a\nv 9 9 9.obj' --output untouched.png
 [ -e untouched.png ] && fail "a refused command left a picture behind" || pass
+expect_exit 0 "a name of 255 bytes" "$render" --size 8 --output "$(printf 'n%.0s' $(seq 251)).png"
 expect_exit 5 "a folder that is not there" "$render" --size 8 --output absent/car.png
 finish

@@ -121,6 +121,8 @@ inline Car load_car(const SceneSettings& settings) {
   car.painted.painted =
       selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
   car.painted.layout = layout_of(settings, loaded.mesh);
+  if (car.painted.layout.kind == raster::TextureKind::atlas)
+    require_uvs(settings.mesh, loaded.mesh, car.painted.painted, "an atlas");
   car.painted.mesh = std::move(loaded.mesh);
   return car;
 }
