@@ -1,28 +1,109 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/raster/bake.hpp>
+#include <tapestry/raster/fragment_shader.hpp>  // require_layout
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::raster {
+namespace detail {
 
-/// Which texels of an atlas a painted face refers to, see for_each_atlas_texel().
+using UvTriangle = std::array<std::array<double, 2>, 3>;  // in texels: column, row
+
+/// An open rectangle by its edges.
+struct TexelRectangle {
+  double left, right, top, bottom;
+
+  /// Whether it meets a triangle, which may have no area: no line parallel to a side of either parts them.
+  [[nodiscard]] bool meets(const UvTriangle& corner) const {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
+      if (!(high > (axis == 0 ? left : top) && low < (axis == 0 ? right : bottom))) return false;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& a = corner[k];
+      const auto& b = corner[(k + 1) % 3];
+      const auto& c = corner[(k + 2) % 3];
+      const double nx = a[1] - b[1], ny = b[0] - a[0];
+      if (nx == 0 && ny == 0) continue;
+      const double apex = nx * (c[0] - a[0]) + ny * (c[1] - a[1]);
+      const double centre = nx * ((left + right) / 2 - a[0]) + ny * ((top + bottom) / 2 - a[1]);
+      const double reach = (std::abs(nx) * (right - left) + std::abs(ny) * (bottom - top)) / 2;
+      if (centre + reach <= std::min(0.0, apex) || centre - reach >= std::max(0.0, apex)) return false;
+    }
+    return true;
+  }
+};
+
+/// Edges, along one axis, of where a lookup takes from texel `index`: within a texel of its centre, but not
+/// beyond the repetition of the atlas that it lies in.
+inline std::array<double, 2> reach_of_texel(long long index, double size) {
+  const auto at = static_cast<double>(index);
+  const double begin = std::floor(at / size) * size;
+  return {std::max(at - 0.5, begin), std::min(at + 1.5, begin + size)};
+}
+
+/// Calls visit(row, column) for the texels that lookups in a uv triangle take from.
+template <class Visit>
+void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, Visit visit) {
+  const std::array<double, 2> size{static_cast<double>(layout.width), static_cast<double>(layout.height)};
+  const auto bounds = [&](std::size_t axis) {
+    const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
+    return std::array<long long, 2>{static_cast<long long>(std::floor(low - 1.5)),
+                                    static_cast<long long>(std::ceil(high + 1.5))};
+  };
+  const auto wrapped_index = [](long long index, std::size_t extent) {
+    const auto period = static_cast<long long>(extent);
+    return static_cast<std::size_t>(((index % period) + period) % period);
+  };
+  const auto columns = bounds(0), rows = bounds(1);
+  for (long long row = rows[0]; row < rows[1]; ++row)
+    for (long long column = columns[0]; column < columns[1]; ++column) {
+      const auto x = reach_of_texel(column, size[0]), y = reach_of_texel(row, size[1]);
+      if (TexelRectangle{x[0], x[1], y[0], y[1]}.meets(corner))
+        visit(wrapped_index(row, layout.height), wrapped_index(column, layout.width));
+    }
+}
+
+}  // namespace detail
+
+/// Which texels of an atlas a painted face refers to, seen from wherever: those that some bilinear lookup
+/// within the face takes from. The mask that losses over a texture count steps in.
 ///
-/// \returns  [height, width] of the atlas, 1 where one does and 0 elsewhere
-/// \throws DomainError if the texture is no atlas
+/// \returns  [height, width], 1 where used and 0 elsewhere; row 0 on top
+/// \throws DomainError unless the layout is that of an atlas; ShapeError, DomainError, Error (mismatch) as
+///         texture_operator() does; Error (limit) if a painted face spans over more than 8 repetitions of the
+///         atlas along an axis
 template <std::floating_point T>
-[[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& car) {
-  if (car.layout.kind != TextureKind::atlas)
+[[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& body) {
+  const TextureLayout& layout = body.layout;
+  if (layout.kind != TextureKind::atlas)
     throw DomainError("used_texels: expected an atlas, found a texture of another kind");
-  auto used = zeros<T, 2>({car.layout.height, car.layout.width});
-  for (std::size_t face = 0; face < car.painted.size(); ++face)
-    if (car.painted[face] != 0)
-      for_each_atlas_texel(
-          car.mesh, car.layout, face,
-          [&](std::size_t row, std::size_t column, const std::array<double, 3>&) { used(row, column) = 1; });
+  detail::require_layout("used_texels", body);
+  auto used = zeros<T, 2>({layout.height, layout.width});
+  for (std::size_t face = 0; face < body.painted.size(); ++face) {
+    if (body.painted[face] == 0) continue;
+    detail::UvTriangle corner{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& uv = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
+      corner[k] = {uv[0] / layout.u_extent, 1 - uv[1]};
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
+      if (high - low > 8)
+        throw Error(ErrorKind::limit, "used_texels: face " + std::to_string(face) + " spans over " +
+                                          std::to_string(high - low) +
+                                          " repetitions of the atlas, expected at most 8");
+      for (auto& point : corner) point[axis] *= static_cast<double>(axis == 0 ? layout.width : layout.height);
+    }
+    detail::for_each_texel_of(corner, layout,
+                              [&](std::size_t row, std::size_t column) { used(row, column) = T(1); });
+  }
   return used;
 }
 

@@ -1,0 +1,110 @@
+#include <cstdint>
+#include <tapestry/core/random.hpp>
+#include <tapestry/raster/texture_atlas.hpp>
+#include <tapestry/raster/used_texels.hpp>
+
+#include "../support/catch.hpp"
+
+namespace raster = tapestry::raster;
+namespace geometry = tapestry::geometry;
+using tapestry::Array;
+using tapestry::Random;
+
+namespace {
+
+/// Triangles of uv alone; where they are in space does not matter.
+raster::PaintedMesh body_of(const std::vector<std::array<std::array<double, 2>, 3>>& triangles,
+                            std::size_t height, std::size_t width, double u_extent = 1) {
+  raster::PaintedMesh body;
+  body.layout.height = height;
+  body.layout.width = width;
+  body.layout.u_extent = u_extent;
+  body.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  for (const auto& triangle : triangles) {
+    const auto first = static_cast<std::int32_t>(body.mesh.uvs.size());
+    for (const auto& uv : triangle) body.mesh.uvs.push_back({uv[0], uv[1]});
+    body.mesh.faces.push_back({0, 1, 2});
+    body.mesh.face_uvs.push_back({first, first + 1, first + 2});
+    body.painted.push_back(1);
+  }
+  return body;
+}
+
+/// The texels that many lookups in the triangle take from.
+Array<double, 2> sampled(const raster::PaintedMesh& body, int samples) {
+  auto used = tapestry::zeros<double, 2>({body.layout.height, body.layout.width});
+  for (int i = 0; i <= samples; ++i)
+    for (int j = 0; i + j <= samples; ++j) {
+      const double a = static_cast<double>(i) / samples, b = static_cast<double>(j) / samples;
+      std::array<double, 2> uv{};
+      for (std::size_t axis = 0; axis < 2; ++axis)
+        uv[axis] =
+            a * body.mesh.uvs[0][axis] + b * body.mesh.uvs[1][axis] + (1 - a - b) * body.mesh.uvs[2][axis];
+      raster::visit_atlas_taps(body.layout, uv, [&](const raster::Tap& tap) {
+        if (tap.weight > 1e-9) used.data()[tap.texel] = 1;
+      });
+    }
+  return used;
+}
+
+}  // namespace
+
+TEST_CASE("used_texels equals the texels worked out by hand", "[raster][used_texels]") {
+  // u from 2/8 to 4/8, v from 4/8 to 6/8: columns 2 to 4 and rows 2 to 4 in texels, lower left half.
+  const auto body = body_of({{{{0.25, 0.75}, {0.25, 0.5}, {0.5, 0.5}}}}, 8, 8);
+  const auto used = raster::used_texels<double>(body);
+  for (std::size_t row = 0; row < 8; ++row)
+    for (std::size_t column = 0; column < 8; ++column) {
+      // The centres' neighbourhoods of ±1 overlap [2, 4]² within rows 1 to 4 and columns 1 to 4; of these the
+      // upper right one lies beyond the slanted edge x = y: its nearest corner, (column − ½, row + 1½).
+      const bool in_square = row >= 1 && row <= 4 && column >= 1 && column <= 4;
+      const bool below_edge = static_cast<double>(column) - 0.5 < static_cast<double>(row) + 1.5;
+      CHECK(used(row, column) == (in_square && below_edge ? 1.0 : 0.0));
+    }
+}
+
+TEST_CASE("used_texels are those that lookups within the face take from", "[raster][used_texels]") {
+  Random random(3);
+  for (int trial = 0; trial < 30; ++trial) {
+    std::array<std::array<double, 2>, 3> uv{};
+    for (auto& corner : uv) corner = {random.uniform(-0.7, 2.6), random.uniform(-0.4, 1.3)};
+    const auto body = body_of({uv}, 6, 9, 2);
+    const auto used = raster::used_texels<double>(body);
+    const auto looked_up = sampled(body, 400);
+    std::size_t more = 0;
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      CAPTURE(trial, i);
+      REQUIRE(used.data()[i] >= looked_up.data()[i]);
+      more += used.data()[i] > looked_up.data()[i] ? 1U : 0U;
+    }
+    CHECK(more <= 1);  // samples may miss a corner of a texel's reach
+  }
+}
+
+TEST_CASE("used_texels leaves out faces that are not painted", "[raster][used_texels]") {
+  auto body = body_of({{{{0, 0}, {1, 0}, {0, 1}}}, {{{0.9, 0.9}, {1, 0.9}, {1, 1}}}}, 16, 16);
+  body.painted[0] = 0;
+  const auto used = raster::used_texels<float>(body);
+  CHECK(used(0, 15) == 1.0F);
+  CHECK(used(15, 0) == 0.0F);
+  CHECK(used(8, 8) == 0.0F);
+}
+
+TEST_CASE("used_texels takes no texel from the opposite border", "[raster][used_texels]") {
+  const auto used = raster::used_texels<double>(body_of({{{{0, 0}, {0.1, 0}, {0, 0.1}}}}, 8, 8));
+  CHECK(used(7, 0) == 1.0);
+  CHECK(used(7, 7) == 0.0);
+  CHECK(used(0, 0) == 0.0);
+}
+
+TEST_CASE("used_texels refuses what has no atlas", "[raster][used_texels][error]") {
+  auto body = body_of({{{{0, 0}, {0.1, 0}, {0, 0.1}}}}, 8, 8);
+  body.layout.kind = raster::TextureKind::solid;
+  CHECK_THROWS_WITH(raster::used_texels<double>(body),
+                    "used_texels: expected an atlas, found a texture of another kind");
+  CHECK_THROWS_WITH(raster::used_texels<double>(body_of({{{{0, 0}, {9, 0}, {0, 1}}}}, 4, 4)),
+                    "used_texels: face 0 spans over 9.000000 repetitions of the atlas, expected at most 8");
+  body = body_of({{{{0, 0}, {0.1, 0}, {0, 0.1}}}}, 8, 8);
+  body.painted.clear();
+  CHECK_THROWS_AS(raster::used_texels<double>(body), tapestry::ShapeError);
+}
