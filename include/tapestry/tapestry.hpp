@@ -202,6 +202,7 @@
 #include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/mip_pyramid_variable.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
 #include <tapestry/raster/render_textured.hpp>
