@@ -56,3 +56,8 @@ endfunction()
 add_page_program(README.md readme_example "<!-- compiled by the tests -->\n```cpp\n")
 require_excerpt(README.md examples/tour/paint_a_car.cpp)
 add_page_program(docs/TUTORIAL.md tutorial_example "```cpp\n")
+
+file(STRINGS ${PROJECT_SOURCE_DIR}/CITATION.cff cited_version REGEX "^version: ")
+if(NOT cited_version STREQUAL "version: ${PROJECT_VERSION}")
+  message(FATAL_ERROR "CITATION.cff has \"${cited_version}\", version.hpp ${PROJECT_VERSION}")
+endif()
