@@ -93,7 +93,7 @@ expect_exit 3 "a header longer than the file" "$detect" --weights long.safetenso
 expect_error_line 'long.safetensors:@0: header passes the end of the file; expected at most [0-9]+ bytes, found 16777215 bytes'
 sed 's/"data_offsets":\[32,64\]/"data_offsets":[32,06]/' kept.safetensors >zero.safetensors
 expect_exit 3 "invalid JSON" "$detect" --weights zero.safetensors "$frame"
-expect_error_line 'zero.safetensors:@[0-9]+: unexpected value; expected a whole number .*, found .06'
+expect_error_line 'zero.safetensors:@[0-9]+: not valid JSON: '
 sed 's/"layers.0.bn.weight"/"layers.0.bn.bias"  /' kept.safetensors >twice.safetensors
 expect_exit 3 "one name twice" "$detect" --weights twice.safetensors "$frame"
 expect_error_line "twice.safetensors:@[0-9]+: key given twice; expected each key once, found 'layers.0.bn.bias'"
