@@ -103,6 +103,7 @@ class ArrayVariable {
   static constexpr std::size_t rank = Rank;
 
   ArrayVariable() : ArrayVariable(Array<T, Rank>()) {}
+  /// A passive variable of this value.
   ArrayVariable(Array<T, Rank> value) : value_(std::make_shared<const Array<T, Rank>>(std::move(value))) {}
   /// A value that others share, without a copy.
   explicit ArrayVariable(std::shared_ptr<const Array<T, Rank>> value) : value_(std::move(value)) {}
@@ -110,6 +111,7 @@ class ArrayVariable {
   template <ArrayExpression E>
   requires(std::is_same_v<typename E::ArrayScalar, T>&& E::rank == Rank) ArrayVariable(const E& formula)
       : ArrayVariable(evaluated(formula)) {}
+  /// Copies share value and adjoint.
   ArrayVariable(const ArrayVariable&) = default;  // also for moves: a moved-from variable keeps its value
   ArrayVariable& operator=(const ArrayVariable&) = default;
   ~ArrayVariable() = default;
@@ -119,10 +121,13 @@ class ArrayVariable {
                 std::shared_ptr<detail::ArrayAdjoint<T, Rank>> adjoint, detail::Link link)
       : value_(std::move(value)), adjoint_(std::move(adjoint)), link_(link) {}
 
+  /// The numbers; they never change.
   [[nodiscard]] const Array<T, Rank>& value() const { return *value_; }
   /// The value as a pullback may keep it, without a copy.
   [[nodiscard]] const std::shared_ptr<const Array<T, Rank>>& shared_value() const { return value_; }
+  /// The extents of value().
   [[nodiscard]] const Extents<Rank>& shape() const { return value_->shape(); }
+  /// How many numbers value() has.
   [[nodiscard]] std::size_t size() const { return value_->size(); }
 
   /// Whether a tape knows the variable.
@@ -137,7 +142,9 @@ class ArrayVariable {
     return adjoint_->read();
   }
 
+  /// Where it was recorded.
   [[nodiscard]] const detail::Link& link() const { return link_; }
+  /// The adjoint that records write to; null for a passive variable.
   [[nodiscard]] const std::shared_ptr<detail::ArrayAdjoint<T, Rank>>& shared_adjoint() const {
     return adjoint_;
   }

@@ -69,6 +69,7 @@ class JacobianPlan {
         goes_forward_(columns_.colour_count < rows_.colour_count) {}
 
   [[nodiscard]] const JacobianPattern& pattern() const { return pattern_; }
+  /// Whether its sweeps run forwards over the recording, not backwards.
   [[nodiscard]] bool goes_forward() const { return goes_forward_; }
   /// Directions that the sweeps take, eight of them each.
   [[nodiscard]] std::size_t direction_count() const { return colouring().colour_count; }

@@ -79,6 +79,7 @@ class Variable {
   Variable operator--(int) { return std::exchange(*this, *this - 1); }
   friend constexpr void swap(Variable& x, Variable& y) noexcept { std::swap(x, y); }
 
+  /// Where it was recorded.
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
   [[nodiscard]] constexpr std::uint64_t difference(detail::Link link) const { return link_.difference(link); }
   template <class Factor, class Sink>

@@ -103,6 +103,7 @@ class Objective {
 
   /// The terms of the last call.
   [[nodiscard]] const ObjectiveTerms& terms() const { return terms_; }
+  /// Seconds of each stage, added up over all calls.
   [[nodiscard]] StepTimes& times() { return *times_; }
   [[nodiscard]] const ObjectiveOptions& options() const { return options_; }
   [[nodiscard]] const detect::Network<T>& network() const { return network_; }

@@ -58,11 +58,16 @@ class Training {
     state_.parameter = std::move(start);
   }
 
+  /// Minibatches in an epoch; the last one may be smaller.
   [[nodiscard]] std::size_t steps_per_epoch() const { return block_count(usable_.size(), options_.batch); }
+  /// Steps of all epochs.
   [[nodiscard]] std::size_t step_count() const { return options_.epochs * steps_per_epoch(); }
   [[nodiscard]] bool finished() const { return state_.step >= step_count(); }
+  /// Steps so far, also those of a run that this one resumes.
   [[nodiscard]] std::uint64_t steps_taken() const { return state_.step; }
+  /// What is trained, [texel, 3]; see texture_colours().
   [[nodiscard]] const Array<T, 2>& parameter() const { return state_.parameter; }
+  /// The terms of every step so far.
   [[nodiscard]] const std::vector<ObjectiveTerms>& history() const { return state_.history; }
 
   /// A copy of everything a checkpoint needs.

@@ -21,6 +21,7 @@ enum class ErrorKind {
 class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+  /// What kind of thing went wrong.
   [[nodiscard]] ErrorKind kind() const noexcept { return kind_; }
 
  private:

@@ -13,6 +13,7 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
+  /// All that it remembers.
   [[nodiscard]] std::uint64_t state() const { return state_; }
 
   /// 64 uniformly distributed bits.

@@ -17,7 +17,9 @@ struct Head {
   double scale_x_y = 1;
   DecodeFamily decode = DecodeFamily::darknet;
 
+  /// A·(5+K), the channels of its logits.
   [[nodiscard]] std::size_t channel_count() const { return anchors.size() * (5 + classes); }
+  /// The boxes that it proposes for a picture.
   [[nodiscard]] std::size_t candidate_count() const { return anchors.size() * grid_height * grid_width; }
 };
 

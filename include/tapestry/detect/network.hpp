@@ -51,8 +51,10 @@ class Network {
 
   [[nodiscard]] std::size_t input_height() const { return graph_.height; }
   [[nodiscard]] std::size_t input_width() const { return graph_.width; }
+  /// In the order of the logits that forward() gives.
   [[nodiscard]] const std::vector<Head>& heads() const { return graph_.heads; }
   [[nodiscard]] const NetworkConfig& config() const { return graph_.config; }
+  /// Where each layer's parameters lie.
   [[nodiscard]] const ParameterLayout& layout() const { return graph_.layout; }
 
   /// Weights normal with variance 2 / (inputs of a filter), biases 0, batch normalisation the identity.

@@ -42,7 +42,9 @@ struct PictureFromCanvas {
   double x_scale = 1, y_scale = 1;
   double left = 0, top = 0;  ///< of the picture, pixels of the canvas
 
+  /// A column of the canvas as a column of the picture, pixels.
   [[nodiscard]] double x(double x_canvas) const { return (x_canvas - left) * x_scale; }
+  /// A row of the canvas as a row of the picture, pixels.
   [[nodiscard]] double y(double y_canvas) const { return (y_canvas - top) * y_scale; }
   [[nodiscard]] double width(double width_canvas) const { return width_canvas * x_scale; }
   [[nodiscard]] double height(double height_canvas) const { return height_canvas * y_scale; }

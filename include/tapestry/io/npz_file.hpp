@@ -40,6 +40,7 @@ class NpzFile {
   }
 
   [[nodiscard]] const std::string& path() const { return path_; }
+  /// Of the arrays, without .npy.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
 

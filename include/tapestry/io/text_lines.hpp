@@ -45,6 +45,7 @@ class TextLines {
   }
 
   [[nodiscard]] std::string_view line() const { return line_; }
+  /// Of the line, from 1 on.
   [[nodiscard]] std::size_t number() const { return number_; }
 
   /// The next word of the line; empty at its end.
@@ -67,6 +68,7 @@ class TextLines {
                          const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
     fail_at(number_, what, expected, found, kind);
   }
+  /// Throws a FileError about that line.
   [[noreturn]] void fail_at(std::size_t line, const std::string& what, const std::string& expected = "",
                             const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
     throw FileError(kind, {.path = path_,

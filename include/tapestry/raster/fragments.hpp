@@ -67,7 +67,9 @@ class FragmentBands {
 
   /// Bands of band_rows() pixel rows, the last one maybe of fewer.
   [[nodiscard]] std::size_t band_count() const { return triangles_.tile_rows(); }
+  /// Pixel rows of a band; the last one may have fewer.
   [[nodiscard]] std::size_t band_rows() const { return tile_height / axis_; }
+  /// How many faces were left out for a corner that is not finite.
   [[nodiscard]] std::size_t non_finite_faces() const { return triangles_.non_finite_faces(); }
   [[nodiscard]] const std::vector<geometry::Vector3>& positions_view() const {
     return triangles_.positions_view();

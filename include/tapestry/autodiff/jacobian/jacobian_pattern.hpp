@@ -50,6 +50,7 @@ class JacobianPattern {
 
   [[nodiscard]] std::size_t row_count() const { return rows_; }
   [[nodiscard]] std::size_t column_count() const { return columns_; }
+  /// How many entries may differ from 0.
   [[nodiscard]] std::size_t entry_count() const { return columns_of_.size(); }
 
   /// The columns of a row's entries.
@@ -64,6 +65,7 @@ class JacobianPattern {
   }
   [[nodiscard]] bool operator==(const JacobianPattern&) const = default;
 
+  /// The pattern of the transposed matrix.
   [[nodiscard]] JacobianPattern transposed() const {
     JacobianPattern turned;
     turned.rows_ = columns_;

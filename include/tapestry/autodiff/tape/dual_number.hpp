@@ -46,6 +46,7 @@ class Dual {
   [[nodiscard]] constexpr const T& value() const { return value_; }
   /// The derivative along one direction.
   [[nodiscard]] constexpr const T& tangent(std::size_t direction = 0) const { return tangents_[direction]; }
+  /// The derivatives, one a direction.
   [[nodiscard]] constexpr const std::array<T, N>& tangents() const { return tangents_; }
 
   /// Whether value and tangents are all zero.
