@@ -61,3 +61,18 @@ file(STRINGS ${PROJECT_SOURCE_DIR}/CITATION.cff cited_version REGEX "^version: "
 if(NOT cited_version STREQUAL "version: ${PROJECT_VERSION}")
   message(FATAL_ERROR "CITATION.cff has \"${cited_version}\", version.hpp ${PROJECT_VERSION}")
 endif()
+
+# What a page links to is there.
+foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/CONTRIBUTING.md docs/SECURITY.md
+                      docs/TUTORIAL.md)
+  read_page(${page} text)
+  get_filename_component(folder ${PROJECT_SOURCE_DIR}/${page} DIRECTORY)
+  string(REPLACE "](" "link(" text "${text}")  # for a bracket in a list hides what separates its items
+  string(REGEX MATCHALL "link\\([^][()#:; ]+\\)" links "${text}")
+  foreach(link IN LISTS links)
+    string(REGEX REPLACE "^link\\(|\\)$" "" link "${link}")
+    if(NOT EXISTS ${folder}/${link})
+      message(FATAL_ERROR "${page} links to ${link}, which does not exist")
+    endif()
+  endforeach()
+endforeach()
