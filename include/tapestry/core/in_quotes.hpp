@@ -20,7 +20,9 @@ namespace tapestry {
 
 /// A word of a file or a command line in quotes, for messages: at most 40 bytes of it, printable().
 [[nodiscard]] inline std::string in_quotes(std::string_view word) {
-  return "'" + printable(word.substr(0, 40)) + (word.size() > 40 ? "…'" : "'");
+  std::string quoted(1, '\'');  // appended to, for g++ 12 warns of what it makes of "'" + string
+  quoted += printable(word.substr(0, 40));
+  return quoted += word.size() > 40 ? "…'" : "'";
 }
 
 }  // namespace tapestry
