@@ -138,3 +138,15 @@ TEST_CASE("the profile names every stage of both directions", "[camouflage]") {
     CHECK(seconds < 60);
   }
 }
+
+TEST_CASE("a passive texture records nothing", "[camouflage]") {
+  const auto car = test::tiny_car();
+  const auto network = test::tiny_network<float>();
+  camouflage::Objective<float> objective(network, {});
+  const auto views = views_of<float>(car, 1);
+  tapestry::Tape<float> tape;
+  const auto scope = tape.activate();
+  const auto start = tapestry::zeros<float, 2>({car.layout.texel_count(car.mesh), 3});
+  CHECK_FALSE(objective(tapestry::ArrayVariable<float, 2>(start), views).is_active());
+  CHECK(tape.record_count() == 0);
+}

@@ -19,6 +19,7 @@ extern "C" {
 }
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 using namespace tapestry::test;
 
 namespace {

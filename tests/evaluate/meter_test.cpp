@@ -72,5 +72,10 @@ TEST_CASE("a meter refuses outputs that are not finite, naming the view", "[eval
   evaluate::Meter<float> meter(fixture.network, 0);
   const auto view = fixture.store.view(0);
   CHECK_THROWS_AS(meter.examine(view->background, *view), tapestry::NumericError);
-  CHECK_THROWS_WITH(meter.examine(view->background, *view), Catch::Matchers::Contains("frame0: output 0"));
+  CHECK_THROWS_WITH(meter.examine(view->background, *view), contains("frame0: output 0"));
+}
+
+TEST_CASE("a meter refuses a class that the network does not have", "[evaluate][meter]") {
+  Fixture fixture;
+  CHECK_THROWS_WITH(evaluate::Meter<float>(fixture.network, 2), "Meter: class 2 of a network with 2 classes");
 }

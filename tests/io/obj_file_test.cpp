@@ -106,7 +106,7 @@ TEST_CASE("vertex colours are read, and vertices without one are as faces withou
             {0.8F, 0.8F, 0.8F}, {0.25F, 0.5F, 1}, {1, 0, 0.125F}, {0.8F, 0.8F, 0.8F}});
   const auto wide = parse("v 0 0 0 255 0 -1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   CHECK(wide.mesh.vertex_colours[0] == std::array<float, 3>{1, 0, 0});
-  CHECK_THAT(wide.warnings.at(0), Catch::Contains("outside 0 to 1"));
+  CHECK_THAT(wide.warnings.at(0), contains("outside 0 to 1"));
 }
 
 TEST_CASE("a concave polygon covers its own area, with all that belongs to its corners",

@@ -84,15 +84,14 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {
   mesh.positions[1][1] = std::numeric_limits<double>::infinity();
   CHECK_THROWS_AS(io::write_obj(folder.path("car.obj"), mesh), tapestry::NumericError);
   for (const std::string name : {"a\nv 9 9 9", "\x1b[31m"}) {  // which would be records of their own
-    CHECK_THROWS_WITH(io::write_obj(folder.path(name + ".obj"), small_mesh()),
-                      Catch::Contains("control character"));
+    CHECK_THROWS_WITH(io::write_obj(folder.path(name + ".obj"), small_mesh()), contains("control character"));
     auto named = small_mesh();
     named.materials[0].name = name;
-    CHECK_THROWS_WITH(io::write_obj(folder.path("car.obj"), named), Catch::Contains("control character"));
+    CHECK_THROWS_WITH(io::write_obj(folder.path("car.obj"), named), contains("control character"));
     named = small_mesh();
     named.groups[0] = name;
     CHECK_THROWS_WITH(io::write_painted_obj(folder.path("car.obj"), {named, {1, 0, 1}, two_wide}, texture),
-                      Catch::Contains("control character"));
+                      contains("control character"));
   }
   CHECK(std::filesystem::is_empty(folder.path()));
   CHECK_THROWS_AS(io::write_obj(folder.path("absent/car.obj"), small_mesh()), tapestry::FileError);

@@ -138,22 +138,21 @@ template <std::floating_point T = double, class Function>
   return HessianProducts<Function, T>(f)(x, v);
 }
 
-/// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep; memory as of
-/// gradient().
+/// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
 template <std::floating_point T = double, class Function>
 [[nodiscard]] std::vector<T> hessian(const Function& f, Point<std::type_identity_t<T>> x) {
   constexpr std::size_t width = 8;
   using D = Dual<T, width, Function>;
   const std::size_t n = x.size();
   std::vector<T> result(n * n);
-  detail::SpareTape<D> tape;
+  Tape<D> tape;
   for (std::size_t first = 0; first < n; first += width) {
     const auto seed = [&](std::size_t i) {
       std::array<T, width> tangents{};
       if (i >= first && i < first + width) tangents[i - first] = T(1);
       return tangents;
     };
-    detail::sweep_duals<D>(*tape, f, x, seed, [&](std::size_t i, const D& adjoint) {
+    detail::sweep_duals<D>(tape, f, x, seed, [&](std::size_t i, const D& adjoint) {
       for (std::size_t k = 0; k < width && first + k < n; ++k) result[i * n + first + k] = adjoint.tangent(k);
     });
   }

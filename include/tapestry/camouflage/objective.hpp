@@ -62,10 +62,7 @@ class Objective {
             std::shared_ptr<const Array<T, 2>> used_texels = nullptr)
       : network_(network), options_(options), used_texels_(std::move(used_texels)) {
     loss::require_raw_logits("objective", network.heads());
-    for (const auto& head : network.heads())
-      if (options.class_index >= head.classes)
-        throw DomainError("objective: class " + std::to_string(options.class_index) + " of a network with " +
-                          std::to_string(head.classes) + " classes");
+    detect::require_class("objective", network.heads(), options.class_index);
   }
 
   /// Records the loss of a minibatch on the active tape and returns it.
@@ -74,7 +71,7 @@ class Objective {
   /// \param views      at least one
   [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views) {
     if (views.empty()) throw DomainError("objective: no views");
-    StageClock<T> clock(times_);
+    StageClock<T> clock(times_, parameter.is_active());
     const auto colours = texture_colours(parameter);
     clock.end_of(&StepTimes::update);
     const auto renders = raster::render(operators_of(views), colours);

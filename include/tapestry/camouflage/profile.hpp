@@ -43,8 +43,9 @@ class StageClock {
  public:
   using Stage = double StepTimes::*;
 
-  explicit StageClock(std::shared_ptr<StepTimes> times)
-      : shared_(std::make_shared<Shared>(std::move(times))) {
+  /// \param is_swept  whether a reverse sweep may come: if not, no mark is recorded
+  StageClock(std::shared_ptr<StepTimes> times, bool is_swept)
+      : shared_(std::make_shared<Shared>(std::move(times))), is_swept_(is_swept) {
     mark(nullptr);
   }
 
@@ -73,6 +74,7 @@ class StageClock {
 
   /// Where one stage ends and the next begins.
   void mark(Stage before) {
+    if (!is_swept_) return;
     record_mark<T>([shared = shared_, before] {
       shared->count(shared->swept);
       shared->swept = before;
@@ -80,6 +82,7 @@ class StageClock {
   }
 
   std::shared_ptr<Shared> shared_;
+  bool is_swept_;
 };
 
 }  // namespace tapestry::camouflage

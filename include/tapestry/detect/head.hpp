@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <vector>
 
@@ -22,5 +24,13 @@ struct Head {
   /// The boxes that it proposes for a picture.
   [[nodiscard]] std::size_t candidate_count() const { return anchors.size() * grid_height * grid_width; }
 };
+
+/// \throws DomainError if a head has no class of that index
+inline void require_class(const char* operation, const std::vector<Head>& heads, std::size_t class_index) {
+  for (const Head& head : heads)
+    if (class_index >= head.classes)
+      throw DomainError(std::string(operation) + ": class " + std::to_string(class_index) +
+                        " of a network with " + std::to_string(head.classes) + " classes");
+}
 
 }  // namespace tapestry::detect

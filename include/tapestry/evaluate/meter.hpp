@@ -38,8 +38,11 @@ class Meter {
  public:
   /// \param network      must outlive the meter
   /// \param class_index  of the car
+  /// \throws DomainError if the network has no such class
   Meter(const detect::Network<T>& network, std::size_t class_index, MeterSettings settings = {})
-      : network_(network), class_index_(class_index), settings_(std::move(settings)) {}
+      : network_(network), class_index_(class_index), settings_(std::move(settings)) {
+    detect::require_class("Meter", network.heads(), class_index);
+  }
 
   /// \param picture  [H, W, 3], at the size of the network's input
   /// \throws ShapeError for another size, NumericError for logits that are not finite

@@ -4,7 +4,7 @@
 
 namespace tapestry::image {
 
-/// crop() of a picture on the tape: a view in an array formula, so nothing is copied until it is assigned.
+/// crop() of a picture on the tape; errors as there.
 template <class T>
 [[nodiscard]] ArrayVariable<T, 3> crop(const ArrayVariable<T, 3>& picture, const PixelWindow& window) {
   require_window("crop", window, picture.shape()[0], picture.shape()[1]);

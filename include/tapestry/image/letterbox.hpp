@@ -63,6 +63,8 @@ struct PictureFromCanvas {
 }
 
 /// The picture, [h, w, C], resized bilinearly into its place on a canvas [height, width, C] of one value.
+/// \param margin  that value, a colour in [0, 1]
+/// \throws DomainError if an extent is 0
 template <class T>
 [[nodiscard]] Array<T, 3> letterboxed(const Array<T, 3>& picture, std::size_t height, std::size_t width,
                                       T margin) {
@@ -80,6 +82,7 @@ template <class T>
 ///
 /// \param canvas_adjoint   [height, width, C]
 /// \param picture_adjoint  [h, w, C]
+/// \throws DomainError if an extent is 0, ShapeError if the channels differ
 template <class T>
 void letterboxed_adjoint(const Array<T, 3>& canvas_adjoint, Array<T, 3>& picture_adjoint) {
   const Letterbox box = letterbox(picture_adjoint.shape(0), picture_adjoint.shape(1), canvas_adjoint.shape(0),

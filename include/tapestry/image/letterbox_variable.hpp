@@ -5,7 +5,8 @@
 
 namespace tapestry::image {
 
-/// letterboxed() of a picture on the tape.
+/// letterboxed() of a picture on the tape; errors as there.
+/// \param margin  the value beside the picture, a colour in [0, 1]
 template <class T>
 [[nodiscard]] ArrayVariable<T, 3> letterboxed(const ArrayVariable<T, 3>& picture, std::size_t height,
                                               std::size_t width, T margin) {

@@ -39,6 +39,20 @@ PixelWindow place_of(const char* operation, const Array<T, 2>& coverage, const E
   return place;
 }
 
+/// Adds the part of a picture beside a place, [H, W, C], to another.
+template <class T>
+void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& to) {
+  const auto is_within = [](std::size_t at, std::size_t first, std::size_t count) {
+    return at >= first && at - first < count;
+  };
+  const std::size_t channels = from.shape(2);
+  for (std::size_t y = 0; y < from.shape(0); ++y)
+    for (std::size_t x = 0; x < from.shape(1); ++x) {
+      if (is_within(y, place.top, place.height) && is_within(x, place.left, place.width)) continue;
+      for (std::size_t c = 0; c < channels; ++c) to(y, x, c) += from(y, x, c);
+    }
+}
+
 /// over() in place: `picture`, [H, W, C], holds the background.
 template <class T>
 void lay_over(const T* premultiplied, const T* coverage, const PixelWindow& place, const Extents<3>& extents,
@@ -90,7 +104,7 @@ void over_adjoint(const Array<T, 2>& coverage, const Array<T, 3>& background,
     require_shape("over_adjoint", "coverage_adjoint", *coverage_adjoint, coverage.shape());
   if (background_adjoint != nullptr) {
     require_shape("over_adjoint", "background_adjoint", *background_adjoint, background.shape());
-    *background_adjoint += picture_adjoint;  // the part under the front is taken back below
+    detail::add_beside(place, picture_adjoint, *background_adjoint);
   }
   detail::for_each_covered_pixel(place, background.shape(1), [&](std::size_t front, std::size_t back) {
     for (std::size_t c = 0; c < channels; ++c) {
@@ -99,7 +113,7 @@ void over_adjoint(const Array<T, 2>& coverage, const Array<T, 3>& background,
       if (coverage_adjoint != nullptr)
         coverage_adjoint->data()[front] -= adjoint * background.data()[back * channels + c];
       if (background_adjoint != nullptr)
-        background_adjoint->data()[back * channels + c] -= coverage.data()[front] * adjoint;
+        background_adjoint->data()[back * channels + c] += (1 - coverage.data()[front]) * adjoint;
     }
   });
 }

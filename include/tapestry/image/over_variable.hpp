@@ -64,7 +64,7 @@ template <std::floating_point T>
   });
   const auto pullback = [places, size, extents](const Array<T, 4>& batch_adjoint,
                                                 const std::vector<Array<T, 3>*>& premultiplied_adjoints) {
-    for (std::size_t n = 0; n < places.size(); ++n) {  // a picture may be there twice; rows are parallel
+    for (std::size_t n = 0; n < places.size(); ++n) {  // in turn: two may share an adjoint
       if (premultiplied_adjoints[n] == nullptr) continue;
       const T* const from = batch_adjoint.data() + n * size;
       T* const to = premultiplied_adjoints[n]->data();

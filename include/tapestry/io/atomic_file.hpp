@@ -67,11 +67,9 @@ class TemporaryFile {
   void rename_over_target() {
     while (::fsync(descriptor_) != 0)
       if (errno != EINTR) fail("flush");
-    const int closed = ::close(descriptor_);  // never again, even after EINTR: the descriptor is gone
-    descriptor_ = -1;
-    if (closed != 0 && errno != EINTR) fail("close");
     if (::rename(path_.c_str(), target_.c_str()) != 0) fail("rename into place");
-    renamed_ = true;
+    renamed_ =
+        true;  // only then is it closed, which gives up the lock; what closing could say, fsync has said
   }
 
  private:
@@ -114,20 +112,32 @@ inline void flush_folder_of(const std::string& path) {
                          std::string(std::strerror(reason))});
 }
 
-/// Whether a name ends as that of a temporary does.
+/// Whether a name ends as that of a temporary does: in a process and an attempt, `12-0`.
 inline bool is_part_name(std::string_view name) {
   const auto mark = name.rfind(part_mark);
   if (mark == std::string_view::npos) return false;
   const std::string_view numbers = name.substr(mark + part_mark.size());
-  return numbers.find_first_not_of("0123456789-") == std::string_view::npos && !numbers.empty();
+  const auto dash = numbers.find('-');
+  const auto is_number = [](std::string_view text) {
+    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  return dash != std::string_view::npos && is_number(numbers.substr(0, dash)) &&
+         is_number(numbers.substr(dash + 1));
+}
+
+/// Whether a path still names the regular file that is open.
+inline bool is_still_at(const std::string& path, int descriptor) {
+  struct ::stat open {
+  }, there{};
+  return ::fstat(descriptor, &open) == 0 && ::lstat(path.c_str(), &there) == 0 && S_ISREG(open.st_mode) &&
+         open.st_dev == there.st_dev && open.st_ino == there.st_ino;
 }
 }  // namespace detail
 
 /// Writes the parts one after the other to `path`, so that whatever happens either the old file or the
 /// whole new one is found there: a temporary in the same folder, flushed, then renamed over it.
 /// \throws FileError (write); the old file is then unchanged and the temporary removed, unless the message
-/// says
-///         that only flushing the folder failed
+///         says that only flushing the folder failed
 inline void write_file_atomically(const std::string& path,
                                   std::initializer_list<std::span<const std::byte>> parts) {
   struct ::stat status {};
@@ -157,12 +167,14 @@ inline void write_file_atomically(const std::string& path, std::string_view text
 /// those of living processes are locked and stay. Failures are ignored: nothing depends on it.
 inline void remove_abandoned_parts(const std::string& folder) {
   std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, ignored)) {
-    const std::string path = entry.path().string();
-    if (!detail::is_part_name(entry.path().filename().string())) continue;
+  std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, ignored);
+  for (; !ignored && entry != std::filesystem::directory_iterator(); entry.increment(ignored)) {
+    const std::string path = entry->path().string();
+    if (!detail::is_part_name(entry->path().filename().string())) continue;
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (descriptor < 0) continue;
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && detail::is_still_at(path, descriptor))
+      ::unlink(path.c_str());
     ::close(descriptor);
   }
 }

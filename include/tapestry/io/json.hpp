@@ -94,8 +94,10 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
     const std::size_t place = message.find(": ");
     const auto what = message.substr(place == message.npos ? message.find("] ") + 2 : place + 2);
     const std::size_t at = std::min(position, text_.size() + 1) - 1;
-    fail(at, "not valid JSON: " + std::string(what.substr(0, what.find("; last read"))), "",
-         at == text_.size() ? "the end" : in_quotes(text_.substr(at, 20)));
+    fail(at,
+         "not valid JSON: " +
+             std::string(what.substr(0, std::min<std::size_t>(what.find("; last read"), 120))),
+         "", at == text_.size() ? "the end" : in_quotes(text_.substr(at, 20)));
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
@@ -86,7 +87,8 @@ inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::u
   for (const auto& uv : mesh.uvs) append_record(text, "vt", std::array{uv[0] / u_extent, uv[1]});
   for (const auto& normal : mesh.normals) append_record(text, "vn", normal);
   const std::string paint = paint_name(mesh);
-  std::string_view material_now, group_now;
+  std::optional<std::string_view> material_now;  // a material may have no name
+  std::string_view group_now;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     const auto label = [face](const std::vector<std::int32_t>& labels) {
       return face < labels.size() ? labels[face] : -1;

@@ -5,6 +5,9 @@
 
 namespace tapestry::loss {
 
+template <std::floating_point T>
+void laplacian(const geometry::MeshTopology&&, const ArrayVariable<T, 2>&) = delete;  // it would be gone
+
 /// laplacian() on the active tape; its pullback is laplacian_adjoint(). Passive positions record nothing.
 /// \param topology  must outlive the tape's last reverse(), unchanged
 template <std::floating_point T>
@@ -18,6 +21,10 @@ template <std::floating_point T>
       positions);
 }
 
+template <std::floating_point T>
+void edge_length(const geometry::MeshTopology&&, const ArrayVariable<T, 2>&,
+                 double = 0) = delete;  // it would be gone
+
 /// edge_length() on the active tape; its pullback is edge_length_adjoint(). Passive positions record nothing.
 /// \param topology  must outlive the tape's last reverse(), unchanged
 template <std::floating_point T>
@@ -30,6 +37,10 @@ template <std::floating_point T>
       },
       positions);
 }
+
+template <std::floating_point T>
+void normal_consistency(const geometry::MeshTopology&&,
+                        const ArrayVariable<T, 2>&) = delete;  // it would be gone
 
 /// normal_consistency() on the active tape; its pullback is normal_consistency_adjoint(). Passive positions
 /// record nothing.

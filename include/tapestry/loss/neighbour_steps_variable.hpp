@@ -15,7 +15,7 @@ using SharedMasks = std::vector<std::shared_ptr<const Array<T, 2>>>;
 
 namespace detail {
 
-/// Σ over pictures of picture_steps(), each adding its steps side by side with the others.
+/// Σ over pictures of picture_steps().
 template <class Penalty, class T>
 [[nodiscard]] Variable<T> record_picture_steps(const char* operation, const Penalty& penalty,
                                                const std::vector<ArrayVariable<T, 3>>& pictures,
@@ -32,13 +32,10 @@ template <class Penalty, class T>
   for (const double sum : sums) total += sum;
   const auto pullback = [operation, penalty, values = std::move(values), of_pictures = std::move(masks)](
                             T adjoint, const std::vector<Array<T, 3>*>& pictures_adjoint) {
-    const auto add = [&](std::size_t n) {
+    for (std::size_t n = 0; n < values.size(); ++n)  // in turn: two may share an adjoint
       if (pictures_adjoint[n] != nullptr)
         picture_steps_adjoint(operation, penalty, *values[n], *of_pictures[n], static_cast<double>(adjoint),
                               *pictures_adjoint[n]);
-    };
-    for (std::size_t n = 0; n < values.size(); ++n)
-      add(n);  // a picture may be there twice; rows are parallel
   };
   return record_scalar(static_cast<T>(total), pullback, pictures);
 }

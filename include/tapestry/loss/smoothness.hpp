@@ -13,9 +13,10 @@ struct SquaredStep {
 ///
 ///   L = Σ M[y,x] · ((O[y+1,x,c] − O[y,x,c])² + (O[y,x+1,c] − O[y,x,c])²)
 ///
-/// over y < H−1, x < W−1 and all c. A sum, not a mean: L grows with resolution. Pixels outside M are not
-/// read, so a NaN there does not matter. Source: Wang et al., FCA (AAAI 2022), eq. 5, there without M and
-/// over the composited picture; its published program, like this, sums over the render inside M.
+/// over y < H−1, x < W−1 and all c. A sum, not a mean: L grows with resolution. Pixels outside M are
+/// read only where a step from inside M ends on them. Source: Wang et al., FCA (AAAI 2022), eq. 5, there
+/// without M and over the composited picture; its published program, like this, sums over the render inside
+/// M.
 ///
 /// \param render  O, [H, W, C], colour in [0, 1], row 0 at the top
 /// \param mask    M, [H, W], 1 on the vehicle and 0 elsewhere

@@ -50,6 +50,13 @@ void affine_colour_adjoint(const Array<T, 3>& image, const Array<T, 2>& coverage
                            Array<T, Rank>* gain_adjoint, Array<T, Rank>* bias_adjoint) {
   detail::require_affine_colour("affine_colour_adjoint", image, coverage, gain, bias);
   require_shape("affine_colour_adjoint", "affine_adjoint", affine_adjoint, image.shape());
+  const auto require = [](const char* argument, const auto* adjoint, const auto& of) {
+    if (adjoint != nullptr) require_shape("affine_colour_adjoint", argument, *adjoint, of.shape());
+  };
+  require("image_adjoint", image_adjoint, image);
+  require("coverage_adjoint", coverage_adjoint, coverage);
+  require("gain_adjoint", gain_adjoint, gain);
+  require("bias_adjoint", bias_adjoint, bias);
   const std::size_t period = gain.size();
   for (std::size_t i = 0; i < image.size(); ++i) {
     const T adjoint = affine_adjoint.data()[i];

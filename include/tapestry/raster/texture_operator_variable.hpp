@@ -49,6 +49,9 @@ template <std::floating_point T>
   return record_array(render(picture, texels.value()), pullback, texels);
 }
 
+template <std::floating_point T>
+void render(const TextureOperator<T>&&, const ArrayVariable<T, 2>&) = delete;  // it would be gone
+
 /// The pictures of a texture in several views, as one record on the active tape. Views are rendered and
 /// pulled back side by side; their adjoints are summed in the order of views, so the result has the same bits
 /// for any number of threads.

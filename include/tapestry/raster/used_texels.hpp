@@ -48,9 +48,13 @@ inline std::array<double, 2> reach_of_texel(long long index, double size) {
   return {std::max(at - 0.5, begin), std::min(at + 1.5, begin + size)};
 }
 
+/// Bounds the work that faces of many repetitions ask for.
+inline constexpr std::uint64_t most_texel_visits = std::uint64_t(1) << 30U;
+
 /// Calls visit(row, column) for the texels that lookups in a uv triangle take from.
 template <class Visit>
-void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, Visit visit) {
+void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, std::uint64_t& work,
+                       Visit visit) {
   const std::array<double, 2> size{static_cast<double>(layout.width), static_cast<double>(layout.height)};
   const auto bounds = [&](std::size_t axis) {
     const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
@@ -62,6 +66,10 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, Vi
     return static_cast<std::size_t>(((index % period) + period) % period);
   };
   const auto columns = bounds(0), rows = bounds(1);
+  work += static_cast<std::uint64_t>(columns[1] - columns[0]) * static_cast<std::uint64_t>(rows[1] - rows[0]);
+  if (work > most_texel_visits)
+    throw Error(ErrorKind::limit, "used_texels: the painted faces span over more than " +
+                                      std::to_string(most_texel_visits) + " texels, each counted for itself");
   for (long long row = rows[0]; row < rows[1]; ++row)
     for (long long column = columns[0]; column < columns[1]; ++column) {
       const auto x = reach_of_texel(column, size[0]), y = reach_of_texel(row, size[1]);
@@ -78,7 +86,7 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, Vi
 /// \returns  [height, width], 1 where used and 0 elsewhere; row 0 on top
 /// \throws DomainError unless the layout is that of an atlas; ShapeError, DomainError, Error (mismatch) as
 ///         texture_operator() does; Error (limit) if a painted face spans over more than 8 repetitions of the
-///         atlas along an axis
+///         atlas along an axis, or all of them over more than 2³⁰ texels
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& body) {
   const TextureLayout& layout = body.layout;
@@ -86,6 +94,7 @@ template <std::floating_point T>
     throw DomainError("used_texels: expected an atlas, found a texture of another kind");
   detail::require_layout("used_texels", body);
   auto used = zeros<T, 2>({layout.height, layout.width});
+  std::uint64_t work = 0;
   for (std::size_t face = 0; face < body.painted.size(); ++face) {
     if (body.painted[face] == 0) continue;
     detail::UvTriangle corner{};
@@ -101,7 +110,7 @@ template <std::floating_point T>
                                           " repetitions of the atlas, expected at most 8");
       for (auto& point : corner) point[axis] *= static_cast<double>(axis == 0 ? layout.width : layout.height);
     }
-    detail::for_each_texel_of(corner, layout,
+    detail::for_each_texel_of(corner, layout, work,
                               [&](std::size_t row, std::size_t column) { used(row, column) = T(1); });
   }
   return used;

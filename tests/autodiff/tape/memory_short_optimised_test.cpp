@@ -52,7 +52,7 @@ TEST_CASE("a tape without memory for more says how much it holds, and still answ
   CHECK(message.find(" of " + std::to_string(count) + " statements; checkpoint()") != std::string::npos);
   {
     const ShortMemory memory(1 << 20U);
-    CHECK_THROWS_WITH(tape.reverse(y), Catch::Matchers::Contains("reverse: no memory for "));
+    CHECK_THROWS_WITH(tape.reverse(y), contains("reverse: no memory for "));
   }
   tape.reverse(y);
   CHECK(x.adjoint() == static_cast<double>(count));

@@ -24,7 +24,7 @@ class BackwardPass {
         adjoints_(graph.image() + 1),
         is_gated_(graph.image() + 1, false) {}
 
-  /// Adds to images_adjoint, [N, C, H, W], and to parameters_adjoint, each unless null.
+  /// Adds to images_adjoint, [N, H, W, C], and to parameters_adjoint, each unless null.
   /// \param logits_adjoint  of each head; null stands for zeros
   void run(const std::vector<const Array<T, 4>*>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
     wants_image_ = images_adjoint != nullptr;
@@ -98,7 +98,8 @@ class BackwardPass {
     const T* const adjoint = adjoints_[i].data();
     const auto& inputs = graph_.inputs[i];
     const auto is_gated_copy = [&](std::size_t value) {
-      return adjoints_[value].empty() && is_gate(i, value) && graph_.is_whole(i, value);
+      return adjoints_[value].empty() && is_gate(i, value) && graph_.is_whole(i, value) &&
+             std::count(inputs.begin(), inputs.end(), value) == 1;  // what comes twice is gated with the sum
     };
     std::size_t taker = 0;
     for (std::size_t k = inputs.size(); k-- > 0;)
