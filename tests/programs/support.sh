@@ -1,5 +1,6 @@
 # Sourced by the program tests: counts checks and closes with a line of totals.
 set -u
+set -m  # without job control, scripts start background processes with SIGINT ignored, and so it would stay
 programs=$1
 sources=$2
 failures=0
