@@ -200,8 +200,8 @@ double u_extent_of(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& 
 void set_texture(const Options& o, PaintedScene& scene) {
   scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : u_extent_of(scene.mesh, scene.painted);
   if (!o.texture.empty()) {
-    require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     const auto picture = image::from_bytes<float>(io::read_image(o.texture));
+    require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     scene.layout.height = picture.shape(0);
     scene.layout.width = picture.shape(1);
     scene.layout.filter =
