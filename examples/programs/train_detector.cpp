@@ -235,8 +235,8 @@ class Trainer {
     adam_.set_learning_rate(scheduled_rate(options_, index));
     adam_.step(network_.parameters(), {gradient.data(), gradient.size()});
     network_.set_images_seen(network_.images_seen() + options_.batch);
-    return {double{terms.box.value()}, double{terms.objectness.value()}, double{terms.classification.value()},
-            double{terms.total.value()}};
+    return {static_cast<double>(terms.box.value()), static_cast<double>(terms.objectness.value()),
+            static_cast<double>(terms.classification.value()), static_cast<double>(terms.total.value())};
   }
 
  private:

@@ -25,5 +25,5 @@ int main() {
   for (float& value : gradient.storage())
     value = 0.5F + 0.5F * std::cbrt(value / largest);  // grey: no effect
   io::write_image("input_gradient.png", gradient);
-  std::printf("score %.3f, its gradient in input_gradient.png\n", double{score.value()});
+  std::printf("score %.3f, its gradient in input_gradient.png\n", static_cast<double>(score.value()));
 }

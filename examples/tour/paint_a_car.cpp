@@ -50,7 +50,8 @@ int main() {
     const auto pictures = image::over(raster::render(views, colours), backdrops);
     const auto logits = detect::forward(network, pictures);
     const auto found = loss::adversarial(network, logits, targets);
-    if (step % 20 == 0) std::printf("step %2d: objectness %.2f\n", step, double{found.objectness.value()});
+    if (step % 20 == 0)
+      std::printf("step %2d: objectness %.2f\n", step, static_cast<double>(found.objectness.value()));
     tape.reverse(found.total);
     adam.step(parameter, paint.adjoint());
   }
