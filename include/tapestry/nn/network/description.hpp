@@ -1,0 +1,53 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <tapestry/nn/network/tensor.hpp>
+#include <variant>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// A constant that stands beside a node's inputs.
+using Attribute =
+    std::variant<std::int64_t, double, std::string, std::vector<std::int64_t>, std::vector<double>, Constant>;
+
+/// One operator applied to named values. The vocabulary is ONNX's: names, attributes, inputs and outputs are
+/// those of its operators in the version (opset) that the description states.
+/// Source: onnx.ai, Operators.md.
+struct Node {
+  std::string name{};  ///< for messages; may be empty
+  std::string operation{};
+  std::vector<std::string> inputs{};  ///< names of values; empty where an optional input is left out
+  std::vector<std::string> outputs{};
+  std::map<std::string, Attribute> attributes{};
+};
+
+/// A value that a network is given, with its extents; those without a number take their size when the network
+/// is made ready for one.
+struct InputDescription {
+  std::string name{};
+  std::vector<std::optional<std::size_t>> shape{};
+  ElementType type = ElementType::floating;
+};
+
+/// A network as a file tells it: nodes in an order in which each comes after those that it reads, the values
+/// known beforehand, and the names of what goes in and out. See Network for what runs it.
+struct NetworkDescription {
+  std::string path{};    ///< of the file, for messages
+  std::int64_t opset = 0;
+  std::vector<InputDescription> inputs{};  ///< without those that have a constant
+  std::vector<std::string> outputs{};
+  std::map<std::string, Constant> constants{};
+  std::vector<Node> nodes{};
+};
+
+/// How messages call a node: its operator, with its name or that of its first output in quotes.
+[[nodiscard]] inline std::string label_of(const Node& node) {
+  const std::string& name = !node.name.empty() || node.outputs.empty() ? node.name : node.outputs.front();
+  return node.operation + " \"" + name + "\"";
+}
+
+}  // namespace tapestry::nn

@@ -1,0 +1,51 @@
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// Extents of a tensor, outermost first; empty for a scalar.
+using Shape = std::vector<std::size_t>;
+
+/// Product of the extents: 1 for a scalar.
+[[nodiscard]] inline std::size_t size_of(const Shape& shape) {
+  return std::accumulate(shape.begin(), shape.end(), std::size_t(1), std::multiplies<>());
+}
+
+/// What the elements of a tensor mean. All are computed in one floating type: integers, which are indices and
+/// extents, are exact in it as far as its digits reach (2^24 in float), and truth is 0 or 1.
+enum class ElementType { floating, integer, boolean };
+
+/// A tensor whose values are known before a network runs: weights, and what shapes are computed from. Weights
+/// stay in single precision, as files hold them; integers and doubles in double.
+struct Constant {
+  Shape shape{};
+  ElementType type = ElementType::floating;
+  std::variant<std::vector<float>, std::vector<double>> values{};
+
+  [[nodiscard]] std::size_t size() const {
+    return std::visit([](const auto& all) { return all.size(); }, values);
+  }
+  /// Element i in row-major order.
+  [[nodiscard]] double at(std::size_t i) const {
+    return std::visit([i](const auto& all) { return static_cast<double>(all[i]); }, values);
+  }
+};
+
+/// A tensor that a pass holds: values in row-major order of its shape.
+template <class T>
+struct TensorView {
+  const Shape* shape = nullptr;
+  T* values = nullptr;  ///< null for an operand that a node leaves out
+
+  [[nodiscard]] bool is_there() const { return values != nullptr; }
+  [[nodiscard]] std::size_t size() const { return size_of(*shape); }
+};
+
+}  // namespace tapestry::nn
