@@ -6,55 +6,17 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <utility>
 #include <vector>
 
 namespace tapestry::detect {
 
-/// What a forward pass is for, which decides what it keeps.
-enum class Mode {
-  inference,       ///< running statistics; nothing is kept but the logits
-  input_gradient,  ///< running statistics; slopes and choices are kept for input_adjoint()
-  training,        ///< statistics of the batch; everything is kept for either adjoint
-};
+using nn::Mode;
 
 namespace detail {
-
-/// Memory that layers hand to one another, kept between passes.
-template <class T>
-class Workspace {
- public:
-  /// The smallest free buffer that is large enough, else the largest one, grown.
-  [[nodiscard]] nn::Buffer<T> take(std::size_t count) {
-    std::size_t best = free_.size();
-    for (std::size_t i = 0; i < free_.size(); ++i) {
-      if (best == free_.size()) {
-        best = i;
-        continue;
-      }
-      const bool fits = free_[i].capacity() >= count;
-      const bool best_fits = free_[best].capacity() >= count;
-      const bool is_smaller = free_[i].capacity() < free_[best].capacity();
-      if (fits ? !best_fits || is_smaller : !best_fits && !is_smaller) best = i;
-    }
-    nn::Buffer<T> buffer;
-    if (best < free_.size()) {
-      buffer = std::move(free_[best]);
-      free_.erase(free_.begin() + static_cast<std::ptrdiff_t>(best));
-    }
-    buffer.resize(count);
-    return buffer;
-  }
-
-  void give(nn::Buffer<T>&& buffer) {
-    if (buffer.capacity() > 0) free_.push_back(std::move(buffer));
-    buffer = nn::Buffer<T>();
-  }
-
- private:
-  std::vector<nn::Buffer<T>> free_;
-};
 
 /// What a forward pass keeps of one value. Activations are [image, row, column, channel].
 template <class T>
@@ -78,7 +40,7 @@ struct Pass {
   Mode mode = Mode::inference;
   std::size_t images = 0;
   std::vector<detail::LayerState<T>> layers{};  ///< one for each layer, then the image
-  detail::Workspace<T> workspace{};
+  nn::Workspace<T> workspace{};
   nn::Buffer<T> partial_sums{};  ///< of weight gradients
 
   /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass

@@ -36,7 +36,7 @@ struct InputDescription {
 /// A network as a file tells it: nodes in an order in which each comes after those that it reads, the values
 /// known beforehand, and the names of what goes in and out. See Network for what runs it.
 struct NetworkDescription {
-  std::string path{};    ///< of the file, for messages
+  std::string path{};  ///< of the file, for messages
   std::int64_t opset = 0;
   std::vector<InputDescription> inputs{};  ///< without those that have a constant
   std::vector<std::string> outputs{};

@@ -1,0 +1,84 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tapestry/core/check.hpp>
+#include <tapestry/nn/network/operators.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// Elements that one folded result may have: 512 MiB in double.
+inline constexpr std::size_t largest_folded_size = std::size_t(1) << 26U;
+
+struct FoldOperand {
+  const Constant* constant = nullptr;  ///< null for Shape and Size, which read the extents alone
+  Shape shape{};
+  bool is_there = false;
+};
+
+namespace detail {
+[[nodiscard]] inline Constant integers(std::vector<double> values, Shape shape) {
+  return {std::move(shape), ElementType::integer, std::move(values)};
+}
+
+/// Extents first … end − 1 of an operand, which may count from the end.
+[[nodiscard]] inline Constant shape_constant(const Node& node, std::int64_t opset, const Shape& shape) {
+  OperatorContext context(node, opset, {}, false);
+  const auto rank = static_cast<std::int64_t>(shape.size());
+  const auto place = [&](std::int64_t axis) {
+    return std::clamp<std::int64_t>(axis < 0 ? axis + rank : axis, 0, rank);
+  };
+  const std::int64_t first = place(context.integer("start", 0)), end = place(context.integer("end", rank));
+  context.require_all_asked();
+  std::vector<double> extents;
+  for (std::int64_t i = first; i < end; ++i)
+    extents.push_back(static_cast<double>(shape[static_cast<std::size_t>(i)]));
+  const std::size_t count = extents.size();
+  return integers(std::move(extents), {count});
+}
+}  // namespace detail
+
+/// The results of a node all of whose operands are known, computed in double.
+/// \throws DomainError or ShapeError if the node is not supported or its results are too large
+[[nodiscard]] inline std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
+                                                     const std::vector<FoldOperand>& operands) {
+  if (node.operation == "Shape") return {detail::shape_constant(node, opset, operands.at(0).shape)};
+  if (node.operation == "Size")
+    return {detail::integers({static_cast<double>(size_of(operands.at(0).shape))}, {})};
+  std::vector<Operand> inputs;
+  std::vector<Buffer<double>> values(operands.size());  // kernels may read past the end of one
+  std::vector<TensorView<const double>> views(operands.size());
+  for (std::size_t i = 0; i < operands.size(); ++i) {
+    const FoldOperand& operand = operands[i];
+    inputs.push_back({operand.shape, operand.is_there ? operand.constant->type : ElementType::floating,
+                      operand.constant, operand.is_there});
+    if (!operand.is_there) continue;
+    values[i].resize(operand.constant->size());
+    for (std::size_t k = 0; k < values[i].size(); ++k) values[i].data()[k] = operand.constant->at(k);
+    views[i] = {&operand.shape, values[i].data()};
+  }
+  OperatorContext context(node, opset, std::move(inputs), false);
+  const auto operation = operators<double>().find(node.operation)->second.make(context);
+  context.require_all_asked();
+  std::vector<Buffer<double>> results;
+  std::vector<TensorView<double>> result_views;
+  for (const auto& result : operation->results()) {
+    if (size_of(result.shape) > largest_folded_size)
+      throw ShapeError("a constant result " + tapestry::detail::to_text(result.shape) + " is too large");
+    results.emplace_back(size_of(result.shape));
+    result_views.push_back({&result.shape, results.back().data()});
+  }
+  operation->prepare(views);
+  OperationState<double> state;
+  operation->forward({views, result_views, state, false, Engine::automatic});
+  std::vector<Constant> constants;
+  for (std::size_t i = 0; i < results.size(); ++i)
+    constants.push_back({operation->results()[i].shape, operation->results()[i].type,
+                         std::vector<double>(results[i].data(), results[i].data() + results[i].size())});
+  return constants;
+}
+
+}  // namespace tapestry::nn

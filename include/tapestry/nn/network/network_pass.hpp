@@ -1,0 +1,211 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <tapestry/core/error.hpp>
+#include <tapestry/nn/mode.hpp>
+#include <tapestry/nn/network/program.hpp>
+#include <tapestry/nn/pointwise.hpp>
+#include <tapestry/nn/workspace.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+template <std::floating_point T>
+class Network;
+
+/// The results of one forward pass over a Network, and what its adjoint needs. A pass may be used again, and
+/// then keeps its memory; two threads must not share one.
+template <std::floating_point T>
+class NetworkPass {
+ public:
+  /// Values of a result in row-major order, until the pass is used again.
+  [[nodiscard]] const T* output(std::size_t i) const { return where_[outputs_.at(i)]; }
+
+ private:
+  friend class Network<T>;
+
+  void forward(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& inputs,
+               Mode mode, Engine engine) {
+    begin(program, inputs, mode);
+    find_kept(program, use);
+    for (std::size_t s = 0; s < program.steps.size(); ++s) {
+      run(program, use, s, engine);
+      for (const std::size_t value : program.steps[s].inputs) release(use, value, s);
+      for (const std::size_t value : program.steps[s].outputs) release(use, value, s);
+    }
+  }
+
+  void begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode) {
+    for (auto& buffer : buffers_) workspace_.give(std::move(buffer));
+    mode_ = mode;
+    outputs_ = program.outputs;
+    buffers_.resize(program.values.size());
+    where_.assign(program.values.size(), nullptr);
+    states_.resize(program.steps.size());
+    for (std::size_t v = 0; v < program.values.size(); ++v)
+      if (program.values[v].is_constant()) where_[v] = program.constants.data() + program.values[v].constant;
+    for (std::size_t i = 0; i < program.inputs.size(); ++i) where_[program.inputs[i]] = inputs.at(i);
+  }
+
+  [[nodiscard]] bool is_active(const ProgramUse& use, std::size_t value) const {
+    return use.follows_inputs[value] || (mode_ == Mode::training && use.follows_weights[value]);
+  }
+
+  /// Values that an adjoint will read are kept until then, and so are results.
+  void find_kept(const Program<T>& program, const ProgramUse& use) {
+    is_kept_.assign(program.values.size(), false);
+    for (const std::size_t output : program.outputs) is_kept_[output] = true;
+    if (mode_ == Mode::inference) return;
+    for (const ProgramStep<T>& step : program.steps) {
+      const bool has_adjoint =
+          std::ranges::any_of(step.outputs, [&](std::size_t value) { return is_active(use, value); });
+      if (!has_adjoint) continue;
+      const AdjointReads reads = step.operation->adjoint_reads();
+      const auto keep = [&](const std::vector<std::size_t>& values, std::uint64_t which) {
+        for (std::size_t i = 0; i < values.size() && i < 64; ++i)
+          if ((which >> i & 1U) != 0 && values[i] != no_value) is_kept_[values[i]] = true;
+      };
+      keep(step.inputs, reads.inputs);
+      keep(step.outputs, reads.outputs);
+    }
+  }
+
+  void run(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine) {
+    const ProgramStep<T>& step = program.steps[s];
+    const bool in_place = takes_over_first(program, use, s);
+    inputs_.clear();
+    for (const std::size_t value : step.inputs)
+      inputs_.push_back(value == no_value ? TensorView<const T>{}
+                                          : TensorView<const T>{&program.values[value].shape, where_[value]});
+    results_.clear();
+    for (std::size_t i = 0; i < step.outputs.size(); ++i) {
+      const std::size_t value = step.outputs[i];
+      const Shape& shape = program.values[value].shape;
+      buffers_[value] =
+          in_place && i == 0 ? std::move(buffers_[step.inputs[0]]) : workspace_.take(size_of(shape));
+      where_[value] = buffers_[value].data();
+      results_.push_back({&shape, buffers_[value].data()});
+    }
+    const bool keeps = mode_ != Mode::inference && std::ranges::any_of(step.outputs, [&](std::size_t value) {
+                         return is_active(use, value);
+                       });
+    step.operation->forward({inputs_, results_, states_[s], keeps, engine});
+  }
+
+  /// Whether a step's first result takes the memory of its first operand, which nobody else reads any more.
+  [[nodiscard]] bool takes_over_first(const Program<T>& program, const ProgramUse& use, std::size_t s) const {
+    const ProgramStep<T>& step = program.steps[s];
+    if (step.inputs.empty() || step.inputs[0] == no_value || !step.operation->works_in_place()) return false;
+    const std::size_t first = step.inputs[0];
+    return use.last_use[first] == s && !is_kept_[first] && !buffers_[first].empty() &&
+           std::ranges::count(step.inputs, first) == 1 &&
+           size_of(program.values[first].shape) == size_of(program.values[step.outputs[0]].shape);
+  }
+
+  void release(const ProgramUse& use, std::size_t value, std::size_t step) {
+    if (value == no_value || use.last_use[value] != step || is_kept_[value]) return;
+    workspace_.give(std::move(buffers_[value]));
+  }
+
+  void adjoint(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& output_adjoints,
+               const std::vector<T*>& inputs_adjoint, T* constants_adjoint, Engine engine) {
+    if (mode_ == Mode::inference || buffers_.size() != program.values.size())
+      throw DomainError("Network::adjoint: the pass kept nothing; run forward() for a gradient first");
+    if (constants_adjoint != nullptr && mode_ != Mode::training)
+      throw DomainError("Network::adjoint: the pass was not for training");
+    adjoints_.resize(program.values.size());
+    goals_.assign(program.values.size(), nullptr);
+    for (std::size_t i = 0; i < program.inputs.size(); ++i)
+      if (i < inputs_adjoint.size()) goals_[program.inputs[i]] = inputs_adjoint[i];
+    wants_inputs_ = std::ranges::any_of(inputs_adjoint, [](const T* wanted) { return wanted != nullptr; });
+    constants_adjoint_ = constants_adjoint;
+    for (std::size_t i = 0; i < program.outputs.size(); ++i) seed(program, i, output_adjoints.at(i));
+    for (std::size_t s = program.steps.size(); s-- > 0;) pull_back(program, use, s, engine);
+    for (auto& buffer : adjoints_) workspace_.give(std::move(buffer));
+  }
+
+  void seed(const Program<T>& program, std::size_t i, const T* adjoint) {
+    if (adjoint == nullptr) return;
+    const std::size_t value = program.outputs[i];
+    const std::size_t count = size_of(program.values[value].shape);
+    if (goals_[value] != nullptr) return add(adjoint, goals_[value], count);  // an input that is a result
+    if (adjoints_[value].empty()) {
+      adjoints_[value] = workspace_.take(count);
+      copy(adjoint, adjoints_[value].data(), count);
+    } else {
+      add(adjoint, adjoints_[value].data(), count);
+    }
+  }
+
+  [[nodiscard]] bool wants(const Program<T>& program, const ProgramUse& use, const ProgramStep<T>& step,
+                           std::size_t i) const {
+    const std::size_t value = step.inputs[i];
+    if (value == no_value || !step.operation->is_differentiable(i)) return false;
+    if (program.values[value].is_constant())
+      return constants_adjoint_ != nullptr && step.operation->is_weight(i);
+    return (wants_inputs_ && use.follows_inputs[value]) ||
+           (constants_adjoint_ != nullptr && use.follows_weights[value]);
+  }
+
+  void pull_back(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine) {
+    const ProgramStep<T>& step = program.steps[s];
+    const bool is_reached =
+        std::ranges::any_of(step.outputs, [&](std::size_t value) { return !adjoints_[value].empty(); });
+    if (!is_reached) return;
+    std::vector<TensorView<const T>> results, result_adjoints;
+    for (const std::size_t value : step.outputs) {
+      const Shape& shape = program.values[value].shape;
+      results.push_back({&shape, is_kept_[value] ? where_[value] : nullptr});
+      result_adjoints.push_back({&shape, adjoints_[value].empty() ? nullptr : adjoints_[value].data()});
+    }
+    std::vector<TensorView<T>> input_adjoints;
+    const std::unique_ptr<bool[]> is_fresh(new bool[step.inputs.size() + 1]());
+    inputs_.clear();
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      const std::size_t value = step.inputs[i];
+      if (value == no_value) {
+        inputs_.push_back({});
+        input_adjoints.push_back({});
+        continue;
+      }
+      const Shape& shape = program.values[value].shape;
+      inputs_.push_back({&shape, where_[value]});
+      input_adjoints.push_back(
+          {&shape, wants(program, use, step, i) ? goal_of(program, step, i, is_fresh[i]) : nullptr});
+    }
+    step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
+                             std::span(is_fresh.get(), step.inputs.size()), states_[s], engine});
+    for (const std::size_t value : step.outputs) workspace_.give(std::move(adjoints_[value]));
+  }
+
+  /// Where an operand's adjoint is gathered, and whether it is written for the first time.
+  [[nodiscard]] T* goal_of(const Program<T>& program, const ProgramStep<T>& step, std::size_t i,
+                           bool& is_fresh) {
+    const std::size_t value = step.inputs[i];
+    if (program.values[value].is_constant()) return constants_adjoint_ + program.values[value].constant;
+    if (goals_[value] != nullptr) return goals_[value];
+    if (adjoints_[value].empty()) {
+      adjoints_[value] = workspace_.take(size_of(program.values[value].shape));
+      const auto first = std::ranges::find(step.inputs, value) - step.inputs.begin();
+      is_fresh = static_cast<std::size_t>(first) == i;
+    }
+    return adjoints_[value].data();
+  }
+
+  Mode mode_ = Mode::inference;
+  std::vector<std::size_t> outputs_;
+  std::vector<Buffer<T>> buffers_;  ///< of each value that a step makes
+  std::vector<const T*> where_;     ///< each value, constants and inputs included
+  std::vector<bool> is_kept_;
+  std::vector<OperationState<T>> states_;  ///< of each step
+  std::vector<Buffer<T>> adjoints_;        ///< of each value, while they are gathered
+  std::vector<T*> goals_;                  ///< where adjoints of inputs go
+  bool wants_inputs_ = false;
+  T* constants_adjoint_ = nullptr;
+  std::vector<TensorView<const T>> inputs_;
+  std::vector<TensorView<T>> results_;
+  Workspace<T> workspace_;
+};
+
+}  // namespace tapestry::nn

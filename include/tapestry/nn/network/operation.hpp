@@ -1,0 +1,98 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/engine.hpp>
+#include <tapestry/nn/network/tensor.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// What one operation of one pass keeps from forward to adjoint, beside its operands and results.
+template <class T>
+struct OperationState {
+  Buffer<T> values{};
+  Buffer<std::uint8_t> bits{};
+  Buffer<Position<T>> choices{};
+};
+
+template <class T>
+struct ForwardCall {
+  std::span<const TensorView<const T>> inputs;
+  std::span<const TensorView<T>> outputs;  ///< not initialised
+  OperationState<T>& state;
+  bool keeps;  ///< whether the adjoint will be asked for
+  Engine engine;
+};
+
+/// Values of operands and results are there only where Operation::adjoint_reads() asks for them.
+template <class T>
+struct AdjointCall {
+  std::span<const TensorView<const T>> inputs;
+  std::span<const TensorView<const T>> outputs;
+  std::span<const TensorView<const T>> output_adjoints;  ///< null stands for zeros; at least one is there
+  std::span<const TensorView<T>> input_adjoints;         ///< null where not wanted
+  std::span<bool> is_fresh;  ///< of input_adjoints: not initialised yet, so to be written, not added to
+  OperationState<T>& state;
+  Engine engine;
+
+  [[nodiscard]] bool wants(std::size_t input) const {
+    return input < input_adjoints.size() && input_adjoints[input].is_there();
+  }
+  /// The adjoint of an input to add to: zeros if it was fresh.
+  [[nodiscard]] T* accumulate(std::size_t input) const {
+    T* const values = input_adjoints[input].values;
+    if (is_fresh[input]) std::fill_n(values, input_adjoints[input].size(), T(0));
+    is_fresh[input] = false;
+    return values;
+  }
+};
+
+/// Which operands and results an adjoint reads the values of: bit i for the i-th.
+struct AdjointReads {
+  std::uint64_t inputs = 0;
+  std::uint64_t outputs = 0;
+};
+
+/// One operator of a network at fixed extents, made by operators().
+template <std::floating_point T>
+class Operation {
+ public:
+  struct Result {
+    Shape shape{};
+    ElementType type = ElementType::floating;
+  };
+
+  explicit Operation(std::vector<Result> results) : results_(std::move(results)) {}
+  Operation(const Operation&) = delete;
+  Operation& operator=(const Operation&) = delete;
+  virtual ~Operation() = default;
+
+  [[nodiscard]] const std::vector<Result>& results() const { return results_; }
+  [[nodiscard]] const Shape& result_shape(std::size_t i = 0) const { return results_[i].shape; }
+
+  /// Takes over constant operands, as packed weights; called again when they have changed. Operands that are
+  /// not constant have no values here.
+  virtual void prepare(std::span<const TensorView<const T>> /*constants*/) {}
+
+  virtual void forward(const ForwardCall<T>& call) const = 0;
+
+  /// Adds (∂outputs/∂inputs)ᵀ · output_adjoints to the input adjoints that are wanted, or writes those that
+  /// are fresh. Operations whose results do not depend smoothly on anything leave it out.
+  virtual void adjoint(const AdjointCall<T>& /*call*/) const {}
+  [[nodiscard]] virtual AdjointReads adjoint_reads() const { return {}; }
+  /// Whether result 0 depends on this operand with a derivative.
+  [[nodiscard]] virtual bool is_differentiable(std::size_t /*input*/) const { return true; }
+  /// Whether a constant operand is a weight that training changes.
+  [[nodiscard]] virtual bool is_weight(std::size_t /*input*/) const { return false; }
+  /// Whether result 0 may lie where operand 0 does, of the same size.
+  [[nodiscard]] virtual bool works_in_place() const { return false; }
+
+ private:
+  std::vector<Result> results_;
+};
+
+}  // namespace tapestry::nn

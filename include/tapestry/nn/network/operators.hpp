@@ -1,0 +1,19 @@
+#pragma once
+#include <concepts>
+#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/pass_on.hpp>
+
+namespace tapestry::nn {
+
+/// Every operator that networks may be made of.
+template <std::floating_point T>
+[[nodiscard]] const OperatorTable<T>& operators() {
+  static const OperatorTable<T> table = [] {
+    OperatorTable<T> all;
+    add_pass_on(all);
+    return all;
+  }();
+  return table;
+}
+
+}  // namespace tapestry::nn

@@ -1,0 +1,91 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string>
+#include <tapestry/nn/network/operation.hpp>
+#include <tapestry/nn/network/tensor.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+inline constexpr std::size_t no_value = std::numeric_limits<std::size_t>::max();
+
+/// A tensor of a program.
+struct ProgramValue {
+  Shape shape{};  ///< as stored
+  ElementType type = ElementType::floating;
+  bool channels_last = false;       ///< of four axes, stored as [N, H, W, C]
+  std::size_t constant = no_value;  ///< where its values begin among the constants, if it is one
+  std::string name{};
+
+  [[nodiscard]] bool is_constant() const { return constant != no_value; }
+};
+
+template <std::floating_point T>
+struct ProgramStep {
+  std::unique_ptr<Operation<T>> operation{};
+  std::vector<std::size_t> inputs{};  ///< values; no_value for an operand that is left out
+  std::vector<std::size_t> outputs{};
+  std::string label{};
+};
+
+/// A constant that training changes.
+struct WeightBlock {
+  std::string name{};
+  Shape shape{};
+  std::size_t offset = 0;  ///< among the constants
+};
+
+/// A network at fixed extents, as steps that run one after another.
+template <std::floating_point T>
+struct Program {
+  std::vector<ProgramValue> values{};
+  std::vector<ProgramStep<T>> steps{};
+  std::vector<T> constants{};  ///< values of all constants that steps read, one behind the other
+  std::vector<std::size_t> inputs{};
+  std::vector<std::size_t> outputs{};
+  std::vector<WeightBlock> weights{};
+};
+
+/// What a program's values depend on, and how long they are needed.
+struct ProgramUse {
+  std::vector<std::size_t> last_use{};  ///< the step that reads a value last; the number of steps for results
+  std::vector<bool> follows_inputs{};   ///< differentiably
+  std::vector<bool> follows_weights{};
+};
+
+template <std::floating_point T>
+[[nodiscard]] ProgramUse use_of(const Program<T>& program) {
+  const std::size_t count = program.values.size();
+  ProgramUse use{std::vector<std::size_t>(count, 0), std::vector<bool>(count, false),
+                 std::vector<bool>(count, false)};
+  for (const std::size_t input : program.inputs)
+    use.follows_inputs[input] = program.values[input].type == ElementType::floating;
+  for (std::size_t s = 0; s < program.steps.size(); ++s) {
+    const ProgramStep<T>& step = program.steps[s];
+    bool inputs = false, weights = false;
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      const std::size_t value = step.inputs[i];
+      if (value == no_value) continue;
+      use.last_use[value] = s;
+      if (!step.operation->is_differentiable(i)) continue;
+      inputs = inputs || use.follows_inputs[value];
+      weights = weights || use.follows_weights[value] ||
+                (program.values[value].is_constant() && step.operation->is_weight(i));
+    }
+    for (const std::size_t output : step.outputs) {
+      if (output == no_value) continue;
+      use.last_use[output] = s;
+      const bool is_smooth = program.values[output].type == ElementType::floating;
+      use.follows_inputs[output] = inputs && is_smooth;
+      use.follows_weights[output] = weights && is_smooth;
+    }
+  }
+  for (const std::size_t output : program.outputs) use.last_use[output] = program.steps.size();
+  return use;
+}
+
+}  // namespace tapestry::nn
