@@ -177,6 +177,7 @@
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
 #include <tapestry/nn/layout.hpp>
+#include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/pooling.hpp>
