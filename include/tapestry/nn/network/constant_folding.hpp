@@ -1,10 +1,12 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <tapestry/core/check.hpp>
+#include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/operators.hpp>
 #include <vector>
 
@@ -39,6 +41,17 @@ namespace detail {
   const std::size_t count = extents.size();
   return integers(std::move(extents), {count});
 }
+
+/// Whether the operator works on channels last, as its operands of four axes then must lie.
+[[nodiscard]] inline bool lies_last(const Operator<double>& kind, const std::vector<FoldOperand>& operands) {
+  if (kind.layout != LayoutRule::channels_last) return false;
+  bool has_four = false, fits = true;
+  for (std::size_t i = 0; i < std::min(kind.data_inputs, operands.size()); ++i) {
+    has_four = has_four || (operands[i].is_there && operands[i].shape.size() == 4);
+    fits = fits && (!operands[i].is_there || operands[i].shape.size() == 4);
+  }
+  return has_four && fits;
+}
 }  // namespace detail
 
 /// The results of a node all of whose operands are known, computed in double.
@@ -48,20 +61,25 @@ namespace detail {
   if (node.operation == "Shape") return {detail::shape_constant(node, opset, operands.at(0).shape)};
   if (node.operation == "Size")
     return {detail::integers({static_cast<double>(size_of(operands.at(0).shape))}, {})};
+  const Operator<double>& kind = operators<double>().find(node.operation)->second;
+  const bool is_last = detail::lies_last(kind, operands);
   std::vector<Operand> inputs;
+  std::vector<Constant> stored(operands.size());
   std::vector<Buffer<double>> values(operands.size());  // kernels may read past the end of one
   std::vector<TensorView<const double>> views(operands.size());
   for (std::size_t i = 0; i < operands.size(); ++i) {
     const FoldOperand& operand = operands[i];
-    inputs.push_back({operand.shape, operand.is_there ? operand.constant->type : ElementType::floating,
-                      operand.constant, operand.is_there});
+    if (operand.is_there)
+      stored[i] = is_last && i < kind.data_inputs ? to_channels_last(*operand.constant) : *operand.constant;
+    inputs.push_back(
+        {stored[i].shape, stored[i].type, operand.is_there ? &stored[i] : nullptr, operand.is_there});
     if (!operand.is_there) continue;
-    values[i].resize(operand.constant->size());
-    for (std::size_t k = 0; k < values[i].size(); ++k) values[i].data()[k] = operand.constant->at(k);
-    views[i] = {&operand.shape, values[i].data()};
+    values[i].resize(stored[i].size());
+    for (std::size_t k = 0; k < values[i].size(); ++k) values[i].data()[k] = stored[i].at(k);
+    views[i] = {&stored[i].shape, values[i].data()};
   }
-  OperatorContext context(node, opset, std::move(inputs), false);
-  const auto operation = operators<double>().find(node.operation)->second.make(context);
+  OperatorContext context(node, opset, std::move(inputs), is_last);
+  const auto operation = kind.make(context);
   context.require_all_asked();
   std::vector<Buffer<double>> results;
   std::vector<TensorView<double>> result_views;
@@ -75,9 +93,11 @@ namespace detail {
   OperationState<double> state;
   operation->forward({views, result_views, state, false, Engine::automatic});
   std::vector<Constant> constants;
-  for (std::size_t i = 0; i < results.size(); ++i)
-    constants.push_back({operation->results()[i].shape, operation->results()[i].type,
-                         std::vector<double>(results[i].data(), results[i].data() + results[i].size())});
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Constant result{operation->results()[i].shape, operation->results()[i].type,
+                    std::vector<double>(results[i].data(), results[i].data() + results[i].size())};
+    constants.push_back(is_last && result.shape.size() == 4 ? from_channels_last(result) : std::move(result));
+  }
   return constants;
 }
 

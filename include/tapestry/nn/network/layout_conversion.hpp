@@ -39,6 +39,23 @@ namespace tapestry::nn {
   return stored;
 }
 
+/// A constant of four axes that is stored channels last, as it is numbered.
+[[nodiscard]] inline Constant from_channels_last(const Constant& stored) {
+  const Shape logical = logical_shape(stored.shape);
+  const std::size_t channels = logical[1], pixels = logical[2] * logical[3];
+  Constant constant{logical, stored.type, stored.values};
+  std::visit(
+      [&](auto& values) {
+        const auto from = values;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          const std::size_t channel = i % channels, pixel = i / channels % pixels;
+          values[((i / channels / pixels) * channels + channel) * pixels + pixel] = from[i];
+        }
+      },
+      constant.values);
+  return constant;
+}
+
 /// Stores a tensor of four axes the other way.
 template <std::floating_point T>
 class LayoutConversion : public Operation<T> {

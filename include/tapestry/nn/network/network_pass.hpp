@@ -61,7 +61,11 @@ class NetworkPass {
       const bool has_adjoint =
           std::ranges::any_of(step.outputs, [&](std::size_t value) { return is_active(use, value); });
       if (!has_adjoint) continue;
-      const AdjointReads reads = step.operation->adjoint_reads();
+      AdjointReads reads = step.operation->adjoint_reads();
+      if (mode_ == Mode::training) {
+        const AdjointReads more = step.operation->weight_adjoint_reads();
+        reads = {reads.inputs | more.inputs, reads.outputs | more.outputs};
+      }
       const auto keep = [&](const std::vector<std::size_t>& values, std::uint64_t which) {
         for (std::size_t i = 0; i < values.size() && i < 64; ++i)
           if ((which >> i & 1U) != 0 && values[i] != no_value) is_kept_[values[i]] = true;
@@ -153,7 +157,8 @@ class NetworkPass {
     const bool is_reached =
         std::ranges::any_of(step.outputs, [&](std::size_t value) { return !adjoints_[value].empty(); });
     if (!is_reached) return;
-    std::vector<TensorView<const T>> results, result_adjoints;
+    std::vector<TensorView<const T>> results;
+    std::vector<TensorView<T>> result_adjoints;
     for (const std::size_t value : step.outputs) {
       const Shape& shape = program.values[value].shape;
       results.push_back({&shape, is_kept_[value] ? where_[value] : nullptr});

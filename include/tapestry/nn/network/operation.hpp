@@ -33,8 +33,9 @@ template <class T>
 struct AdjointCall {
   std::span<const TensorView<const T>> inputs;
   std::span<const TensorView<const T>> outputs;
-  std::span<const TensorView<const T>> output_adjoints;  ///< null stands for zeros; at least one is there
-  std::span<const TensorView<T>> input_adjoints;         ///< null where not wanted
+  std::span<const TensorView<T>> output_adjoints;  ///< null stands for zeros; at least one is there. Nobody
+                                                   ///< reads them afterwards, so they may be overwritten
+  std::span<const TensorView<T>> input_adjoints;   ///< null where not wanted
   std::span<bool> is_fresh;  ///< of input_adjoints: not initialised yet, so to be written, not added to
   OperationState<T>& state;
   Engine engine;
@@ -84,6 +85,8 @@ class Operation {
   /// are fresh. Operations whose results do not depend smoothly on anything leave it out.
   virtual void adjoint(const AdjointCall<T>& /*call*/) const {}
   [[nodiscard]] virtual AdjointReads adjoint_reads() const { return {}; }
+  /// What it reads beside those where adjoints of constant weights are wanted, too.
+  [[nodiscard]] virtual AdjointReads weight_adjoint_reads() const { return {}; }
   /// Whether result 0 depends on this operand with a derivative.
   [[nodiscard]] virtual bool is_differentiable(std::size_t /*input*/) const { return true; }
   /// Whether a constant operand is a weight that training changes.
