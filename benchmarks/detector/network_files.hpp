@@ -39,9 +39,9 @@ namespace tapestry::benchmarks {
 /// Parameters under which values keep their magnitude from layer to layer: normal weights of variance 2 /
 /// (inputs of a filter), those of convolutions that a shortcut adds smaller, so that long chains of shortcuts
 /// do not grow.
-[[nodiscard]] inline std::vector<float> random_parameters(const Problem& problem) {
+[[nodiscard]] inline Array<float, 1> random_parameters(const Problem& problem) {
   Random random(2);
-  std::vector<float> parameters(problem.layout.count);
+  Array<float, 1> parameters(Extents<1>{problem.layout.count});
   for (const detect::ParameterBlock& block : problem.layout.blocks) {
     const auto& layers = problem.config.layers;
     const bool is_added =
@@ -69,7 +69,7 @@ namespace tapestry::benchmarks {
 /// Gives every batch normalisation the variance 10⁴ without changing what it computes. Darknet, OpenCV and
 /// this library add different ε to the variance or its root; with a large variance that is below 10⁻⁸ of the
 /// result.
-inline void enlarge_variances(const Problem& problem, std::vector<float>& parameters) {
+inline void enlarge_variances(const Problem& problem, Array<float, 1>& parameters) {
   for (std::size_t i = 0; i < problem.config.layers.size(); ++i) {
     const detect::LayerConfig& layer = problem.config.layers[i];
     if (!layer.batch_normalize) continue;
@@ -96,9 +96,9 @@ struct NetworkFiles {
   const NetworkFiles files{stem + ".cfg", stem + ".weights"};
   io::write_file_atomically(files.cfg, std::string_view(cfg_of_size(io::read_text_file(cfg), size)));
   const Problem problem = make_problem(files.cfg, size);
-  std::vector<float> parameters =
-      weights.empty() ? random_parameters(problem)
-                      : io::read_weight_file(weights, problem.config, problem.layout).parameters;
+  Array<float, 1> parameters = weights.empty()
+                                   ? random_parameters(problem)
+                                   : io::read_weight_file(weights, problem.config, problem.layout).parameters;
   enlarge_variances(problem, parameters);
   io::write_weight_file(files.weights, 0, parameters);
   return files;

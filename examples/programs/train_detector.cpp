@@ -224,28 +224,21 @@ class Trainer {
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<float, 4> images = batch_;
-    const auto parameters = tape_.input(flat(network_.parameters()));
+    const auto parameters = tape_.input(network_.parameters());
     const auto terms =
         loss::yolo_training(network_, detect::forward(network_, images, parameters, pass_), truths_);
     if (!std::isfinite(terms.total.value()))
       throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
     tape_.reverse(terms.total);
     network_.update_running_statistics(*pass_, 0.03);
-    const auto& gradient = parameters.adjoint();
     adam_.set_learning_rate(scheduled_rate(options_, index));
-    adam_.step(network_.parameters(), {gradient.data(), gradient.size()});
+    adam_.step(network_.parameters(), parameters.adjoint());
     network_.set_images_seen(network_.images_seen() + options_.batch);
     return {static_cast<double>(terms.box.value()), static_cast<double>(terms.objectness.value()),
             static_cast<double>(terms.classification.value()), static_cast<double>(terms.total.value())};
   }
 
  private:
-  static Array<float, 1> flat(const std::vector<float>& values) {
-    Array<float, 1> array(Extents<1>{values.size()});
-    std::copy(values.begin(), values.end(), array.begin());
-    return array;
-  }
-
   detect::Network<float>& network_;
   const Options& options_;
   ScenePool pool_;

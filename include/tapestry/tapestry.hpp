@@ -75,12 +75,14 @@
 #include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/decode_family.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
@@ -179,6 +181,7 @@
 #include <tapestry/nn/few_channel_convolution.hpp>
 #include <tapestry/nn/layout.hpp>
 #include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/network/pruned.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/pooling.hpp>

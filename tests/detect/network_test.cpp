@@ -122,7 +122,7 @@ TEST_CASE("the parameter gradient agrees with central differences", "[detect][ne
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);
   const auto adjoint = random_like(pass.logits, 3);
-  std::vector<double> gradient(network.parameters().size());
+  auto gradient = tapestry::zeros<double, 1>({network.parameters().size()});
   for (int half = 0; half < 2; ++half) network.parameter_adjoint(pass, adjoint, gradient);
   tapestry::Random random(4);
   for (const auto& block : network.layout().blocks) {
@@ -197,7 +197,7 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][n
     network.forward(images, pass, detect::Mode::training);
     const auto adjoint = random_like(pass.logits, 3);
     auto gradient = tapestry::zeros<float, 4>({7, 32, 32, 3});
-    std::vector<float> parameters_adjoint(network.parameters().size());
+    auto parameters_adjoint = tapestry::zeros<float, 1>({network.parameters().size()});
     network.input_adjoint(pass, adjoint, gradient);
     network.parameter_adjoint(pass, adjoint, parameters_adjoint);
     auto bits = flat(gradient);
@@ -282,7 +282,7 @@ TEST_CASE("a network of one pixel works", "[detect][network]") {
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);
   CHECK(pass.logits[0].shape() == tapestry::Extents<4>{1, 7, 1, 1});
-  std::vector<double> gradient(network.parameters().size());
+  auto gradient = tapestry::zeros<double, 1>({network.parameters().size()});
   network.parameter_adjoint(pass, pass.logits, gradient);
   CHECK(std::all_of(gradient.begin(), gradient.end(), [](double x) { return std::isfinite(x); }));
 }
@@ -297,7 +297,7 @@ TEST_CASE("a network names the arguments that do not fit", "[detect][network]") 
   const auto images = random_array<float>({1, 32, 32, 3}, 2);
   network.forward(images, pass);
   auto gradient = tapestry::zeros<float, 4>({1, 32, 32, 3});
-  std::vector<float> parameters_adjoint(network.parameters().size());
+  auto parameters_adjoint = tapestry::zeros<float, 1>({network.parameters().size()});
   CHECK_THROWS_AS(network.input_adjoint(pass, pass.logits, gradient), tapestry::DomainError);
   network.forward(images, pass, detect::Mode::input_gradient);
   CHECK_THROWS_AS(network.input_adjoint(pass, {}, gradient), tapestry::ShapeError);

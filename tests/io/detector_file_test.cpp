@@ -51,7 +51,7 @@ struct Model {
   }
 };
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+bool same_bits(const tapestry::Array<float, 1>& a, const tapestry::Array<float, 1>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), 4 * a.size()) == 0;
 }
 
@@ -268,7 +268,7 @@ TEST_CASE("folding a filter by hand", "[detect][fold]") {
   auto config = io::parse_network_config(text, "some.cfg");
   config.batch_norm_epsilon = 1;
   const auto layout = detect::parameter_layout(config, detect::infer_shapes(config, 32, 32));
-  std::vector<float> parameters(layout.count, 0);
+  auto parameters = tapestry::zeros<float, 1>({layout.count});
   const auto& own = layout.layers[0];
   parameters[own.bias + 2] = 7;
   parameters[own.scale + 2] = 6;
@@ -443,7 +443,7 @@ TEST_CASE("another cfg beside a converted detector is used with a remark, or ref
 TEST_CASE("write_detector_file refuses what it could not read again", "[io][detector_file]") {
   const Model model;
   const auto write = [&](const std::string& cfg, std::size_t count) {
-    io::write_detector_file(model.converted, {cfg}, std::vector<float>(count), "some.cfg");
+    io::write_detector_file(model.converted, {cfg}, tapestry::zeros<float, 1>({count}), "some.cfg");
   };
   check_refused(ErrorKind::malformed, "some.cfg:@2: not UTF-8", [&] { write("# \xE9\n" + model.text, 1); });
   check_refused(ErrorKind::malformed, "some.cfg:1", [&] { write("nonsense", 1); });
@@ -457,7 +457,7 @@ TEST_CASE("a network takes its parameters at once", "[detect][network]") {
   const detect::Network<float> network(model.network.config(), parameters, 96, 128);
   CHECK(network.input_width() == 128);
   CHECK(same_bits(network.parameters(), model.network.parameters()));
-  parameters.pop_back();
+  parameters.resize({parameters.size() - 1});
   check_refused(ErrorKind::mismatch, "Network: parameters is [",
                 [&] { (void)detect::Network<float>(model.network.config(), parameters); });
 }

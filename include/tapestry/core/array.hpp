@@ -1,7 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <tapestry/core/array_concepts.hpp>
+#include <vector>
 #if __has_include(<xtensor/containers/xtensor.hpp>)  // 0.26 moved its headers into folders
 #include <xtensor/containers/xtensor.hpp>
 #else
@@ -29,6 +31,14 @@ template <class T, std::size_t Rank>
 template <class T, std::size_t Rank>
 [[nodiscard]] Array<T, Rank> zeros(const Extents<Rank>& extents) {
   return filled<T, Rank>(extents, T(0));
+}
+
+/// The values as an array of one axis.
+template <class T>
+[[nodiscard]] Array<T, 1> array_of(const std::vector<T>& values) {
+  Array<T, 1> array(Extents<1>{values.size()});
+  std::copy(values.begin(), values.end(), array.data());
+  return array;
 }
 
 /// The same numbers in another precision.

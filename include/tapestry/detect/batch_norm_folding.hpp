@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <string>
+#include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
@@ -26,8 +27,8 @@ namespace tapestry::detect {
 /// \param parameters  in the order of layout; the result is in that of the folded network's
 /// \throws NumericError naming the layer of the first result that is not finite as a float
 template <std::floating_point T>
-[[nodiscard]] std::vector<T> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,
-                                             const std::vector<T>& parameters) {
+[[nodiscard]] Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,
+                                          const Array<T, 1>& parameters) {
   std::vector<T> folded;
   folded.reserve(parameters.size());
   const auto append = [&](std::size_t layer, double value) {
@@ -56,7 +57,7 @@ template <std::floating_point T>
                shifts ? value - static_cast<double>(parameters[own.mean + m]) * factors[m] : value);
     }
   }
-  return folded;
+  return array_of(folded);
 }
 
 }  // namespace tapestry::detect

@@ -9,7 +9,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/detect/head.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/network/backward.hpp>
 #include <tapestry/detect/network/forward.hpp>
 #include <tapestry/detect/network/graph.hpp>
@@ -26,21 +26,21 @@ namespace tapestry::detect {
 /// parameters. Batch normalisation adds config().batch_norm_epsilon inside the root; dropout passes
 /// everything on in every mode. Results are the same bits for any number of threads.
 template <std::floating_point T>
-class Network {
+class Network final : public Detector<T> {
  public:
   /// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
   /// \param input_width   likewise
   /// \throws FileError (mismatch or limit) if the layers do not fit that size
   explicit Network(NetworkConfig config, std::size_t input_height = 0, std::size_t input_width = 0)
       : graph_(detail::make_graph(std::move(config), input_height, input_width)),
-        parameters_(graph_.layout.count) {
+        parameters_(zeros<T, 1>({graph_.layout.count})) {
     for (const ParameterBlock& block : graph_.layout.blocks)
       if (block.role == ParameterRole::scale || block.role == ParameterRole::variance) fill(block, 1);
   }
 
   /// With these parameters, in the order of layout(); errors as above.
   /// \throws ShapeError unless there are as many as the cfg needs
-  Network(NetworkConfig config, std::vector<T> parameters, std::size_t input_height = 0,
+  Network(NetworkConfig config, Array<T, 1> parameters, std::size_t input_height = 0,
           std::size_t input_width = 0)
       : graph_(detail::make_graph(std::move(config), input_height, input_width)),
         parameters_(std::move(parameters)) {
@@ -49,10 +49,10 @@ class Network {
                        std::to_string(graph_.layout.count) + "]");
   }
 
-  [[nodiscard]] std::size_t input_height() const { return graph_.height; }
-  [[nodiscard]] std::size_t input_width() const { return graph_.width; }
-  /// In the order of the logits that forward() gives.
-  [[nodiscard]] const std::vector<Head>& heads() const { return graph_.heads; }
+  [[nodiscard]] std::size_t input_height() const override { return graph_.height; }
+  [[nodiscard]] std::size_t input_width() const override { return graph_.width; }
+  [[nodiscard]] std::size_t input_channels() const override { return graph_.config.channels; }
+  [[nodiscard]] const std::vector<Head>& heads() const override { return graph_.heads; }
   [[nodiscard]] const NetworkConfig& config() const { return graph_.config; }
   /// Where each layer's parameters lie.
   [[nodiscard]] const ParameterLayout& layout() const { return graph_.layout; }
@@ -80,11 +80,11 @@ class Network {
 
   /// All parameters in the order of layout(), running statistics included. Once they have been handed out
   /// for writing, every pass first compares them with those it prepared.
-  [[nodiscard]] std::vector<T>& parameters() {
+  [[nodiscard]] Array<T, 1>& parameters() {
     cache_.watch();
     return parameters_;
   }
-  [[nodiscard]] const std::vector<T>& parameters() const { return parameters_; }
+  [[nodiscard]] const Array<T, 1>& parameters() const { return parameters_; }
 
   /// The same network in another precision.
   template <std::floating_point U>
@@ -106,21 +106,9 @@ class Network {
     return other;
   }
 
-  /// \throws ShapeError unless images are [N, H, W, 3] of the network's extents, N at least 1
-  void require_images(const Array<T, 4>& images) const {
-    if (images.shape(0) == 0) throw ShapeError("Network::forward: a batch of no images");
-    require_shape("Network::forward", "images", images,
-                  {images.shape(0), graph_.height, graph_.width, graph_.config.channels});
-  }
-
-  /// Logits of every head for a batch of pictures.
-  ///
-  /// \param images  [N, H, W, 3], RGB in [0, 1], N at least 1: pictures as everywhere else, one behind the
-  ///                other. The engines compute channels last, so nothing is turned on the way in or back.
-  /// \param pass    takes the logits, and what `mode` says is kept
-  /// \throws ShapeError unless images have the network's extents
-  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const {
-    require_images(images);
+  /// The engines compute channels last, as pictures lie, so nothing is turned on the way in or back.
+  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const override {
+    this->require_images(images);
     const auto weights = cache_.forward(graph_, parameters_, mode != Mode::training);
     pass.mode = mode;
     pass.images = images.shape(0);
@@ -128,26 +116,19 @@ class Network {
     detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, pass).run(images.data());
   }
 
-  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, [N, H, W, 3].
-  /// \param pass  of forward() in another mode than inference; may be used again
-  /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
-  void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
-                     Array<T, 4>& images_adjoint) const {
-    adjoints("Network::input_adjoint", pass, pointers_to(logits_adjoint), &images_adjoint, {});
-  }
-
   /// Adds (∂logits/∂parameters)ᵀ · logits_adjoint to parameters_adjoint, in the order of layout(); nothing
   /// is added for running statistics.
   /// \param pass  of forward() in Mode::training
   void parameter_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
-                         std::vector<T>& parameters_adjoint) const {
-    adjoints("Network::parameter_adjoint", pass, pointers_to(logits_adjoint), nullptr,
-             std::span(parameters_adjoint));
+                         Array<T, 1>& parameters_adjoint) const {
+    std::vector<const Array<T, 4>*> pointers;
+    for (const auto& array : logits_adjoint) pointers.push_back(&array);
+    adjoints("Network::parameter_adjoint", pass, pointers, nullptr,
+             std::span(parameters_adjoint.data(), parameters_adjoint.size()));
   }
 
-  /// Both at once, each unless null; null for a head stands for zeros. See network_variable.hpp.
   void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const {
+                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const override {
     using Parameters = std::optional<std::span<T>>;
     adjoints("Network::pull_back", pass, logits_adjoint, images_adjoint,
              parameters_adjoint == nullptr
@@ -184,22 +165,6 @@ class Network {
     for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
   }
 
-  void require_pass(const char* operation, const Pass<T>& pass,
-                    const std::vector<const Array<T, 4>*>& logits_adjoint) const {
-    if (pass.mode == Mode::inference || pass.layers.size() != graph_.image() + 1) {
-      throw DomainError(std::string(operation) +
-                        ": the pass kept nothing; run forward() for a gradient first");
-    }
-    if (logits_adjoint.size() != graph_.heads.size()) {
-      throw ShapeError(std::string(operation) + ": logits_adjoint has " +
-                       std::to_string(logits_adjoint.size()) + " arrays, expected " +
-                       std::to_string(graph_.heads.size()));
-    }
-    for (std::size_t h = 0; h < graph_.heads.size(); ++h)
-      if (logits_adjoint[h] != nullptr)
-        require_shape(operation, "logits_adjoint", *logits_adjoint[h], pass.logits[h].shape());
-  }
-
   void require_parameters_adjoint(const char* operation, const Pass<T>& pass, std::size_t count) const {
     if (pass.mode != Mode::training)
       throw DomainError(std::string(operation) + ": the pass was not for training");
@@ -209,15 +174,9 @@ class Network {
     }
   }
 
-  static std::vector<const Array<T, 4>*> pointers_to(const std::vector<Array<T, 4>>& arrays) {
-    std::vector<const Array<T, 4>*> pointers;
-    for (const auto& array : arrays) pointers.push_back(&array);
-    return pointers;
-  }
-
   void adjoints(const char* operation, Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                 Array<T, 4>* images_adjoint, std::optional<std::span<T>> parameters_adjoint) const {
-    require_pass(operation, pass, logits_adjoint);
+    this->require_logits_adjoint(operation, pass, pass.layers.size() == graph_.image() + 1, logits_adjoint);
     if (images_adjoint != nullptr) {
       require_shape(operation, "images_adjoint", *images_adjoint,
                     {pass.images, graph_.height, graph_.width, graph_.config.channels});
@@ -231,7 +190,7 @@ class Network {
 
   detail::Graph graph_;
   nn::Engine engine_ = nn::Engine::automatic;
-  std::vector<T> parameters_;
+  Array<T, 1> parameters_;
   std::uint64_t images_seen_ = 0;
   mutable detail::WeightCache<T> cache_;
 };

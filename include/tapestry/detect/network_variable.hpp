@@ -19,25 +19,25 @@ template <class T>
 }  // namespace detail
 
 /// Logits of every head for a batch of pictures, as one record on the active tape: its pullback is
-/// Network::input_adjoint(), and nothing is recorded or kept for the weights. Passive pictures record
+/// Detector::pull_back(), and nothing is recorded or kept for the weights. Passive pictures record
 /// nothing.
 ///
-/// \param network  must outlive the tape's last reverse(), unchanged
+/// \param detector  must outlive the tape's last reverse(), unchanged
 /// \param images   [N, H, W, 3], RGB in [0, 1]
 /// \param pass     memory to use, for loops that record again and again: not to be used for anything else
 ///                 before the tape's last reverse(), and logits of an earlier call with it are gone. Null
 ///                 takes new memory.
 /// \throws ShapeError as Network::forward(); DomainError if images are on no active tape
 template <std::floating_point T>
-[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Network<T>& network,
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Detector<T>& detector,
                                                        const ArrayVariable<T, 4>& images,
                                                        std::shared_ptr<Pass<T>> pass = nullptr) {
   if (!pass) pass = std::make_shared<Pass<T>>();
-  network.forward(images.value(), *pass, images.is_active() ? Mode::input_gradient : Mode::inference);
+  detector.forward(images.value(), *pass, images.is_active() ? Mode::input_gradient : Mode::inference);
   auto logits = detail::shared_logits(pass);
-  const auto pullback = [&network, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                         Array<T, 4>* images_adjoint) {
-    network.pull_back(*pass, logits_adjoint, images_adjoint);
+  const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                          Array<T, 4>* images_adjoint) {
+    detector.pull_back(*pass, logits_adjoint, images_adjoint);
   };
   return record_shared_arrays<T, 4>(std::move(logits), pullback, images);
 }

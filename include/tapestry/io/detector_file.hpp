@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/core/huge_pages.hpp>
@@ -104,11 +105,11 @@ class DetectorFile {
   ///                    that is no floating point, malformed for a value that no trained network can hold
   ///                    and for a file that changes its size meanwhile; with the tensor's name
   template <std::floating_point T>
-  [[nodiscard]] std::vector<T> parameters(const detect::NetworkConfig& config,
-                                          const detect::ParameterLayout& layout) const {
+  [[nodiscard]] Array<T, 1> parameters(const detect::NetworkConfig& config,
+                                       const detect::ParameterLayout& layout) const {
     const auto tensors = matching(detector_tensors(config, layout), config.name);
-    std::vector<T> parameters;
-    parameters.reserve(layout.count);
+    Array<T, 1> parameters(Extents<1>{layout.count});
+    T* next = parameters.data();
     prefer_huge_pages(parameters.data(), layout.count * sizeof(T));
     std::vector<float> piece(piece_size);
     for (std::size_t i = 0; i < tensors.size(); ++i) {
@@ -116,7 +117,7 @@ class DetectorFile {
         const auto values = std::span(piece).first(std::min(piece_size, tensors[i].size() - first));
         file_.read(tensors[i], values, first);
         check_values(tensors[i], layout.blocks[i].role, values, first);
-        parameters.insert(parameters.end(), values.begin(), values.end());
+        next = std::copy(values.begin(), values.end(), next);
       }
     }
     return parameters;
@@ -199,7 +200,7 @@ class DetectorFile {
 ///                    for a decode family that contradicts it; write
 /// \throws ShapeError unless there are as many parameters as the cfg needs, NumericError as fold_batch_norm()
 inline std::size_t write_detector_file(const std::string& path, const DetectorMetadata& metadata,
-                                       const std::vector<float>& parameters, const std::string& cfg_name) {
+                                       const Array<float, 1>& parameters, const std::string& cfg_name) {
   const std::size_t sound = utf8_prefix(metadata.cfg);
   if (sound < metadata.cfg.size())
     throw FileError(ErrorKind::malformed, {cfg_name, "@" + std::to_string(sound),
@@ -213,12 +214,13 @@ inline std::size_t write_detector_file(const std::string& path, const DetectorMe
   const auto fields = fields_of(metadata);
   if (!metadata.is_folded) {
     const auto tensors = detector_tensors(config, layout);
-    write_safetensors(path, fields, tensors, parameters);
+    write_safetensors(path, fields, tensors, {parameters.data(), parameters.size()});
     return tensors.size();
   }
   const auto plain = detect::without_batch_norm(config);
   const auto tensors = detector_tensors(plain, detail::layout_of(plain));
-  write_safetensors(path, fields, tensors, detect::fold_batch_norm(config, layout, parameters));
+  const Array<float, 1> folded = detect::fold_batch_norm(config, layout, parameters);
+  write_safetensors(path, fields, tensors, {folded.data(), folded.size()});
   return tensors.size();
 }
 

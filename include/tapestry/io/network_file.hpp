@@ -94,9 +94,7 @@ template <std::floating_point T>
   const WeightFile file =
       read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
   keep(file.warnings);
-  detect::Network<T> network(std::move(config),
-                             std::vector<T>(file.parameters.begin(), file.parameters.end()), input_height,
-                             input_width);
+  detect::Network<T> network(std::move(config), cast<T>(file.parameters), input_height, input_width);
   network.set_images_seen(file.images_seen);
   return {std::move(network), std::move(warnings)};
 }

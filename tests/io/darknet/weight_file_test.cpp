@@ -126,7 +126,7 @@ TEST_CASE("W08, W10: both header sizes are read, and the exact size decides", "[
       const auto weights = model.read();
       CHECK(weights.images_seen == 77);
       CHECK(weights.parameters.size() == model.layout.count);
-      CHECK(weights.parameters.front() == 0.01F);
+      CHECK(weights.parameters(0) == 0.01F);
       CHECK(weights.warnings.empty());
     }
   }
@@ -189,6 +189,6 @@ TEST_CASE("a weight file that is written reads back to the same bits", "[io][dar
   io::write_weight_file(model.path, weights.images_seen + (std::uint64_t(1) << 40U), weights.parameters);
   const auto again = model.read();
   CHECK(again.images_seen == 77 + (std::uint64_t(1) << 40U));
-  CHECK(again.parameters == weights.parameters);
+  CHECK(std::ranges::equal(again.parameters, weights.parameters));
   CHECK_THROWS_AS(io::write_weight_file(model.folder.path("no/such"), 0, weights.parameters), FileError);
 }

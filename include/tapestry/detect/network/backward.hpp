@@ -14,7 +14,7 @@ namespace tapestry::detect::detail {
 template <class T>
 class BackwardPass {
  public:
-  BackwardPass(const Graph& graph, nn::Engine engine, const std::vector<T>& parameters,
+  BackwardPass(const Graph& graph, nn::Engine engine, const Array<T, 1>& parameters,
                const AdjointWeights<T>& weights, Pass<T>& pass)
       : graph_(graph),
         engine_(engine),
@@ -226,7 +226,7 @@ class BackwardPass {
 
   const Graph& graph_;
   nn::Engine engine_;
-  const std::vector<T>& parameters_;
+  const Array<T, 1>& parameters_;
   const AdjointWeights<T>& weights_;
   Pass<T>& pass_;
   std::vector<nn::Buffer<T>> adjoints_;

@@ -38,7 +38,7 @@ void copy_channels(const T* from, std::size_t from_pitch, T* to, std::size_t to_
 template <class T>
 class ForwardPass {
  public:
-  ForwardPass(const Graph& graph, nn::Engine engine, const std::vector<T>& parameters,
+  ForwardPass(const Graph& graph, nn::Engine engine, const Array<T, 1>& parameters,
               const ForwardWeights<T>& weights, Pass<T>& pass)
       : graph_(graph), engine_(engine), parameters_(parameters), weights_(weights), pass_(pass) {}
 
@@ -248,7 +248,7 @@ class ForwardPass {
 
   const Graph& graph_;
   nn::Engine engine_;
-  const std::vector<T>& parameters_;
+  const Array<T, 1>& parameters_;
   const ForwardWeights<T>& weights_;
   Pass<T>& pass_;
 };

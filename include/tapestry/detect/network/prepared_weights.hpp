@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <tapestry/core/array.hpp>
 #include <tapestry/detect/network/graph.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
@@ -25,7 +26,7 @@ struct AdjointWeights {
 
 /// Factor that batch normalisation with running statistics puts on a filter: scale / √(variance + ε).
 template <class T>
-[[nodiscard]] double folded_factor(const std::vector<T>& parameters, const ConvolutionParameters& own,
+[[nodiscard]] double folded_factor(const Array<T, 1>& parameters, const ConvolutionParameters& own,
                                    std::size_t filter, double epsilon) {
   return static_cast<double>(parameters[own.scale + filter]) /
          std::sqrt(static_cast<double>(parameters[own.variance + filter]) + epsilon);
@@ -34,7 +35,7 @@ template <class T>
 /// Calls pack(layer, shape, weight_at) for each convolution, where weight_at(i) is its i-th weight, times
 /// the batch normalisation's factor if that is to be folded in.
 template <class T, class Pack>
-void for_each_convolution(const Graph& graph, const std::vector<T>& parameters, bool folds, Pack pack) {
+void for_each_convolution(const Graph& graph, const Array<T, 1>& parameters, bool folds, Pack pack) {
   for (std::size_t i = 0; i < graph.config.layers.size(); ++i) {
     if (graph.config.layers[i].kind != LayerKind::convolutional) continue;
     const nn::ConvolutionShape shape = graph.convolution(i);
@@ -53,7 +54,7 @@ void for_each_convolution(const Graph& graph, const std::vector<T>& parameters, 
 }
 
 template <class T>
-[[nodiscard]] ForwardWeights<T> prepare_forward(const Graph& graph, const std::vector<T>& parameters,
+[[nodiscard]] ForwardWeights<T> prepare_forward(const Graph& graph, const Array<T, 1>& parameters,
                                                 bool folds) {
   ForwardWeights<T> prepared;
   prepared.convolutions.resize(graph.config.layers.size());
@@ -76,7 +77,7 @@ template <class T>
 }
 
 template <class T>
-[[nodiscard]] AdjointWeights<T> prepare_adjoint(const Graph& graph, const std::vector<T>& parameters,
+[[nodiscard]] AdjointWeights<T> prepare_adjoint(const Graph& graph, const Array<T, 1>& parameters,
                                                 bool folds) {
   AdjointWeights<T> prepared;
   prepared.convolutions.resize(graph.config.layers.size());
@@ -108,8 +109,7 @@ class WeightCache {
   }
 
   [[nodiscard]] std::shared_ptr<const ForwardWeights<T>> forward(const Graph& graph,
-                                                                 const std::vector<T>& parameters,
-                                                                 bool folds) {
+                                                                 const Array<T, 1>& parameters, bool folds) {
     const std::lock_guard<std::mutex> lock(mutex_);
     compare(parameters);
     auto& kept = forward_[folds ? 1 : 0];
@@ -118,8 +118,7 @@ class WeightCache {
   }
 
   [[nodiscard]] std::shared_ptr<const AdjointWeights<T>> adjoint(const Graph& graph,
-                                                                 const std::vector<T>& parameters,
-                                                                 bool folds) {
+                                                                 const Array<T, 1>& parameters, bool folds) {
     const std::lock_guard<std::mutex> lock(mutex_);
     compare(parameters);
     auto& kept = adjoint_[folds ? 1 : 0];
@@ -132,7 +131,7 @@ class WeightCache {
     for (auto& kept : forward_) kept.reset();
     for (auto& kept : adjoint_) kept.reset();
   }
-  void compare(const std::vector<T>& parameters) {
+  void compare(const Array<T, 1>& parameters) {
     if (!is_watched_) return;
     const bool is_same =
         prepared_from_.size() == parameters.size() &&
@@ -144,7 +143,7 @@ class WeightCache {
 
   std::mutex mutex_;
   bool is_watched_ = false;
-  std::vector<T> prepared_from_;
+  Array<T, 1> prepared_from_;
   std::shared_ptr<const ForwardWeights<T>> forward_[2];
   std::shared_ptr<const AdjointWeights<T>> adjoint_[2];
 };

@@ -23,7 +23,7 @@ namespace tapestry::io {
 /// detect::ParameterLayout.
 struct WeightFile {
   std::uint64_t images_seen = 0;
-  std::vector<float> parameters{};
+  Array<float, 1> parameters{};         ///< in the order of detect::ParameterLayout
   std::vector<std::string> warnings{};  ///< suspicious values, one message each
 };
 
@@ -168,8 +168,8 @@ inline void remark_on_block(const detect::NetworkConfig& config, const detect::P
   WeightFile weights;
   weights.images_seen = header == 20 ? little_endian_word<std::uint64_t>(&beginning[12])
                                      : little_endian_word<std::uint32_t>(&beginning[12]);
-  weights.parameters.resize(layout.count);
-  file.read_at(header, std::as_writable_bytes(std::span(weights.parameters)));
+  weights.parameters.resize(Extents<1>{layout.count});
+  file.read_at(header, std::as_writable_bytes(std::span(weights.parameters.data(), layout.count)));
   file.require_unchanged_size();
   if constexpr (std::endian::native == std::endian::big) {
     for (float& value : weights.parameters) {
@@ -177,7 +177,7 @@ inline void remark_on_block(const detect::NetworkConfig& config, const detect::P
     }
   }
   for (const detect::ParameterBlock& block : layout.blocks) {
-    const auto values = std::span<const float>(weights.parameters).subspan(block.offset, block.count);
+    const auto values = std::span<const float>(weights.parameters.data() + block.offset, block.count);
     if (!options.allow_nonfinite) detail::check_block(path, config, block, values, header);
     detail::remark_on_block(config, block, values, weights.warnings);
   }
@@ -187,7 +187,7 @@ inline void remark_on_block(const detect::NetworkConfig& config, const detect::P
 /// Writes a weight file of version 0.2.5, or leaves the old file as it was.
 /// \throws FileError (write)
 inline void write_weight_file(const std::string& path, std::uint64_t images_seen,
-                              std::span<const float> parameters) {
+                              const Array<float, 1>& parameters) {
   std::array<std::byte, 20> header{};
   header[4] = std::byte(2);
   header[8] = std::byte(5);
@@ -199,18 +199,14 @@ inline void write_weight_file(const std::string& path, std::uint64_t images_seen
       words.push_back(__builtin_bswap32(std::bit_cast<std::uint32_t>(value)));
     write_file_atomically(path, {header, std::as_bytes(std::span<const std::uint32_t>(words))});
   } else {
-    write_file_atomically(path, {header, std::as_bytes(parameters)});
+    write_file_atomically(path, {header, std::as_bytes(std::span(parameters.data(), parameters.size()))});
   }
 }
 
 /// Writes a network's parameters, rounded to float, and its count of images; errors as above.
 template <std::floating_point T>
 void write_weight_file(const std::string& path, const detect::Network<T>& network) {
-  const std::vector<T>& parameters = network.parameters();
-  std::vector<float> rounded;
-  rounded.reserve(parameters.size());
-  for (const T value : parameters) rounded.push_back(static_cast<float>(value));
-  write_weight_file(path, network.images_seen(), rounded);
+  write_weight_file(path, network.images_seen(), cast<float>(network.parameters()));
 }
 
 }  // namespace tapestry::io
