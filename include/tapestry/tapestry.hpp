@@ -177,6 +177,7 @@
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/convolution_region.hpp>
 #include <tapestry/nn/convolution_weight_adjoint.hpp>
+#include <tapestry/nn/curve.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
 #include <tapestry/nn/layout.hpp>

@@ -33,7 +33,7 @@ struct ExponentialFormat<double> {
   static constexpr double round_to_integer = 0x1.8p52;      // added, it leaves an integer in the last bits
   static constexpr double ln2_high = 0x1.62e42fee00000p-1;  // with zeros for the integer's digits
   static constexpr double ln2_low = 0x1.a39ef35793c76p-33;
-  static constexpr double least = -707.5, most = 709.782712893384;
+  static constexpr double least = -707.5, most = 709.782712893384, largest_finite = 709.0;
 };
 template <>
 struct ExponentialFormat<float> {
@@ -43,7 +43,7 @@ struct ExponentialFormat<float> {
   static constexpr float round_to_integer = 0x1.8p23F;
   static constexpr float ln2_high = 0x1.62e400p-1F;
   static constexpr float ln2_low = 0x1.7f7d1cp-20F;
-  static constexpr float least = -86.8F, most = 88.72283F;
+  static constexpr float least = -86.8F, most = 88.72283F, largest_finite = 88.0F;
 };
 
 /// terms[I] + terms[I + 1] · r + …

@@ -74,7 +74,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t images, const T* in,
               const Epilogue<T>& end, T* out, std::size_t out_image_size) {
-  if (has_few_channels(packed) && end.addend == nullptr)
+  if (has_few_channels(packed) && end.addend == nullptr && end.curve.kind == CurveKind::none)
     return convolve_few_channels(packed, images, in, end, out, out_image_size);
   if (const auto form = detail::winograd_form(engine, packed))
     return convolve_winograd(packed, *form, images, in, end, out, out_image_size);

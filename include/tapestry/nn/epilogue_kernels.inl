@@ -72,6 +72,8 @@ inline Register<T> load_lanes(const T* in, std::size_t count) {
   return load(&partial[0]);
 }
 
+#include <tapestry/nn/curve_kernels.inl>
+
 /// What store_tile() does where its short way does not suffice: functions of their own, not inlined into
 /// every kernel, to keep compilers quick. This one does whatever an epilogue may ask for.
 template <class T>
@@ -143,12 +145,13 @@ template <class T, int P, int V>
 inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V], std::size_t first, T* out,
                        std::ptrdiff_t step, std::size_t count) {
   constexpr std::ptrdiff_t lanes = Vector<T>::lanes;
-  const bool is_short =
-      count >= V * lanes && end.gate == nullptr && end.positive == nullptr && end.addend == nullptr;
+  const bool is_short = count >= V * lanes && end.gate == nullptr && end.positive == nullptr &&
+                        end.addend == nullptr && end.curve.kind == CurveKind::none;
   if (!is_short) {
     Register<T> copy[P][V];
     TAPESTRY_FOR_EACH_SUM copy[p][v] = sum[p][v];
     const Register<T>* const sums = &copy[0][0];
+    if (end.curve.kind != CurveKind::none) return store_curved<T>(end, sums, P, V, first, out, step, count);
     const bool is_whole = count >= V * lanes;
     if (is_whole && end.gate != nullptr && end.positive == nullptr && end.addend == nullptr)
       return store_whole<T, true, false, false>(end, sums, P, V, first, out, step);

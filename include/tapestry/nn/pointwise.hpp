@@ -44,6 +44,22 @@ void activate(Activation activation, T* values, std::size_t count) {
   });
 }
 
+/// to[i] = curve(from[i]). Both may be the same.
+template <std::floating_point T>
+void apply_curve(const Curve<T>& curve, const T* from, T* to, std::size_t count) {
+  detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
+    kernels<T>().apply_curve(curve, from + begin, to + begin, size);
+  });
+}
+
+/// to[i] = curve'(argument[i]) · from[i]. `from` and `to` may be the same.
+template <std::floating_point T>
+void curve_adjoint(const Curve<T>& curve, const T* argument, const T* from, T* to, std::size_t count) {
+  detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
+    kernels<T>().curve_adjoint(curve, argument + begin, from + begin, to + begin, size);
+  });
+}
+
 /// True if an activation's slope needs its argument.
 [[nodiscard]] constexpr bool slope_needs_argument(Activation activation) {
   return activation == Activation::swish || activation == Activation::mish;

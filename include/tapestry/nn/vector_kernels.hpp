@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/instruction_set.hpp>
+#include <tapestry/core/vector_exp.hpp>
+#include <tapestry/nn/curve.hpp>
 #include <type_traits>
 
 namespace tapestry::nn {
@@ -14,6 +16,10 @@ namespace tapestry::nn {
 ///   bit i of `positive` = value > 0
 ///   out[i]  = value + addend[i]
 ///
+/// or with a curve, which excludes slope, gate and bits,
+///
+///   argument[i] = value,   out[i] = curve(value) + addend[i]
+///
 /// Bit i is bit i mod 8 of byte i / 8; where bits are used, all vectors begin at whole bytes and are full.
 template <class T>
 struct Epilogue {
@@ -23,6 +29,8 @@ struct Epilogue {
   const std::uint8_t* gate = nullptr;  ///< bits, or null
   std::uint8_t* positive = nullptr;    ///< bits to write, or null
   const T* addend = nullptr;           ///< laid out as the output, or null
+  Curve<T> curve = {};                 ///< of the kind none, leave everything as it is
+  T* argument = nullptr;               ///< of the curve, to write, laid out as the output; or null
   const T* origin = nullptr;           ///< where the output begins; those who convolve set it
 };
 
@@ -177,6 +185,8 @@ struct Kernels {
   void (*add)(const T*, T*, std::size_t) = nullptr;
   void (*positive_bits)(const T*, std::uint8_t*, std::size_t) = nullptr;
   void (*leaky_adjoint)(const std::uint8_t*, T, const T*, T*, std::size_t) = nullptr;
+  void (*apply_curve)(const Curve<T>&, const T*, T*, std::size_t) = nullptr;
+  void (*curve_adjoint)(const Curve<T>&, const T*, const T*, T*, std::size_t) = nullptr;
   void (*affine)(const T*, const T*, const T*, std::size_t, T, T*, std::size_t) = nullptr;
   void (*combine)(const T*, const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
   void (*max_pool_pixel)(const MaxPoolArguments<T>&) = nullptr;

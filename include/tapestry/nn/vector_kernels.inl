@@ -129,6 +129,8 @@ Kernels<T> make_kernels() {
   kernels.add = &add<T>;
   kernels.positive_bits = &positive_bits<T>;
   kernels.leaky_adjoint = &leaky_adjoint<T>;
+  kernels.apply_curve = &apply_curve<T>;
+  kernels.curve_adjoint = &curve_adjoint<T>;
   kernels.affine = &affine<T>;
   kernels.combine = &combine<T>;
   kernels.periodic_sums = &periodic_sums<T>;
