@@ -51,7 +51,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   if (options.check) return check_only(options, problems);
   require_free_folder(options);
   Inputs inputs = load_inputs(options.scene, options.detector);
-  loss::require_raw_logits("camouflage", inputs.detector.network.heads());
+  loss::require_raw_logits("camouflage", inputs.detector.network->heads());
   require_one_scale(inputs.frames);
   const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
   if (options.output.empty()) options.output = make_next_folder("runs/camouflage");

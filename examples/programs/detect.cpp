@@ -49,7 +49,7 @@ Array<std::uint8_t, 3> read_picture(const std::string& path) {
 /// Boxes in pixels of the image.
 std::vector<detect::Detection> detect_in(const std::string& path, const Array<std::uint8_t, 3>& picture,
                                          const DetectorSettings& settings,
-                                         const detect::Network<float>& network, detect::Pass<float>& pass) {
+                                         const detect::Detector<float>& network, detect::Pass<float>& pass) {
   const std::size_t height = network.input_height();
   const std::size_t width = network.input_width();
   network.forward(image::batch_of(image::letterboxed(image::from_bytes<float>(picture), height, width, 0.5F)),
@@ -127,7 +127,7 @@ int run(Options& options) {
   for (const auto& path : options.images) {
     auto picture = read_picture(path);
     const auto start = std::chrono::steady_clock::now();
-    const auto detections = detect_in(path, picture, settings, detector.network, pass);
+    const auto detections = detect_in(path, picture, settings, *detector.network, pass);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (options.json)
       all.push_back(json_of(path, detections, detector.names));

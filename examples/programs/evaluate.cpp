@@ -117,7 +117,7 @@ int run(const CLI::App& app, Options& options) {
   if (options.threads > 0) limit_threads(options.threads);
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
-  const auto& network = inputs.detector.network;
+  const auto& network = *inputs.detector.network;
   camouflage::ViewStore<float> store(
       car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
       frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));

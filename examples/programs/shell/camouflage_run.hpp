@@ -61,7 +61,7 @@ class CamouflageRun {
         train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
         test_(inputs_.car.painted, store_settings(),
               frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)),
-        objective_(inputs_.detector.network, objective_options(options_.optimisation, inputs_.class_index),
+        objective_(*inputs_.detector.network, objective_options(options_.optimisation, inputs_.class_index),
                    texels_to_smooth(options_.optimisation, inputs_.car.painted)) {}
 
   /// \returns the exit code
@@ -110,7 +110,7 @@ class CamouflageRun {
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
-    return {inputs_.detector.network.input_height(), inputs_.detector.network.input_width(),
+    return {inputs_.detector.network->input_height(), inputs_.detector.network->input_width(),
             options_.scene.samples, options_.keep_mib << 20U};
   }
 
@@ -197,7 +197,7 @@ class CamouflageRun {
     const evaluate::SurveyedTextures<float> textures{
         camouflage::own_colours<float>(inputs_.car.painted), colours,
         evaluate::make_controls<float>(colours.shape(0), options_.optimisation.seed)};
-    evaluate::Meter<float> meter(inputs_.detector.network, inputs_.class_index,
+    evaluate::Meter<float> meter(*inputs_.detector.network, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<Bitmap> before;
     std::vector<Bitmap> after;

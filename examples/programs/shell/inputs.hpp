@@ -57,7 +57,7 @@ inline void fill_in_bundled(DetectorSettings& detector) {
 
 /// A network with its weights and the names of its classes.
 struct Detector {
-  detect::Network<float> network;
+  std::unique_ptr<detect::Detector<float>> network;
   std::vector<std::string> names;  ///< may be empty: classes are then known by number only
   std::vector<std::string> warnings;
 };
@@ -69,12 +69,13 @@ inline Detector load_detector(const DetectorSettings& settings) {
   std::optional<detect::DecodeFamily> decode;
   if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
   auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size, decode);
-  Detector detector{std::move(loaded.network), {}, std::move(loaded.warnings)};
-  if (detector.network.heads().empty())
+  if (loaded.network.heads().empty())
     throw FileError(ErrorKind::mismatch,
-                    {detector.network.config().name, "", "the network has no [yolo] section"});
+                    {loaded.network.config().name, "", "the network has no [yolo] section"});
+  Detector detector{
+      std::make_unique<detect::Network<float>>(std::move(loaded.network)), {}, std::move(loaded.warnings)};
   if (!settings.names.empty())
-    detector.names = io::read_class_names(settings.names, detector.network.heads().front().classes);
+    detector.names = io::read_class_names(settings.names, detector.network->heads().front().classes);
   return detector;
 }
 
@@ -88,7 +89,7 @@ inline std::size_t class_index_of(const DetectorSettings& settings, const Detect
   if (!is_number)
     throw Error(ErrorKind::usage, "--class '" + text + "' needs --names; without them it must be a number");
   const std::size_t index = std::stoul(text);
-  const std::size_t classes = detector.network.heads().front().classes;
+  const std::size_t classes = detector.network->heads().front().classes;
   if (index >= classes)
     throw Error(ErrorKind::mismatch,
                 "--class " + text + ": the detector has " + std::to_string(classes) + " classes");
@@ -258,7 +259,7 @@ inline void check_detector(DetectorSettings settings, ProblemList& list) {
   list.attempt([&] {
     const auto loaded = load_detector(settings);
     is_sound = true;
-    loss::require_raw_logits("camouflage", loaded.network.heads());
+    loss::require_raw_logits("camouflage", loaded.network->heads());
     (void)class_index_of(settings, loaded);
   });
   if (is_sound) return;

@@ -54,15 +54,15 @@ class Objective {
  public:
   using Views = std::span<const std::shared_ptr<const View<T>>>;
 
-  /// \param network      must outlive the objective
+  /// \param detector     must outlive the objective
   /// \param used_texels  if given, smoothness counts steps over the atlas instead of the pictures, between
   ///                     texels where this, [height, width] of the atlas, is 1
-  /// \throws DomainError if the network has no class of that index, or gives no raw logits
-  Objective(const detect::Network<T>& network, ObjectiveOptions options,
+  /// \throws DomainError if the detector has no class of that index, or gives no raw logits
+  Objective(const detect::Detector<T>& detector, ObjectiveOptions options,
             std::shared_ptr<const Array<T, 2>> used_texels = nullptr)
-      : network_(network), options_(options), used_texels_(std::move(used_texels)) {
-    loss::require_raw_logits("objective", network.heads());
-    detect::require_class("objective", network.heads(), options.class_index);
+      : detector_(detector), options_(options), used_texels_(std::move(used_texels)) {
+    loss::require_raw_logits("objective", detector.heads());
+    detect::require_class("objective", detector.heads(), options.class_index);
   }
 
   /// Records the loss of a minibatch on the active tape and returns it.
@@ -78,10 +78,10 @@ class Objective {
     clock.end_of(&StepTimes::render);
     const auto pictures = image::over(renders, backdrops_of(views));
     clock.end_of(&StepTimes::composite);
-    const auto logits = detect::forward(network_, pictures, free_pass());
+    const auto logits = detect::forward(detector_, pictures, free_pass());
     clock.end_of(&StepTimes::detector_forward, &StepTimes::detector_backward);
     const auto adversarial =
-        loss::adversarial(network_, logits, targets_of(views), options_.kind, options_.weights);
+        loss::adversarial(detector_, logits, targets_of(views), options_.kind, options_.weights);
     const Variable<T> smoothness =
         used_texels_ ? loss::atlas_smoothness(colours, used_texels_)
                      : loss::smoothness(renders, interiors_of(views)) / static_cast<T>(views.size());
@@ -103,7 +103,7 @@ class Objective {
   /// Seconds of each stage, added up over all calls.
   [[nodiscard]] StepTimes& times() { return *times_; }
   [[nodiscard]] const ObjectiveOptions& options() const { return options_; }
-  [[nodiscard]] const detect::Network<T>& network() const { return network_; }
+  [[nodiscard]] const detect::Detector<T>& detector() const { return detector_; }
 
  private:
   /// Of each view what `part` points at, which keeps the view alive.
@@ -143,7 +143,7 @@ class Objective {
     return passes_.emplace_back(std::make_shared<detect::Pass<T>>());
   }
 
-  const detect::Network<T>& network_;
+  const detect::Detector<T>& detector_;
   ObjectiveOptions options_;
   std::shared_ptr<const Array<T, 2>> used_texels_;
   std::vector<std::shared_ptr<detect::Pass<T>>> passes_;

@@ -5,8 +5,8 @@
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/finite_logits.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/image/batch.hpp>
@@ -36,23 +36,23 @@ struct ViewResult {
 template <std::floating_point T>
 class Meter {
  public:
-  /// \param network      must outlive the meter
+  /// \param detector     must outlive the meter
   /// \param class_index  of the car
-  /// \throws DomainError if the network has no such class
-  Meter(const detect::Network<T>& network, std::size_t class_index, MeterSettings settings = {})
-      : network_(network), class_index_(class_index), settings_(std::move(settings)) {
-    detect::require_class("Meter", network.heads(), class_index);
+  /// \throws DomainError if the detector has no such class
+  Meter(const detect::Detector<T>& detector, std::size_t class_index, MeterSettings settings = {})
+      : detector_(detector), class_index_(class_index), settings_(std::move(settings)) {
+    detect::require_class("Meter", detector.heads(), class_index);
   }
 
   /// \param picture  [H, W, 3], at the size of the network's input
   /// \throws ShapeError for another size, NumericError for logits that are not finite
   [[nodiscard]] ViewResult examine(const Array<T, 3>& picture, const camouflage::View<T>& view) {
-    network_.forward(image::batch_of(picture), pass_);
+    detector_.forward(image::batch_of(picture), pass_);
     detect::require_finite_logits(pass_.logits, view.name);
     double least = settings_.confidence;
     for (const double threshold : settings_.sweep) least = std::min(least, threshold);
-    const auto kept = detect::suppress(detect::decode(network_.heads(), pass_.logits, 0, least,
-                                                      network_.input_height(), network_.input_width()),
+    const auto kept = detect::suppress(detect::decode(detector_.heads(), pass_.logits, 0, least,
+                                                      detector_.input_height(), detector_.input_width()),
                                        settings_.nms);
     ViewResult result;
     result.detections = above(settings_.confidence, kept);
@@ -80,7 +80,7 @@ class Meter {
     return {detections.begin(), std::partition_point(detections.begin(), detections.end(), is_above)};
   }
 
-  const detect::Network<T>& network_;
+  const detect::Detector<T>& detector_;
   std::size_t class_index_;
   MeterSettings settings_;
   detect::Pass<T> pass_;
