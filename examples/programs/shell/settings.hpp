@@ -129,7 +129,7 @@ template <class Settings>
 void add_json(nlohmann::ordered_json& json, Settings settings) {
   visit_settings(settings, [&](const char* name, auto& value, const char*) {
     const nlohmann::ordered_json setting = value;
-    if (std::string(name) == "decode" && setting == "") return;  // as in runs of before there was a choice
+    if (std::string(name) == "decode" && setting == "") return;  // what a manifest without a choice says
     json[name] = setting;
   });
 }
@@ -191,7 +191,7 @@ template <class Settings>
 void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
                  Settings& settings, std::vector<std::string>& differing) {
   Settings whole;
-  const auto is_left_out = [&](const char* name) {  // by runs of before there was a choice
+  const auto is_left_out = [&](const char* name) {  // by a manifest that knows no such setting
     return std::string(name) == "decode" && saved.is_object() && !saved.contains(name);
   };
   visit_settings(whole, [&](const char* name, auto& value, const char*) {

@@ -38,8 +38,7 @@ inline std::size_t drop_repeated(std::vector<std::int64_t>& ids, std::size_t fac
 ///
 /// \param face_count  faces of the mesh the list is for
 /// \throws FileError: malformed (with the line: not a whole number, 0, negative), mismatch (a number beyond
-/// the
-///         faces, or no number at all)
+///         the faces, or no number at all)
 [[nodiscard]] inline FaceList read_face_list(const std::string& path, std::size_t face_count) {
   const std::string text = read_text_file(path, std::uint64_t(1) << 28U);
   TextLines lines(text, path);

@@ -158,8 +158,8 @@ inline Label read_label(const NpzFile& file, std::size_t height, std::size_t wid
 /// float64 [8], `mask` uint8 [H, W] and `label` float64 [5].
 ///
 /// \throws FileError: malformed (damaged file); mismatch (a member is missing, has another shape or type, or
-/// holds
-///         what cannot be: values not finite, a camera in the vehicle's origin, an empty picture); limit
+///         holds what cannot be: values not finite, a camera in the vehicle's origin, an empty picture);
+///         limit
 [[nodiscard]] inline Frame read_frame(const std::string& path) {
   const NpzFile file = NpzFile::read(path);
   Frame frame;

@@ -16,9 +16,8 @@ namespace tapestry::io {
 /// Reads class names, one a line, in the order of the classes; empty lines at the end are skipped.
 ///
 /// \param class_count  how many the detector has; 0 accepts any number
-/// \throws FileError: malformed (an empty line between names, no name), mismatch (another number of names, a
-/// name
-///         twice)
+/// \throws FileError: malformed (an empty line between names, no name), mismatch (another number of names, or
+///         a name twice)
 [[nodiscard]] inline std::vector<std::string> read_class_names(const std::string& path,
                                                                std::size_t class_count = 0) {
   const std::string text = read_text_file(path, std::uint64_t(1) << 22U);

@@ -166,7 +166,7 @@ std::vector<T> NpyArray::as() const {
 ///
 /// \param origin  names the file and member in messages
 /// \throws FileError: malformed (bad header, payload shorter or longer than the shape says, pickled objects),
-///         mismatch (element type that is not a plain number), limit (shape product beyond 2^63)
+///         mismatch (element type that is not a plain number), limit (shape product beyond 2^60)
 [[nodiscard]] inline NpyArray parse_npy(std::string_view file, const std::string& origin) {
   const NpyHeader header = parse_npy_header(file, origin);
   const std::size_t item = item_size(header.type);

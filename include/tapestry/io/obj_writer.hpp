@@ -155,8 +155,7 @@ inline void require_writable_mesh(const geometry::Mesh& mesh) {
 
 /// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`. Faces keep their order.
 /// \throws FileError: write, usage (a control character in the file's name or in those of materials and
-/// groups);
-///         NumericError if a vertex is not finite
+///         groups); NumericError if a vertex is not finite
 inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
   detail::require_writable_names(path, mesh);
   detail::require_writable_mesh(mesh);

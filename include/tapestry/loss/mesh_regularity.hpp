@@ -9,8 +9,8 @@
 #include <tapestry/geometry/transform.hpp>
 #include <vector>
 
-/// What keeps a mesh well shaped while its positions are fitted: sums in double, in the order of the
-/// topology.
+/// What keeps a mesh well shaped while its positions are fitted: values are summed in double, in the order of
+/// the topology; adjoints are added up in the positions' own type.
 namespace tapestry::loss {
 namespace detail {
 

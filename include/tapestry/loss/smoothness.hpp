@@ -44,9 +44,10 @@ void smoothness_adjoint(const Render& render, const VehicleMask& mask,
 /// that touch in the atlas count as neighbours, whether or not they are on the car.
 ///
 /// \param texels  C, [H·W, channel], row by row from the top, colour in [0, 1]
-/// \param used    U, [H, W], 1 where a painted face refers to the texel and 0 elsewhere, see
-/// raster::used_texels() \returns       L in squared colour units, summed in double \throws ShapeError if
-/// texels has not H·W rows
+/// \param used    U, [H, W], 1 where a painted face refers to the texel and 0 elsewhere, as
+///                raster::used_texels() finds
+/// \returns       L in squared colour units, summed in double
+/// \throws ShapeError if texels has not H·W rows
 template <Mask Texels, Mask UsedTexels>
 [[nodiscard]] auto atlas_smoothness(const Texels& texels, const UsedTexels& used) {
   return static_cast<typename Texels::value_type>(
