@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/convolution.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
 
 namespace tapestry::nn {
@@ -11,6 +12,7 @@ template <std::floating_point T>
   static const OperatorTable<T> table = [] {
     OperatorTable<T> all;
     add_pass_on(all);
+    add_convolution(all);
     return all;
   }();
   return table;

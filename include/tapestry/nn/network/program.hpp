@@ -44,7 +44,8 @@ template <std::floating_point T>
 struct Program {
   std::vector<ProgramValue> values{};
   std::vector<ProgramStep<T>> steps{};
-  std::vector<T> constants{};  ///< values of all constants that steps read, one behind the other
+  std::vector<T>
+      constants{};  ///< values of all constants that steps read, one behind the other, and a few zeros
   std::vector<std::size_t> inputs{};
   std::vector<std::size_t> outputs{};
   std::vector<WeightBlock> weights{};

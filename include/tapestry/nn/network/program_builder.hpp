@@ -46,10 +46,13 @@ class ProgramBuilder {
     if (!problems_.empty()) refuse();
     for (const std::string& name : description_.outputs)
       program_.outputs.push_back(value_of(name, known_.at(name), false, shape_of(known_.at(name)).size()));
+    program_.constants.resize(program_.constants.size() + readable_past_end, T(0));
     return std::move(program_);
   }
 
  private:
+  static constexpr std::size_t readable_past_end = 32;  ///< values, of at least 128 bytes
+
   /// What is known of a named value: a constant, or where the program has it in either layout.
   struct Known {
     const Constant* constant = nullptr;
@@ -133,6 +136,7 @@ class ProgramBuilder {
     OperatorContext context(node, description_.opset, std::move(operands), is_last);
     ProgramStep<T> step{kind.make(context), {}, {}, label_of(node)};
     context.require_all_asked();
+    for (const auto& result : step.operation->results()) require_room(result.shape);
     for (std::size_t i = 0; i < node.inputs.size(); ++i) {
       const std::string& input = node.inputs[i];
       const bool is_data = is_last && i < kind.data_inputs;
@@ -142,6 +146,16 @@ class ProgramBuilder {
     note_weights(step);
     for (std::size_t i = 0; i < node.outputs.size(); ++i) add_output(node.outputs[i], i, is_last, step);
     program_.steps.push_back(std::move(step));
+  }
+
+  static void require_room(const Shape& shape) {
+    constexpr std::size_t most = std::size_t(1) << 32U;  // elements
+    std::size_t count = 1;
+    for (const std::size_t extent : shape) {
+      if (extent > 0 && count > most / extent)
+        throw ShapeError("a result " + tapestry::detail::to_text(shape) + " is too large");
+      count *= extent;
+    }
   }
 
   void add_output(const std::string& name, std::size_t i, bool is_last, ProgramStep<T>& step) {

@@ -1,0 +1,67 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <tapestry/nn/convolution_geometry.hpp>
+#include <tapestry/nn/engine.hpp>
+#include <tapestry/nn/packed_convolution.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// Weights of one convolution, [filter, channel of its group, row tap, column tap], which are packed for the
+/// kernels when they are first needed. Several threads may ask at once.
+template <std::floating_point T>
+class ConvolutionWeights {
+ public:
+  explicit ConvolutionWeights(const ConvolutionShape& shape) : shape_(shape) {}
+
+  [[nodiscard]] const ConvolutionShape& shape() const { return shape_; }
+
+  /// From now on these, which must stay where they are, unchanged.
+  void set(const T* weights) {
+    weights_ = weights;
+    convolution_.reset();
+    adjoint_.reset();
+  }
+
+  [[nodiscard]] const PackedConvolution<T>& convolution() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!convolution_)
+      convolution_ = std::make_unique<PackedConvolution<T>>(
+          pack_convolution<T>(shape_, [this](std::size_t i) { return weights_[i]; }));
+    return *convolution_;
+  }
+  [[nodiscard]] const std::vector<PackedConvolution<T>>& adjoint() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!adjoint_)
+      adjoint_ = std::make_unique<std::vector<PackedConvolution<T>>>(
+          pack_convolution_adjoint<T>(shape_, [this](std::size_t i) { return weights_[i]; }));
+    return *adjoint_;
+  }
+
+ private:
+  ConvolutionShape shape_;
+  const T* weights_ = nullptr;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<PackedConvolution<T>> convolution_;
+  mutable std::unique_ptr<std::vector<PackedConvolution<T>>> adjoint_;
+};
+
+/// in_adjoint (+)= the adjoint of a convolution, to out_adjoint.
+/// \param is_fresh  in_adjoint is not initialised
+template <std::floating_point T>
+void convolve_adjoint(Engine engine, const ConvolutionWeights<T>& weights, std::size_t images,
+                      const T* out_adjoint, bool is_fresh, T* in_adjoint) {
+  const ConvolutionShape& shape = weights.shape();
+  const bool writes = is_fresh && adjoint_covers_input(shape);
+  if (is_fresh && !writes) std::fill_n(in_adjoint, images * shape.in_size(), T(0));
+  Epilogue<T> end{};
+  end.adds = !writes;
+  for (const auto& part : weights.adjoint())
+    convolve<T>(engine, part, images, out_adjoint, end, in_adjoint, shape.in_size());
+}
+
+}  // namespace tapestry::nn

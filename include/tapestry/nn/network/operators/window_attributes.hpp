@@ -1,0 +1,131 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/nn/convolution_geometry.hpp>
+#include <tapestry/nn/network/operator_context.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// The attributes of a window that slides over a picture, for rows and columns: what convolutions and
+/// poolings share. Source: onnx.ai, Operators.md, Conv and MaxPool.
+struct WindowAttributes {
+  enum class AutoPad { notset, same_upper, same_lower, valid };
+  using Pair = std::array<std::size_t, 2>;
+
+  Pair taps{1, 1};
+  Pair strides{1, 1};
+  Pair dilations{1, 1};
+  Pair before{0, 0};  ///< zeros at the top and left
+  Pair after{0, 0};   ///< zeros at the bottom and right
+  AutoPad auto_pad = AutoPad::notset;
+
+  /// Inputs from the first tap to the last.
+  [[nodiscard]] std::size_t reach(std::size_t axis) const { return (taps[axis] - 1) * dilations[axis] + 1; }
+};
+
+/// \throws DomainError unless operand 0 is a batch of pictures, stored [N, H, W, C], none of them empty
+[[nodiscard]] inline const Shape& picture_shape(const OperatorContext& context) {
+  const Shape& shape = context.input(0).shape;
+  if (!context.channels_last())
+    throw DomainError("input 0 is " + tapestry::detail::to_text(shape) +
+                      "; only pictures, [N, C, H, W], are supported");
+  if (size_of(shape) == 0) throw ShapeError("input 0 is empty");
+  return shape;
+}
+
+namespace detail {
+/// Numbers of a window beyond this are taken for nonsense.
+inline constexpr std::int64_t largest_window = std::int64_t(1) << 20U;
+
+inline void read_extents(OperatorContext& context, const char* name, std::int64_t least, std::size_t count,
+                         std::size_t* to) {
+  const auto values = context.integers(name);
+  if (values.empty()) return;
+  if (values.size() != count)
+    throw DomainError("attribute " + in_quotes(name) + " has " + std::to_string(values.size()) +
+                      " values, expected " + std::to_string(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    if (values[i] < least || values[i] > largest_window)
+      throw DomainError("attribute " + in_quotes(name) + " is out of range: " + std::to_string(values[i]));
+    to[i] = static_cast<std::size_t>(values[i]);
+  }
+}
+
+[[nodiscard]] inline WindowAttributes::AutoPad read_auto_pad(OperatorContext& context) {
+  using AutoPad = WindowAttributes::AutoPad;
+  const std::string name = context.text("auto_pad", "NOTSET");
+  if (name == "NOTSET" || name.empty()) return AutoPad::notset;
+  if (name == "SAME_UPPER") return AutoPad::same_upper;
+  if (name == "SAME_LOWER") return AutoPad::same_lower;
+  if (name == "VALID") return AutoPad::valid;
+  throw DomainError("attribute 'auto_pad' is " + in_quotes(name));
+}
+}  // namespace detail
+
+/// \param taps  of the weights, or {0, 0} where kernel_shape has to tell them
+[[nodiscard]] inline WindowAttributes window_attributes(OperatorContext& context,
+                                                        WindowAttributes::Pair taps = {0, 0}) {
+  WindowAttributes window;
+  window.taps = taps;
+  detail::read_extents(context, "kernel_shape", 1, 2, window.taps.data());
+  if (taps[0] != 0 && window.taps != taps)
+    throw DomainError("attribute 'kernel_shape' is " + tapestry::detail::to_text(window.taps) +
+                      ", but the weights have " + tapestry::detail::to_text(taps));
+  if (window.taps[0] == 0 || window.taps[1] == 0) throw DomainError("there is no 'kernel_shape'");
+  detail::read_extents(context, "strides", 1, 2, window.strides.data());
+  detail::read_extents(context, "dilations", 1, 2, window.dilations.data());
+  std::array<std::size_t, 4> pads{};
+  detail::read_extents(context, "pads", 0, 4, pads.data());
+  window.auto_pad = detail::read_auto_pad(context);
+  if (window.auto_pad != WindowAttributes::AutoPad::notset) return window;
+  window.before = {pads[0], pads[1]};
+  window.after = {pads[2], pads[3]};
+  return window;
+}
+
+/// Sets the zeros that make an axis of `input` values one of ⌈input / stride⌉ outputs, and returns those.
+inline std::size_t pad_same(WindowAttributes& window, std::size_t axis, std::size_t input) {
+  const std::size_t stride = window.strides[axis];
+  const std::size_t output = (input + stride - 1) / stride;
+  const std::size_t needed = (output - 1) * stride + window.reach(axis);
+  const std::size_t zeros = needed > input ? needed - input : 0;
+  const bool is_upper = window.auto_pad == WindowAttributes::AutoPad::same_upper;
+  window.before[axis] = is_upper ? zeros / 2 : zeros - zeros / 2;
+  window.after[axis] = zeros - window.before[axis];
+  return output;
+}
+
+/// The window along one axis of `input` values.
+/// \param rounds_up  a last window that reaches beyond the zeros counts if it begins inside or before them
+/// \throws ShapeError if there is no room for a single window
+[[nodiscard]] inline AxisWindow axis_window(WindowAttributes& window, std::size_t axis, std::size_t input,
+                                            bool rounds_up = false) {
+  using AutoPad = WindowAttributes::AutoPad;
+  const std::size_t stride = window.strides[axis];
+  std::size_t output = 0;
+  if (window.auto_pad == AutoPad::same_upper || window.auto_pad == AutoPad::same_lower) {
+    output = pad_same(window, axis, input);
+  } else {
+    const std::size_t padded = input + window.before[axis] + window.after[axis];
+    if (padded < window.reach(axis))
+      throw ShapeError("a window of " + std::to_string(window.reach(axis)) + " does not fit into " +
+                       std::to_string(padded) + (axis == 0 ? " rows" : " columns"));
+    const std::size_t room = padded - window.reach(axis);
+    output = (rounds_up ? (room + stride - 1) / stride : room / stride) + 1;
+    if (rounds_up && (output - 1) * stride >= input + window.before[axis]) --output;
+  }
+  return {input,
+          output,
+          window.taps[axis],
+          stride,
+          window.dilations[axis],
+          static_cast<std::ptrdiff_t>(window.before[axis])};
+}
+
+}  // namespace tapestry::nn
