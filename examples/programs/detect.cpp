@@ -38,7 +38,7 @@ void describe(CLI::App& app, Options& options) {
                "print a JSON array; boxes in pixels of the image, x and y the top left corner");
   app.add_option("--annotate", options.annotate,
                  "folder for copies of the pictures with the boxes drawn in; none when left out");
-  app.add_option("IMAGE", options.images, "PNG pictures or frames (.npz)")->required();
+  app.add_option("IMAGE", options.images, "PNG or JPEG pictures, or frames (.npz)")->required();
 }
 
 Array<std::uint8_t, 3> read_picture(const std::string& path) {

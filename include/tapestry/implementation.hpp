@@ -7,6 +7,7 @@
 #include <tapestry/io/implementation/png.hpp>  // first, for it must see stb before anyone else
 
 #include <tapestry/io/implementation/glb.hpp>
+#include <tapestry/io/implementation/jpeg.hpp>
 #include <tapestry/io/implementation/safetensors.hpp>
 
 #if defined(TAPESTRY_EXTERN_KERNELS)

@@ -130,6 +130,7 @@
 #include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/jpeg_file.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/names_file.hpp>

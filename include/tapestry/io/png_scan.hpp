@@ -91,7 +91,7 @@ class PngScan {
     if (file_.starts_with("#?"sv)) found = "an HDR image";
     if (file_.size() > 2 && file_[0] == 'P' && file_[1] >= '1' && file_[1] <= '7') found = "a PNM image";
     if (file_.starts_with("\x89PNG"sv)) found = "a PNG damaged by a text transfer";
-    fail(0, "only PNG pictures are read", "a PNG",
+    fail(0, "not a picture of a kind that is read here", "a PNG or a JPEG",
          file_.empty()   ? "0 bytes"
          : found.empty() ? "other bytes"
                          : found);

@@ -1,0 +1,33 @@
+#pragma once
+/// \file
+/// The compiled part of jpeg_file.hpp: libjpeg-turbo, where TAPESTRY_JPEG says that the program links it.
+#include <string>
+#include <string_view>
+#include <tapestry/io/jpeg_file.hpp>
+#if defined(TAPESTRY_JPEG)
+#include <turbojpeg.h>
+
+#include <memory>
+#endif
+
+namespace tapestry::io::detail {
+
+#if defined(TAPESTRY_JPEG)
+std::string decode_jpeg(std::string_view file, std::size_t height, std::size_t width, std::uint8_t* pixels) {
+  const auto close = [](void* decoder) { tjDestroy(decoder); };
+  const std::unique_ptr<void, decltype(close)> decoder(tjInitDecompress(), close);
+  if (decoder == nullptr) return "no memory for its decoder";
+  // A picture that is cut or damaged is only a warning to the library, which paints what is missing grey.
+  const int flags = TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
+  const int status = tjDecompress2(decoder.get(), reinterpret_cast<const unsigned char*>(file.data()),
+                                   static_cast<unsigned long>(file.size()), pixels, static_cast<int>(width),
+                                   0, static_cast<int>(height), TJPF_RGB, flags);
+  return status == 0 ? std::string() : tjGetErrorStr2(decoder.get());
+}
+#else
+std::string decode_jpeg(std::string_view, std::size_t, std::size_t, std::uint8_t*) {
+  return "built without libjpeg-turbo";
+}
+#endif
+
+}  // namespace tapestry::io::detail

@@ -1,0 +1,192 @@
+#include <tapestry/io/image_file.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/random.hpp>
+#include <vector>
+#if defined(TAPESTRY_JPEG)
+#include <turbojpeg.h>
+#endif
+
+#include "../support/catch.hpp"
+#include "../support/refusal.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+using tapestry::ErrorKind;
+using tapestry::test::check_refused;
+
+namespace {
+using Picture = tapestry::Array<std::uint8_t, 3>;
+using namespace std::string_literals;
+
+/// Smooth, so that a JPEG keeps it within a few levels, and different in every corner.
+Picture smooth_picture(std::size_t height, std::size_t width) {
+  Picture picture(tapestry::Extents<3>{height, width, 3});
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0; x < width; ++x) {
+      picture(y, x, 0) = static_cast<std::uint8_t>(250 * y / height);
+      picture(y, x, 1) = static_cast<std::uint8_t>(250 * x / width);
+      picture(y, x, 2) = static_cast<std::uint8_t>(60 + 100 * (x + y) / (width + height));
+    }
+  return picture;
+}
+
+/// An EXIF segment that says nothing but the orientation.
+std::string exif_segment(int orientation, bool is_little) {
+  const auto number = [&](int value, int bytes) {
+    std::string text;
+    for (int i = 0; i < bytes; ++i)
+      text.push_back(static_cast<char>(value >> 8 * (is_little ? i : bytes - 1 - i)));
+    return text;
+  };
+  const std::string tiff = (is_little ? "II"s : "MM"s) + number(42, 2) + number(8, 4) + number(1, 2) +
+                           number(0x0112, 2) + number(3, 2) + number(1, 4) + number(orientation, 2) +
+                           number(0, 2) + number(0, 4);
+  const std::string content = "Exif\0\0"s + tiff;
+  const std::size_t length = content.size() + 2;
+  return "\xff\xe1"s + static_cast<char>(length >> 8U) + static_cast<char>(length & 0xFFU) + content;
+}
+
+std::string frame_header(int marker, int bits, int height, int width, int channels) {
+  std::string content;
+  content.push_back(static_cast<char>(bits));
+  for (const int extent : {height, width}) {
+    content.push_back(static_cast<char>(extent >> 8));
+    content.push_back(static_cast<char>(extent & 0xFF));
+  }
+  content.push_back(static_cast<char>(channels));
+  return "\xff\xd8\xff"s + static_cast<char>(marker) + "\0"s + static_cast<char>(content.size() + 2) +
+         content;
+}
+}  // namespace
+
+TEST_CASE("JPEGs that are not read are refused by their header", "[io][jpeg][bad_input]") {
+  const struct {
+    const char* label;
+    std::string file;
+    ErrorKind kind;
+    const char* text;
+  } rows[] = {
+      {"I06 cut", "\xff\xd8\xff\xdb", ErrorKind::malformed, "a.jpg:@4: JPEG ends before its picture data"},
+      {"I06 length", "\xff\xd8\xff\xdb\xff\xff", ErrorKind::malformed, "JPEG segment is cut"},
+      {"I06 marker", "\xff\xd8\xff\xdb\0\2xx"s, ErrorKind::malformed, "does not begin with a marker"},
+      {"I06 no frame", "\xff\xd8\xff\xda\0\2"s, ErrorKind::malformed, "no frame header"},
+      {"I06 end", "\xff\xd8\xff\xd9"s, ErrorKind::malformed, "JPEG ends before its picture data"},
+      {"I06 lossless", frame_header(0xC3, 8, 4, 4, 3), ErrorKind::malformed, "found frame type 3"},
+      {"I06 arithmetic", frame_header(0xC9, 8, 4, 4, 3), ErrorKind::malformed, "found frame type 9"},
+      {"I06 bits", frame_header(0xC1, 12, 4, 4, 3), ErrorKind::malformed, "expected 8, found 12"},
+      {"I06 no rows", frame_header(0xC0, 8, 0, 4, 3), ErrorKind::malformed, "no extent"},
+      {"I06 cut frame", "\xff\xd8\xff\xc0\0\3\10"s, ErrorKind::malformed, "frame header is cut"},
+      {"I06 large", frame_header(0xC0, 8, 60000, 60000, 3), ErrorKind::limit, "found 60000 x 60000"},
+      {"I11 CMYK", frame_header(0xC0, 8, 4, 4, 4), ErrorKind::malformed, "found 4 (CMYK)"},
+  };
+  const tapestry::test::TemporaryFolder folder;
+  for (const auto& row : rows) {
+    INFO(row.label);
+    const std::string path = folder.write("a.jpg", row.file);
+    check_refused(row.kind, row.text, [&] { (void)io::read_image(path); });
+    check_refused(ErrorKind::malformed, "expected a PNG, found a JPEG", [&] { (void)io::read_mask(path); });
+  }
+}
+
+TEST_CASE("an EXIF block that makes no sense turns nothing", "[io][jpeg]") {
+  for (const std::string& tiff : {""s, "II"s, "XX*\0"s, "II*\0\xff\xff\xff\xff"s, "MM\0*\0\0\0\10\0\1"s})
+    CHECK(io::detail::ExifReader(tiff).orientation() == 1);
+  const std::string nine = exif_segment(9, true);
+  CHECK(io::detail::ExifReader(std::string_view(nine).substr(10)).orientation() == 1);
+}
+
+TEST_CASE("eight orientations are turned upright", "[io][jpeg]") {
+  Picture stored(tapestry::Extents<3>{2, 3, 3});  // 0 1 2 / 3 4 5
+  for (std::size_t i = 0; i < stored.size(); ++i) stored.data()[i] = static_cast<std::uint8_t>(i / 3);
+  const std::vector<std::vector<int>> expected{{0, 1, 2, 3, 4, 5}, {2, 1, 0, 5, 4, 3}, {5, 4, 3, 2, 1, 0},
+                                               {3, 4, 5, 0, 1, 2}, {0, 3, 1, 4, 2, 5}, {3, 0, 4, 1, 5, 2},
+                                               {5, 2, 4, 1, 3, 0}, {2, 5, 1, 4, 0, 3}};
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const Picture upright = io::turned_upright(stored, orientation);
+    CHECK(upright.shape(0) == (orientation >= 5 ? 3 : 2));
+    std::vector<int> values;
+    for (std::size_t i = 0; i < upright.size(); i += 3) values.push_back(upright.data()[i]);
+    CHECK(values == expected[static_cast<std::size_t>(orientation - 1)]);
+  }
+}
+
+#if defined(TAPESTRY_JPEG)
+namespace {
+std::string jpeg_of(const Picture& picture, int flags = 0, int sampling = TJSAMP_444) {
+  const tjhandle encoder = tjInitCompress();
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  REQUIRE(tjCompress2(encoder, picture.data(), static_cast<int>(picture.shape(1)), 0,
+                      static_cast<int>(picture.shape(0)), TJPF_RGB, &bytes, &size, sampling, 95, flags) == 0);
+  std::string file(reinterpret_cast<const char*>(bytes), size);
+  tjFree(bytes);
+  tjDestroy(encoder);
+  return file;
+}
+
+int largest_difference(const Picture& a, const Picture& b) {
+  REQUIRE(a.shape() == b.shape());
+  int largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    largest = std::max(largest, std::abs(int(a.data()[i]) - int(b.data()[i])));
+  return largest;
+}
+}  // namespace
+
+TEST_CASE("a JPEG shows what was put into it, baseline or progressive, colour or grey", "[io][jpeg]") {
+  // At quality 95 the coarsest steps of a coefficient are 10 and 12 levels; chroma shared by pixels adds to
+  // that.
+  const Picture picture = smooth_picture(37, 53);
+  const tapestry::test::TemporaryFolder folder;
+  for (const int flags : {0, TJFLAG_PROGRESSIVE})
+    for (const int sampling : {TJSAMP_444, TJSAMP_422, TJSAMP_420}) {
+      const Picture read = io::read_image(folder.write("a.png", jpeg_of(picture, flags, sampling)));
+      CHECK(largest_difference(read, picture) <= (sampling == TJSAMP_444 ? 8 : 12));
+    }
+  const Picture grey = io::parse_jpeg(jpeg_of(picture, 0, TJSAMP_GRAY), "grey.jpg");
+  for (std::size_t i = 0; i < grey.size(); i += 3) CHECK(grey.data()[i] == grey.data()[i + 2]);
+}
+
+TEST_CASE("a photograph taken on its side is read upright", "[io][jpeg]") {
+  const std::string plain = jpeg_of(smooth_picture(24, 40));
+  const Picture stored = io::parse_jpeg(plain, "a.jpg");
+  for (const bool is_little : {true, false})
+    for (int orientation = 1; orientation <= 8; ++orientation) {
+      const std::string tagged = plain.substr(0, 2) + exif_segment(orientation, is_little) + plain.substr(2);
+      const Picture read = io::parse_jpeg(tagged, "a.jpg");
+      CHECK(read.shape(0) == (orientation >= 5 ? 40 : 24));
+      CHECK(largest_difference(read, io::turned_upright(stored, orientation)) == 0);
+    }
+}
+
+TEST_CASE("every cut of a JPEG is refused", "[io][jpeg][bad_input]") {
+  for (const int flags : {0, TJFLAG_PROGRESSIVE}) {
+    const std::string good = jpeg_of(smooth_picture(16, 16), flags);
+    INFO("I07, progressive: " << (flags != 0));
+    for (std::size_t length = 3; length + 2 < good.size(); ++length)
+      check_refused(ErrorKind::malformed, "a.jpg",
+                    [&] { (void)io::parse_jpeg(good.substr(0, length), "a.jpg"); });
+  }
+}
+
+TEST_CASE("a JPEG with changed bytes is read or refused, and nothing worse", "[io][jpeg][bad_input]") {
+  const std::string good = jpeg_of(smooth_picture(16, 16), TJFLAG_PROGRESSIVE);
+  tapestry::Random random(1);
+  std::size_t refused = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::string file = good;
+    for (int change = 0; change < 3; ++change)
+      file[3 + static_cast<std::size_t>(random.uniform(0, 1) * static_cast<double>(file.size() - 4))] =
+          static_cast<char>(random.uniform(0, 256));
+    try {
+      (void)io::parse_jpeg(file, "a.jpg");
+    } catch (const tapestry::FileError&) {
+      ++refused;
+    }
+  }
+  CHECK(refused > 100);
+}
+#endif
