@@ -179,8 +179,9 @@ class NetworkPass {
       input_adjoints.push_back(
           {&shape, wants(program, use, step, i) ? goal_of(program, step, i, is_fresh[i]) : nullptr});
     }
-    step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
-                             std::span(is_fresh.get(), step.inputs.size()), states_[s], engine});
+    if (std::ranges::any_of(input_adjoints, [](const auto& wanted) { return wanted.is_there(); }))
+      step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
+                               std::span(is_fresh.get(), step.inputs.size()), states_[s], engine});
     for (const std::size_t value : step.outputs) workspace_.give(std::move(adjoints_[value]));
   }
 
@@ -192,8 +193,7 @@ class NetworkPass {
     if (goals_[value] != nullptr) return goals_[value];
     if (adjoints_[value].empty()) {
       adjoints_[value] = workspace_.take(size_of(program.values[value].shape));
-      const auto first = std::ranges::find(step.inputs, value) - step.inputs.begin();
-      is_fresh = static_cast<std::size_t>(first) == i;
+      is_fresh = true;  // for the first of the operands that are this value
     }
     return adjoints_[value].data();
   }

@@ -81,8 +81,9 @@ class Operation {
 
   virtual void forward(const ForwardCall<T>& call) const = 0;
 
-  /// Adds (∂outputs/∂inputs)ᵀ · output_adjoints to the input adjoints that are wanted, or writes those that
-  /// are fresh. Operations whose results do not depend smoothly on anything leave it out.
+  /// Adds (∂outputs/∂inputs)ᵀ · output_adjoints to the input adjoints that are wanted, of which there is one
+  /// at least, or writes those that are fresh. Operations whose results do not depend smoothly on anything
+  /// leave it out.
   virtual void adjoint(const AdjointCall<T>& /*call*/) const {}
   [[nodiscard]] virtual AdjointReads adjoint_reads() const { return {}; }
   /// What it reads beside those where adjoints of constant weights are wanted, too.

@@ -1,8 +1,11 @@
 #pragma once
 #include <concepts>
 #include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/binary.hpp>
 #include <tapestry/nn/network/operators/convolution.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
+#include <tapestry/nn/network/operators/unary.hpp>
+#include <tapestry/nn/network/operators/variadic.hpp>
 
 namespace tapestry::nn {
 
@@ -13,6 +16,9 @@ template <std::floating_point T>
     OperatorTable<T> all;
     add_pass_on(all);
     add_convolution(all);
+    add_unary_operators(all);
+    add_binary_operators(all);
+    add_variadic_operators(all);
     return all;
   }();
   return table;

@@ -21,46 +21,48 @@ template <std::size_t Count, class Body>
 }
 
 /// Calls body(i) for i < count, likewise. Most run in loops of constant length, which compilers make loops of
-/// vectors even where they optimise little.
-template <class Body>
+/// vectors even where they optimise little; with groups of 16 alone they take a third of the time to compile
+/// where bodies are long.
+template <std::size_t Largest = 64, class Body>
 [[gnu::always_inline]] inline void plain_block(std::size_t count, const Body& body) {
   std::size_t first = 0;
-  for (; first + 64 <= count; first += 64) plain_group<64>(first, body);
+  if constexpr (Largest == 64)
+    for (; first + 64 <= count; first += 64) plain_group<64>(first, body);
   for (; first + 16 <= count; first += 16) plain_group<16>(first, body);
   for (; first < count; ++first) body(first);
 }
 
 // Sanitizers make these loops large and slow to compile, and look at all memory in the plain one as well.
 #if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
-template <class Body>
+template <std::size_t Largest, class Body>
 [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma"), gnu::noinline]] void avx512_block(std::size_t count,
                                                                                        const Body& body) {
   const Body own = body;
-  plain_block(count, own);
+  plain_block<Largest>(count, own);
 }
-template <class Body>
+template <std::size_t Largest, class Body>
 [[gnu::target("avx2,fma"), gnu::noinline]] void avx2_block(std::size_t count, const Body& body) {
   const Body own = body;
-  plain_block(count, own);
+  plain_block<Largest>(count, own);
 }
 
 /// plain_block() in the best instructions that this processor has, whatever the program was compiled for. A
 /// product and the sum that it goes into may be rounded once, so that last bits differ among processors.
-template <class Body>
+template <std::size_t Largest = 64, class Body>
 inline void for_block(std::size_t count, const Body& body) {
   switch (instruction_set()) {
     case InstructionSet::avx512:
-      return avx512_block(count, body);
+      return avx512_block<Largest>(count, body);
     case InstructionSet::avx2:
-      return avx2_block(count, body);
+      return avx2_block<Largest>(count, body);
     default:
-      plain_block(count, body);
+      plain_block<Largest>(count, body);
   }
 }
 #else
-template <class Body>
+template <std::size_t Largest = 64, class Body>
 inline void for_block(std::size_t count, const Body& body) {
-  plain_block(count, body);
+  plain_block<Largest>(count, body);
 }
 #endif
 
