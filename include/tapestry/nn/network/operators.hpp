@@ -1,9 +1,12 @@
 #pragma once
 #include <concepts>
 #include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/average_pool.hpp>
 #include <tapestry/nn/network/operators/binary.hpp>
 #include <tapestry/nn/network/operators/convolution.hpp>
+#include <tapestry/nn/network/operators/max_pool.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
+#include <tapestry/nn/network/operators/resize.hpp>
 #include <tapestry/nn/network/operators/unary.hpp>
 #include <tapestry/nn/network/operators/variadic.hpp>
 
@@ -19,6 +22,9 @@ template <std::floating_point T>
     add_unary_operators(all);
     add_binary_operators(all);
     add_variadic_operators(all);
+    add_max_pool(all);
+    add_average_pool(all);
+    add_resize(all);
     return all;
   }();
   return table;

@@ -1,0 +1,126 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/pooling_plan.hpp>
+#include <tapestry/nn/pooling.hpp>
+#include <utility>
+
+namespace tapestry::nn {
+
+/// MaxPool and GlobalMaxPool. What lies outside counts as −∞; of equal values the first in reading order
+/// gets the adjoint, and NaN counts as larger than everything.
+template <std::floating_point T>
+class MaxPool : public Operation<T> {
+ public:
+  explicit MaxPool(PoolingPlan plan)
+      : Operation<T>({{plan.out_shape(), ElementType::floating}}), plan_(std::move(plan)) {}
+
+  void forward(const ForwardCall<T>& call) const override {
+    const T* const in = call.inputs[0].values;
+    T* const out = call.outputs[0].values;
+    Position<T>* choice = nullptr;
+    if (call.keeps) {
+      call.state.choices.resize(plan_.images * plan_.out_size());
+      choice = call.state.choices.data();
+    }
+    const bool touches = plan_.rows.spacing == 1 && plan_.columns.spacing == 1;
+    if (!touches) return pool_spaced(in, out, choice);
+    if (choice == nullptr && plan_.rows.taps > 1 && plan_.columns.taps > 3) return pool_by_axis(in, out);
+    pool(in, out, choice);
+  }
+
+  void adjoint(const AdjointCall<T>& call) const override {
+    PoolingShape shape;
+    shape.in_height = plan_.rows.input;
+    shape.in_width = plan_.columns.input;
+    shape.out_height = plan_.rows.output;
+    shape.out_width = plan_.columns.output;
+    shape.channels = plan_.channels;
+    max_pool_adjoint(shape, plan_.images, call.state.choices.data(), call.output_adjoints[0].values,
+                     call.accumulate(0));
+  }
+
+ private:
+  [[nodiscard]] Position<T> position(std::size_t in) const {
+    return static_cast<Position<T>>(in % plan_.in_size() / plan_.channels);
+  }
+
+  void pool(const T* in, T* out, Position<T>* choice) const {
+    plan_.for_each_output(
+        [&](std::size_t first, std::size_t to, const WindowTaps& row, const WindowTaps& column) {
+          kernels<T>().max_pool_pixel({in + first, row.count, column.count, plan_.row_size(), plan_.channels,
+                                       position(first), plan_.columns.input, out + to,
+                                       choice == nullptr ? nullptr : choice + to});
+        });
+  }
+
+  /// First along rows, then along columns of what that gives: fewer comparisons for large windows.
+  void pool_by_axis(const T* in, T* out) const {
+    static thread_local Buffer<T> kept;
+    Buffer<T>& rows = kept;  // this thread's, whichever threads run the tasks
+    const std::size_t channels = plan_.channels, row_size = plan_.columns.output * channels;
+    rows.resize(plan_.images * plan_.rows.input * row_size);
+    parallel_for(plan_.images * plan_.rows.input, [&](std::size_t row) {
+      for (std::size_t x = 0; x < plan_.columns.output; ++x) {
+        const WindowTaps& window = plan_.column_windows[x];
+        kernels<T>().max_pool_pixel({in + row * plan_.row_size() + window.first * channels, 1, window.count,
+                                     0, channels, 0, 0, rows.data() + row * row_size + x * channels,
+                                     nullptr});
+      }
+    });
+    parallel_for(plan_.images * plan_.rows.output, [&](std::size_t task) {
+      const WindowTaps& window = plan_.row_windows[task % plan_.rows.output];
+      const T* first = rows.data() + (task / plan_.rows.output * plan_.rows.input + window.first) * row_size;
+      // a whole row of pixels as if it were one, with many channels
+      kernels<T>().max_pool_pixel(
+          {first, window.count, 1, row_size, row_size, 0, 0, out + task * row_size, nullptr});
+    });
+  }
+
+  void pool_spaced(const T* in, T* out, Position<T>* choice) const {
+    plan_.for_each_output(
+        [&](std::size_t first, std::size_t to, const WindowTaps& row, const WindowTaps& column) {
+          for (std::size_t c = 0; c < plan_.channels; ++c) {
+            std::size_t best = first;
+            plan_.for_each_tap(first, row, column, [&](std::size_t tap) {
+              const T value = in[tap + c], largest = in[best + c];
+              if (value > largest || (value != value && largest == largest)) best = tap;
+            });
+            out[to + c] = in[best + c];
+            if (choice != nullptr) choice[to + c] = position(best);
+          }
+        });
+  }
+
+  PoolingPlan plan_;
+};
+
+/// A window that takes in a whole picture. \throws as picture_shape()
+[[nodiscard]] inline PoolingPlan plan_global_pooling(const OperatorContext& context) {
+  const Shape& picture = picture_shape(context);
+  PoolingPlan plan;
+  plan.images = picture[0];
+  plan.channels = picture[3];
+  plan.rows = {picture[1], 1, picture[1], 1, 1, 0};
+  plan.columns = {picture[2], 1, picture[2], 1, 1, 0};
+  plan.row_windows = {{0, picture[1], picture[1]}};
+  plan.column_windows = {{0, picture[2], picture[2]}};
+  return plan;
+}
+
+/// MaxPool without the result Indices, and GlobalMaxPool.
+template <std::floating_point T>
+void add_max_pool(OperatorTable<T>& table) {
+  table["MaxPool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+                        context.ignore("storage_order");  // of Indices
+                        return std::make_unique<MaxPool<T>>(plan_pooling(context, false));
+                      }};
+  table["GlobalMaxPool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+                              return std::make_unique<MaxPool<T>>(plan_global_pooling(context));
+                            }};
+}
+
+}  // namespace tapestry::nn
