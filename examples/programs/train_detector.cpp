@@ -79,11 +79,13 @@ void initialise(detect::Network<float>& network, std::uint64_t seed) {
   Random random(seed);
   network.initialise(random);
   const auto& layers = network.config().layers;
+  auto head = network.heads().begin();
   for (std::size_t i = 1; i < layers.size(); ++i) {
     if (layers[i].kind != detect::LayerKind::yolo) continue;
-    for (std::size_t anchor = 0; anchor < layers[i].anchors.size(); ++anchor)
-      network.parameters()[network.layout().layers[i - 1].bias + anchor * (5 + layers[i].classes) +
-                           loss::objectness_channel] = -4.6F;
+    for (std::size_t anchor = 0; anchor < head->anchor_count(); ++anchor)
+      network.parameters()[network.layout().layers[i - 1].bias + anchor * head->candidate_channel_count() +
+                           head->objectness_channel().value()] = -4.6F;
+    ++head;
   }
 }
 

@@ -15,7 +15,7 @@ int main() {
       image::batch_of(image::letterboxed(photograph, network.input_height(), network.input_width(), 0.5F)));
   Variable<float> score = 0;  // the largest objectness · class of all candidates
   for (const auto& head : detect::decode(network, detect::forward(network, picture))) {
-    const ArrayVariable<float, 3> scores = broadcast(head.objectness, head.classes.shape()) * head.classes;
+    const ArrayVariable<float, 3> scores = detect::confidences(head);
     score = max(score, element(largest_along(largest_along(scores, 2), 1), {0}));
   }
   tape.reverse(score);

@@ -70,8 +70,10 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
+#include <tapestry/detect/bin_distribution.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/decode_family.hpp>

@@ -18,24 +18,35 @@ using tapestry::test::random_array;
 namespace {
 constexpr std::size_t height = 64, width = 96;
 
-detect::Head head_of(DecodeFamily family) { return {3, 2, 3, {{{10.0, 20.0}}, {{30.0, 16.0}}}, 1.2, family}; }
+detect::Head head_of(DecodeFamily family) {
+  detect::Head head{3, 2, 3, {{{10.0, 20.0}}, {{30.0, 16.0}}}, 1.2, family};
+  if (!detect::has_anchors(family)) head.anchors.clear();
+  if (family == DecodeFamily::distance) head.order = detect::ChannelOrder::classes_first;
+  return head;
+}
 
 /// Two images' outputs as the family gives them.
 template <class T>
 Array<T, 4> outputs(DecodeFamily family) {
   const bool is_activation = family == DecodeFamily::scaled;
-  return random_array<T>({2, 16, 2, 3}, 1, is_activation ? 0.05 : -2, is_activation ? 0.95 : 2);
+  return random_array<T>({2, head_of(family).channel_count(), 2, 3}, 1, is_activation ? 0.05 : -2,
+                         is_activation ? 0.95 : 2);
+}
+
+DecodeFamily any_family() {
+  return GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::scaled, DecodeFamily::yolox,
+                  DecodeFamily::distance);
 }
 }  // namespace
 
 TEST_CASE("decode on the tape gives the boxes and scores of decode()", "[detect][decode]") {
-  const auto family = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::scaled);
+  const auto family = any_family();
   const auto head = head_of(family);
   const auto logits = outputs<double>(family);
   const auto decoded = detect::decode<double>(head, logits, height, width);
   for (std::size_t image = 0; image < 2; ++image) {
     const auto expected = detect::decode<double>({head}, {logits}, image, 0, height, width);
-    REQUIRE(expected.size() == 12 * 3);
+    REQUIRE(expected.size() == head.candidate_count() * 3);
     for (const auto& detection : expected) {
       const std::size_t i = detection.candidate;
       const auto& boxes = decoded.boxes.value();
@@ -44,22 +55,21 @@ TEST_CASE("decode on the tape gives the boxes and scores of decode()", "[detect]
       CHECK(boxes(image, i, 2) == detection.box.w);
       CHECK(boxes(image, i, 3) == detection.box.h);
       CHECK(decoded.objectness.value()(image, i, 0) == detection.objectness);
-      CHECK(decoded.objectness.value()(image, i, 0) *
-                decoded.classes.value()(image, i, detection.class_index) ==
-            detection.confidence);
+      CHECK(detect::confidences(decoded).value()(image, i, detection.class_index) == detection.confidence);
     }
   }
 }
 
 TEMPLATE_TEST_CASE("the adjoint of decoded heads agrees with central differences", "[detect][gradient]",
                    float, double) {
-  const auto family = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::scaled);
+  const auto family = any_family();
   const auto head = head_of(family);
   const auto start = outputs<TestType>(family);
-  const auto direction = tapestry::test::random_direction<TestType>({2, 16, 2, 3}, 2);
-  const std::vector<Array<TestType, 3>> weights{random_array<TestType>({2, 12, 4}, 3, -0.02, 0.02),
-                                                random_array<TestType>({2, 12, 1}, 4, -1, 1),
-                                                random_array<TestType>({2, 12, 3}, 5, -1, 1)};
+  const auto direction = tapestry::test::random_direction<TestType>({2, head.channel_count(), 2, 3}, 2);
+  const std::size_t count = head.candidate_count();
+  const std::vector<Array<TestType, 3>> weights{random_array<TestType>({2, count, 4}, 3, -0.02, 0.02),
+                                                random_array<TestType>({2, count, 1}, 4, -1, 1),
+                                                random_array<TestType>({2, count, 3}, 5, -1, 1)};
   const auto value = [&](const Array<TestType, 4>& logits) {
     const auto decoded = detect::decode<TestType>(head, logits, height, width);
     return dot(decoded.boxes.value(), weights[0]) + dot(decoded.objectness.value(), weights[1]) +

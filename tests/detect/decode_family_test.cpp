@@ -58,8 +58,9 @@ TEST_CASE("decode families have names", "[detect][decode_family]") {
   for (const auto family : detect::decode_families)
     CHECK(detect::decode_family_by_name(detect::name_of(family)) == family);
   CHECK(detect::name_of(DecodeFamily::scaled) == "scaled");
-  CHECK_THROWS_WITH(detect::decode_family_by_name("yolov5"),
-                    "no decode family is called 'yolov5'; expected darknet, ultralytics or scaled");
+  CHECK_THROWS_WITH(
+      detect::decode_family_by_name("yolov5"),
+      "no decode family is called 'yolov5'; expected darknet, ultralytics, scaled, yolox or distance");
   CHECK_THROWS_AS(detect::decode_family_by_name(""), tapestry::DomainError);
   CHECK(Head{}.decode == DecodeFamily::darknet);
 }
@@ -205,6 +206,11 @@ TEST_CASE("a decode family that contradicts the cfg is refused", "[detect][decod
   tapestry::test::check_refused(ErrorKind::mismatch,
                                 "expected activation=logistic in a [convolutional] layer",
                                 [&] { (void)with(two_convolutions, DecodeFamily::scaled); });
+  tapestry::test::check_refused(
+      ErrorKind::mismatch,
+      "some.cfg:16: layer 2 (yolo): a decode family without anchors; expected darknet, "
+      "ultralytics or scaled, found yolox",
+      [&] { (void)with(two_convolutions, DecodeFamily::yolox); });
 }
 
 TEST_CASE("σ taken twice is remarked on", "[detect][decode_family]") {

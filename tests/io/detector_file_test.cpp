@@ -349,7 +349,7 @@ TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][det
   };
   refused(mismatch, "metadata field 'decode' is missing; expected darknet, ultralytics or scaled",
           [](Parts& parts) { parts.metadata.erase("decode"); });
-  for (const char* decode : {"yolov5", "", "Darknet", "darknet "})
+  for (const char* decode : {"yolov5", "", "Darknet", "darknet ", "yolox"})
     refused(mismatch,
             "metadata field 'decode' is not supported; expected darknet, ultralytics or scaled, found '" +
                 std::string(decode) + "'",

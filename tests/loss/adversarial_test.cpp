@@ -17,6 +17,7 @@ using tapestry::Random;
 namespace {
 
 constexpr std::size_t input_height = 64, input_width = 96, classes = 3;
+constexpr std::size_t objectness = 4, of_class_0 = 5;  // channels of a candidate of heads with anchors
 const std::vector<AdversarialLoss> all_kinds{AdversarialLoss::paper, AdversarialLoss::as_coded,
                                              AdversarialLoss::max_score};
 
@@ -28,8 +29,8 @@ template <class T>
 using Logits = std::vector<Array<T, 4>>;
 
 template <class T>
-Logits<T> random_logits(std::uint64_t seed, double size = 1) {
-  return tapestry::test::TinyHeads().logits<T>(2, seed, -size, size);
+Logits<T> random_logits(std::uint64_t seed, double size = 1, DecodeFamily decode = DecodeFamily::darknet) {
+  return tapestry::test::TinyHeads(decode).logits<T>(2, seed, -size, size);
 }
 
 template <class T>
@@ -63,8 +64,8 @@ void predict(const std::vector<detect::Head>& heads, Logits<double>& logits, con
   set(loss::y_channel, 0);
   set(loss::w_channel, std::log(width / anchor[0]));
   set(loss::h_channel, std::log(height / anchor[1]));
-  set(loss::objectness_channel, certainty);
-  set(loss::class_channel, certainty);
+  set(objectness, certainty);
+  set(of_class_0, certainty);
 }
 
 const loss::Target car{0, {50.0, 30.0, 26.0, 17.0}};
@@ -128,8 +129,7 @@ TEST_CASE("as_coded equals the published terms worked out by hand", "[loss][adve
   loss::adversarial_adjoint(view(heads, logits), target, AdversarialLoss::as_coded, {0, 1, 0, 0}, 1.0,
                             loss::to_add_to(adjoint));
   const auto matched = loss::matched_candidates(view(heads, logits), 1, target).front();
-  CHECK(adjoint[1].data()[loss::logit_index(view(heads, logits), matched, loss::objectness_channel)] ==
-        Approx(-0.5 / 48));
+  CHECK(adjoint[1].data()[loss::logit_index(view(heads, logits), matched, objectness)] == Approx(-0.5 / 48));
 }
 
 TEST_CASE("anchors match up to a ratio of 4, in the cell of the centre only", "[loss][adversarial]") {
@@ -147,13 +147,14 @@ TEST_CASE("anchors match up to a ratio of 4, in the cell of the centre only", "[
 }
 
 TEST_CASE("adversarial_adjoint agrees with central differences in double", "[loss][adversarial][gradient]") {
-  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto decode =
+      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
   const auto heads = three_heads(decode);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score);
   const loss::AdversarialWeights weights{0.7, 1.3, 0.9, 1.1};
   CAPTURE(loss::name_of(kind), detect::name_of(decode));
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const auto logits = random_logits<double>(seed);
+    const auto logits = random_logits<double>(seed, 1, decode);
     auto adjoint = zeros_like(logits);
     for (int half = 0; half < 2; ++half)
       loss::adversarial_adjoint(view(heads, logits), car, kind, weights, 0.5, loss::to_add_to(adjoint));
@@ -216,10 +217,11 @@ TEST_CASE("adversarial in float follows double", "[loss][adversarial]") {
 }
 
 TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
-  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto decode =
+      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
   const auto heads = three_heads(decode);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score);
-  auto logits = random_logits<double>(7, 3);
+  auto logits = random_logits<double>(7, 3, decode);
   for (int step = 0; step < 400; ++step) {
     auto adjoint = zeros_like(logits);
     loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(adjoint));
@@ -271,7 +273,7 @@ TEST_CASE("losses refuse heads that give no raw logits", "[loss][adversarial]") 
   heads[2].decode = DecodeFamily::scaled;
   const std::string message =
       ": heads of the decode family scaled (new_coords=1) give activations, but losses need raw logits; "
-      "expected darknet or ultralytics";
+      "expected darknet, ultralytics, yolox or distance";
   for (const auto kind : all_kinds) {
     CHECK_THROWS_WITH(loss::adversarial(view(heads, logits), car, kind), "adversarial" + message);
     auto adjoint = zeros_like(logits);
@@ -313,10 +315,11 @@ TEST_CASE("a target box touching or crossing the border is measured whole", "[lo
 }
 
 TEST_CASE("saturated logits give finite losses and gradients", "[loss][adversarial]") {
-  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto decode =
+      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
   const auto heads = three_heads(decode);
   const double size = GENERATE(100.0, -100.0, 800.0, -800.0, 1e30);
-  auto logits = random_logits<double>(6);
+  auto logits = random_logits<double>(6, 1, decode);
   fill(logits, size);
   for (const auto kind : all_kinds) {
     if (kind == AdversarialLoss::as_coded && size == 1e30) continue;
@@ -340,8 +343,7 @@ TEST_CASE("max_score still pulls where the detector is utterly sure", "[loss][ad
   CHECK(loss::max_score(predictions, target) == Approx(100 - std::log(2.0)).epsilon(1e-12));
   auto adjoint = zeros_like(logits);
   loss::max_score_adjoint(predictions, target, 1.0, loss::to_add_to(adjoint));
-  CHECK(adjoint[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, loss::objectness_channel)] ==
-        Approx(0.5));
+  CHECK(adjoint[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, objectness)] == Approx(0.5));
 }
 
 TEST_CASE("a tie goes to the first candidate", "[loss][adversarial]") {
@@ -356,10 +358,11 @@ TEST_CASE("a tie goes to the first candidate", "[loss][adversarial]") {
 }
 
 TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial]") {
-  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto decode =
+      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
   const auto heads = three_heads(decode);
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    auto logits = random_logits<double>(seed, 0.2 * static_cast<double>(seed));
+    auto logits = random_logits<double>(seed, 0.2 * static_cast<double>(seed), decode);
     const loss::Target target{seed % classes, {1.5 * static_cast<double>(seed), 30, 26, 17}};
     for (std::size_t head = 0; head < heads.size(); ++head) {
       std::optional<loss::Responsible> best;
@@ -375,16 +378,17 @@ TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial
 }
 
 TEST_CASE("NaN arriving in the loss is passed on", "[loss][adversarial]") {
-  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
+  const auto decode =
+      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
   const auto heads = three_heads(decode);
   for (const auto kind : all_kinds) {
-    auto logits = random_logits<double>(8);
+    auto logits = random_logits<double>(8, 1, decode);
     const auto place = loss::matched_candidates(view(heads, logits), 1, car).front();
     logits[1].data()[loss::logit_index(view(heads, logits), place, loss::w_channel)] = std::nan("");
     CHECK(std::isnan(loss::adversarial(view(heads, logits), car, kind).total));
-    auto anywhere = random_logits<double>(8);
-    anywhere[2].data()[loss::logit_index(view(heads, anywhere), {2, 1, 7, 0}, loss::objectness_channel)] =
-        std::nan("");
+    auto anywhere = random_logits<double>(8, 1, decode);
+    const std::size_t channel = loss::objectness_channel(heads[2], car.class_index);
+    anywhere[2].data()[loss::logit_index(view(heads, anywhere), {2, 0, 7, 0}, channel)] = std::nan("");
     CHECK(std::isnan(loss::adversarial(view(heads, anywhere), car, kind).total));
   }
 }

@@ -150,9 +150,8 @@ TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_trai
       for (std::size_t head = 0; head < 2; ++head)
         loss::for_each_candidate(head, heads[head], [&](const loss::Candidate& candidate) {
           const double sure =
-              tapestry::nn::logistic(loss::logit(predictions, candidate, loss::objectness_channel)) *
-              tapestry::nn::logistic(
-                  loss::logit(predictions, candidate, loss::class_channel + truth.class_index));
+              tapestry::nn::logistic(loss::logit(predictions, candidate, 4)) *
+              tapestry::nn::logistic(loss::logit(predictions, candidate, 5 + truth.class_index));
           best = std::max(best, sure * detect::iou(loss::decoded_box(predictions, candidate), truth.box));
         });
       CHECK(best > 0.9);
@@ -186,4 +185,12 @@ TEST_CASE("yolo_training refuses what does not fit together", "[loss][yolo_train
   CHECK_THROWS_WITH(loss::yolo_training(scaled, loss::to_read(logits), two_images, size, size),
                     "yolo_training: heads of the decode family scaled (new_coords=1) give activations, but "
                     "losses need raw logits; expected darknet or ultralytics");
+  const auto distances = two_heads(DecodeFamily::distance);
+  CHECK_THROWS_WITH(
+      loss::yolo_training(distances, loss::to_read(logits), two_images, size, size),
+      "yolo_training: heads of the decode family distance have no anchors, which this loss tells "
+      "truths to; expected darknet or ultralytics");
+  CHECK_THROWS_AS(loss::yolo_training_adjoint(two_heads(DecodeFamily::yolox), loss::to_read(logits),
+                                              two_images, size, size, {}, 1.0, loss::to_add_to(one)),
+                  tapestry::DomainError);
 }

@@ -11,14 +11,15 @@
 
 namespace tapestry::test {
 
-/// What losses have to know of a detector: three heads of two anchors with strides 32, 16 and 8 for an input
-/// of 64 × 96 pixels, in Darknet's order; the finest with scale_x_y 1.2.
+/// What losses have to know of a detector: three heads with strides 32, 16 and 8 for an input of 64 × 96
+/// pixels, in Darknet's order; of two anchors, if the family has any, and the finest with scale_x_y 1.2.
 class TinyHeads {
  public:
   static constexpr std::size_t classes = 3;
 
   explicit TinyHeads(detect::DecodeFamily decode = detect::DecodeFamily::darknet) {
     const auto add = [&](std::size_t stride, std::vector<std::array<double, 2>> anchors, double scale_x_y) {
+      if (!detect::has_anchors(decode)) anchors.clear();
       heads_.push_back(
           {classes, input_height() / stride, input_width() / stride, std::move(anchors), scale_x_y, decode});
     };

@@ -147,10 +147,11 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
                "--mesh needs --material or --faces to say what is painted");
 }
 
-/// What --decode can be.
+/// What --decode can be: the families of cfgs.
 inline std::vector<std::string> decode_choices() {
   std::vector<std::string> choices;
-  for (const auto family : detect::decode_families) choices.emplace_back(detect::name_of(family));
+  for (const auto family : detect::decode_families)
+    if (detect::has_anchors(family)) choices.emplace_back(detect::name_of(family));
   return choices;
 }
 

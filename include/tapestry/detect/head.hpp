@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decode_family.hpp>
@@ -8,9 +9,20 @@
 
 namespace tapestry::detect {
 
-/// One output scale of a detector. Its logits are [N, A·(5+K), H, W], raw, before any sigmoid, but for the
-/// decode family scaled, whose outputs are activations in [0, 1]; channel a·(5+K) + 0 … 3 is x, y, w, h of
-/// anchor a, + 4 its objectness and + 5 + k its class k.
+/// What a candidate of the decode family distance says first.
+enum class ChannelOrder { box_first, classes_first };
+
+/// The first channels of a candidate of every family but distance.
+enum BoxChannel : std::size_t { x_channel, y_channel, w_channel, h_channel };
+
+/// One output scale of a detector. Its logits are [N, A·D, H, W], raw, before any sigmoid or softmax, but for
+/// the decode family scaled, whose outputs are activations in [0, 1]. Each of the A anchors has D channels, a
+/// head without anchors A = 1:
+///
+///   family                                channels
+///   darknet, ultralytics, scaled, yolox   x, y, w, h, objectness, K classes: D = 5 + K
+///   distance, box first                   B bins each of left, top, right, bottom; K classes: D = 4·B + K
+///   distance, classes first               K classes; B bins each of left, top, right, bottom
 struct Head {
   std::size_t classes = 0;
   std::size_t grid_height = 0;
@@ -18,12 +30,57 @@ struct Head {
   std::vector<std::array<double, 2>> anchors{};  ///< width, height in pixels of the network's input
   double scale_x_y = 1;
   DecodeFamily decode = DecodeFamily::darknet;
+  std::size_t bins = 8;                          ///< distance: B, for distances of 0 to B − 1 cells
+  ChannelOrder order = ChannelOrder::box_first;  ///< distance
+  std::size_t stride = 0;  ///< pixels between cells; 0: the input's extent over the grid's. It matters where
+                           ///< the input is no multiple of it, so that the last cells reach over the border
 
-  /// A·(5+K), the channels of its logits.
-  [[nodiscard]] std::size_t channel_count() const { return anchors.size() * (5 + classes); }
+  /// A; a cell of a head without anchors has one candidate.
+  [[nodiscard]] std::size_t anchor_count() const { return has_anchors(decode) ? anchors.size() : 1; }
+  /// False for the family distance, where a class score says by itself that something is there.
+  [[nodiscard]] bool has_objectness() const { return decode != DecodeFamily::distance; }
+  [[nodiscard]] std::size_t box_channel_count() const {
+    return decode == DecodeFamily::distance ? 4 * bins : 4;
+  }
+  /// The first of a candidate's box_channel_count() channels that say where it is.
+  [[nodiscard]] std::size_t box_channel() const { return has_classes_first() ? classes : 0; }
+  [[nodiscard]] std::optional<std::size_t> objectness_channel() const {
+    return has_objectness() ? std::optional(box_channel_count()) : std::nullopt;
+  }
+  [[nodiscard]] std::size_t class_channel(std::size_t class_index) const {
+    if (has_classes_first()) return class_index;
+    return box_channel_count() + (has_objectness() ? 1 : 0) + class_index;
+  }
+  /// D, the channels of one candidate.
+  [[nodiscard]] std::size_t candidate_channel_count() const {
+    return box_channel_count() + (has_objectness() ? 1 : 0) + classes;
+  }
+  /// A·D, the channels of its logits.
+  [[nodiscard]] std::size_t channel_count() const { return anchor_count() * candidate_channel_count(); }
   /// The boxes that it proposes for a picture.
-  [[nodiscard]] std::size_t candidate_count() const { return anchors.size() * grid_height * grid_width; }
+  [[nodiscard]] std::size_t candidate_count() const { return anchor_count() * grid_height * grid_width; }
+
+ private:
+  [[nodiscard]] bool has_classes_first() const {
+    return decode == DecodeFamily::distance && order == ChannelOrder::classes_first;
+  }
 };
+
+inline constexpr std::size_t largest_bin_count = 256;  ///< of a side of a box
+
+/// \throws DomainError if a head of a family without anchors has some, or one of the family distance no class
+///         or not 1 to 256 bins
+inline void require_layout(const char* operation, const Head& head) {
+  const std::string of_family =
+      std::string(operation) + ": a head of the decode family " + std::string(name_of(head.decode));
+  if (!has_anchors(head.decode) && !head.anchors.empty())
+    throw DomainError(of_family + " has " + std::to_string(head.anchors.size()) + " anchors, expected none");
+  if (head.decode == DecodeFamily::distance && (head.bins == 0 || head.bins > largest_bin_count))
+    throw DomainError(of_family + " has " + std::to_string(head.bins) + " bins, expected 1 to " +
+                      std::to_string(largest_bin_count));
+  if (!head.has_objectness() && head.classes == 0)
+    throw DomainError(of_family + " has no classes, expected at least 1");
+}
 
 /// \throws DomainError if a head has no class of that index
 inline void require_class(const char* operation, const std::vector<Head>& heads, std::size_t class_index) {

@@ -56,10 +56,11 @@ struct DetectorMetadata {
   };
   require("format", "tapestry-detector");
   DetectorMetadata metadata;
-  const std::string families(detect::decode_family_names);
+  const std::string families(detect::anchored_family_names);
   const std::string decode = field("decode", families);
   try {
     metadata.decode = detect::decode_family_by_name(decode);
+    if (!detect::has_anchors(metadata.decode)) throw DomainError("a cfg's heads have anchors");
   } catch (const DomainError&) {
     fail(ErrorKind::mismatch, "decode", "is not supported", families, in_quotes(decode));
   }

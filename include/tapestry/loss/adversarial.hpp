@@ -25,6 +25,10 @@ namespace tapestry::loss {
 ///            raw class logit, cut at 0. Matching is that of anchor_match.hpp; boxes are decoded as the
 ///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
+///
+/// The objectness of a head that has none, of the decode family distance, is its score of the target's class:
+/// paper and as_coded take that for their objectness term, too, while in the score of a candidate, by which
+/// paper and max_score choose, it counts once.
 enum class AdversarialLoss { paper, as_coded, max_score };
 
 /// \throws DomainError for any other name than paper, as_coded or max_score
@@ -82,12 +86,13 @@ void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target
   for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
     const auto found = responsible(predictions, head, target);
     if (!found) continue;
+    const auto& layout = predictions.heads[head];
     const auto add_probability = [&](std::size_t channel, double probability_adjoint) {
       const double slope = logistic_slope(logit(predictions, found->candidate, channel));
       add_to_logit(predictions, found->candidate, channel, probability_adjoint * slope, logits_adjoint);
     };
-    add_probability(objectness_channel, adjoint.objectness);
-    add_probability(class_channel + target.class_index, adjoint.classification);
+    add_probability(objectness_channel(layout, target.class_index), adjoint.objectness);
+    add_probability(layout.class_channel(target.class_index), adjoint.classification);
     detect::Box box_adjoint{0, 0, 0, 0};
     add(box_adjoint, found->overlap.gradient, adjoint.iou);
     decoded_box_adjoint(predictions, found->candidate, box_adjoint, logits_adjoint);
@@ -103,7 +108,8 @@ TermSums as_coded_terms(const Predictions<T>& predictions, const Target& target)
     for (const Candidate& candidate : matched)
       sums.iou += complete_iou(decoded_box(predictions, candidate), target.box).value() /
                   static_cast<double>(matched.size());
-    sums.objectness += balance[head] * mean_objectness_entropy(predictions, head, matched);
+    sums.objectness +=
+        balance[head] * mean_objectness_entropy(predictions, head, matched, target.class_index);
     sums.classification += largest_mean_logit(predictions, matched, target.class_index);
   }
   return sums;
@@ -121,8 +127,8 @@ void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& tar
           adjoint.iou / static_cast<double>(matched.size()));
       decoded_box_adjoint(predictions, candidate, box_adjoint, logits_adjoint);
     }
-    mean_objectness_entropy_adjoint(predictions, head, matched, adjoint.objectness * balance[head],
-                                    logits_adjoint);
+    mean_objectness_entropy_adjoint(predictions, head, matched, target.class_index,
+                                    adjoint.objectness * balance[head], logits_adjoint);
     largest_mean_logit_adjoint(predictions, matched, target.class_index, adjoint.classification,
                                logits_adjoint);
   }

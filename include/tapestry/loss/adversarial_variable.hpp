@@ -52,7 +52,7 @@ template <class T>
 /// in parallel and are added in order: the same bits for any number of threads.
 ///
 /// \param detector  whose heads gave the logits; not needed after the call
-/// \param logits    per head [N, A·(5+K), H, W], as of detect::forward()
+/// \param logits    per head [N, A·D, H, W], see detect::Head, as of detect::forward()
 /// \param targets   one an image
 /// \throws DomainError if there are no targets, ShapeError if they are not as many as the images; otherwise
 ///         as adversarial()

@@ -14,11 +14,12 @@ template <class T>
 [[nodiscard]] double largest_mean_logit(const Predictions<T>& predictions,
                                         const std::vector<Candidate>& matched, std::size_t class_index) {
   if (matched.empty()) return 0;
+  const auto& head = predictions.heads[matched.front().head];
   double sum = 0;
   for (const Candidate& candidate : matched)
-    sum += logit(predictions, candidate, class_channel + class_index);
+    sum += logit(predictions, candidate, head.class_channel(class_index));
   const double mean = sum / static_cast<double>(matched.size());
-  const bool has_other_classes = predictions.heads[matched.front().head].classes > 1;
+  const bool has_other_classes = head.classes > 1;
   return has_other_classes && mean <= 0 ? 0 : mean;  // NaN stays NaN
 }
 
@@ -28,11 +29,12 @@ void largest_mean_logit_adjoint(const Predictions<T>& predictions, const std::ve
                                 std::size_t class_index, double loss_adjoint,
                                 const LogitsAdjoint<T>& logits_adjoint) {
   if (matched.empty()) return;
-  const bool has_other_classes = predictions.heads[matched.front().head].classes > 1;
+  const auto& head = predictions.heads[matched.front().head];
+  const bool has_other_classes = head.classes > 1;
   if (has_other_classes && largest_mean_logit(predictions, matched, class_index) == 0) return;
   const double slope = loss_adjoint / static_cast<double>(matched.size());
   for (const Candidate& candidate : matched)
-    add_to_logit(predictions, candidate, class_channel + class_index, slope, logits_adjoint);
+    add_to_logit(predictions, candidate, head.class_channel(class_index), slope, logits_adjoint);
 }
 
 }  // namespace tapestry::loss

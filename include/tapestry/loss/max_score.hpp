@@ -7,24 +7,28 @@
 namespace tapestry::loss {
 namespace detail {
 
-/// 1 − o·p·u as (1 − o) + o·(1 − p) + o·p·(1 − u), which keeps its digits when all three are near 1.
-/// Floored at the smallest normal number, so that the loss stays below 709.
+/// 1 − o·p·u as (1 − o) + o·(1 − p) + o·p·(1 − u), which keeps its digits when all three are near 1; of a
+/// head without objectness 1 − p·u as (1 − p) + p·(1 − u). Floored at the smallest normal number, so that the
+/// loss stays below 709.
 template <class T>
 [[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target) {
-  const double no_object = nn::logistic(-logit(predictions, best.candidate, objectness_channel));
-  const double other_class =
-      nn::logistic(-logit(predictions, best.candidate, class_channel + target.class_index));
-  const double both = best.objectness * best.class_probability;
-  const double value = no_object + best.objectness * other_class + both * (1 - best.overlap.iou);
+  const auto& head = predictions.heads[best.candidate.head];
+  const auto complement = [&](std::size_t channel) {
+    return nn::logistic(-logit(predictions, best.candidate, channel));
+  };
+  double unsure = complement(head.class_channel(target.class_index));
+  if (const auto objectness = head.objectness_channel())
+    unsure = complement(*objectness) + best.objectness * unsure;
+  const double value = unsure + best.confidence * (1 - best.overlap.iou);
   return value < std::numeric_limits<double>::min() ? std::numeric_limits<double>::min()
                                                     : value;  // NaN stays
 }
 
 }  // namespace detail
 
-/// −log(1 − m), m being the largest σ(obj) · p(class) · IoU(box, target) of all candidates of all heads;
-/// 0 when no box overlaps the target. Its gradient grows as the target is found more surely, where that
-/// of a probability fades.
+/// −log(1 − m), m being the largest σ(obj) · p(class) · IoU(box, target) of all candidates of all heads,
+/// without σ(obj) for heads that have none; 0 when no box overlaps the target. Its gradient grows as the
+/// target is found more surely, where that of a probability fades.
 ///
 /// Kinks: it differentiates the first candidate that attains the maximum; IoU's as in iou_with_gradient().
 /// Stays finite for logits of any size. NaN logits give NaN. Source: Zhou et al., RAUCA (ICML 2024), eq. 9,
@@ -46,16 +50,18 @@ void max_score_adjoint(const Predictions<T>& predictions, const Target& target, 
                        const LogitsAdjoint<T>& logits_adjoint) {
   const auto best = responsible(predictions, target);
   if (!best) return;
+  const auto& head = predictions.heads[best->candidate.head];
   const double missed = detail::miss(predictions, *best, target);
-  const double both = best->objectness * best->class_probability;
   const auto add_probability = [&](std::size_t channel, double others) {
     const double slope = logistic_slope(logit(predictions, best->candidate, channel)) * others / missed;
     add_to_logit(predictions, best->candidate, channel, loss_adjoint * slope, logits_adjoint);
   };
-  add_probability(objectness_channel, best->class_probability * best->overlap.iou);
-  add_probability(class_channel + target.class_index, best->objectness * best->overlap.iou);
+  const auto objectness = head.objectness_channel();
+  if (objectness) add_probability(*objectness, best->class_probability * best->overlap.iou);
+  add_probability(head.class_channel(target.class_index),
+                  (objectness ? best->objectness : 1) * best->overlap.iou);
   detect::Box box_adjoint{0, 0, 0, 0};
-  const double scale = both / std::max(missed, std::numeric_limits<double>::epsilon() / 2);
+  const double scale = best->confidence / std::max(missed, std::numeric_limits<double>::epsilon() / 2);
   detail::add(box_adjoint, best->overlap.gradient, loss_adjoint * scale);
   decoded_box_adjoint(predictions, best->candidate, box_adjoint, logits_adjoint);
 }

@@ -24,34 +24,36 @@ namespace tapestry::loss {
 }
 
 /// Mean over all candidates of one head of the cross entropy between its objectness logit and 1 where the
-/// candidate is matched, 0 elsewhere. Minimising it RAISES objectness at the target.
+/// candidate is matched, 0 elsewhere. Minimising it RAISES objectness at the target. A head without
+/// objectness has the logit of the target's class in its place.
 ///
-/// \param matched  candidates of this head
+/// \param matched      candidates of this head
+/// \param class_index  of the target
 template <class T>
 [[nodiscard]] double mean_objectness_entropy(const Predictions<T>& predictions, std::size_t head_index,
-                                             const std::vector<Candidate>& matched) {
+                                             const std::vector<Candidate>& matched, std::size_t class_index) {
   const auto& head = predictions.heads[head_index];
+  const std::size_t channel = objectness_channel(head, class_index);
   double sum = 0;
   for_each_candidate(head_index, head, [&](const Candidate& candidate) {
-    sum += cross_entropy(logit(predictions, candidate, objectness_channel), 0);
+    sum += cross_entropy(logit(predictions, candidate, channel), 0);
   });
-  for (const Candidate& candidate : matched) sum -= logit(predictions, candidate, objectness_channel);
-  return sum / static_cast<double>(head.anchors.size() * head.grid_height * head.grid_width);
+  for (const Candidate& candidate : matched) sum -= logit(predictions, candidate, channel);
+  return sum / static_cast<double>(head.candidate_count());
 }
 
 /// Adds loss_adjoint times the derivative of mean_objectness_entropy().
 template <class T>
 void mean_objectness_entropy_adjoint(const Predictions<T>& predictions, std::size_t head_index,
-                                     const std::vector<Candidate>& matched, double loss_adjoint,
-                                     const LogitsAdjoint<T>& logits_adjoint) {
+                                     const std::vector<Candidate>& matched, std::size_t class_index,
+                                     double loss_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
   const auto& head = predictions.heads[head_index];
-  const double scale =
-      loss_adjoint / static_cast<double>(head.anchors.size() * head.grid_height * head.grid_width);
+  const std::size_t channel = objectness_channel(head, class_index);
+  const double scale = loss_adjoint / static_cast<double>(head.candidate_count());
   for_each_candidate(head_index, head, [&](const Candidate& candidate) {
     const bool is_matched = std::find(matched.begin(), matched.end(), candidate) != matched.end();
-    const double slope =
-        cross_entropy_slope(logit(predictions, candidate, objectness_channel), is_matched ? 1 : 0);
-    add_to_logit(predictions, candidate, objectness_channel, scale * slope, logits_adjoint);
+    const double slope = cross_entropy_slope(logit(predictions, candidate, channel), is_matched ? 1 : 0);
+    add_to_logit(predictions, candidate, channel, scale * slope, logits_adjoint);
   });
 }
 

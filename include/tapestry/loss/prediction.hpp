@@ -5,7 +5,8 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
-#include <tapestry/detect/box_decode.hpp>  // Head, decode_box
+#include <tapestry/detect/box_formula.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/loss/logistic.hpp>
 #include <tapestry/loss/overlap.hpp>
 #include <vector>
@@ -18,7 +19,8 @@ struct Target {
   detect::Box box{0, 0, 0, 0};  ///< pixels of the network's input; may reach over the border
 };
 
-/// Where the logits of every head are, [N, A·(5+K), H, W], before any sigmoid; none null.
+/// Where the logits of every head are, [N, A·D, H, W] as detect::Head says, before any sigmoid or softmax;
+/// none null.
 template <class T>
 using LogitsView = std::vector<const Array<T, 4>*>;
 
@@ -68,23 +70,25 @@ struct Candidate {
   bool operator==(const Candidate&) const = default;
 };
 
-/// Channels of a candidate; class k is at class_channel + k.
-enum Channel : std::size_t { x_channel, y_channel, w_channel, h_channel, objectness_channel, class_channel };
+using enum detect::BoxChannel;
 
 /// Losses are functions of raw logits, which heads of the decode family scaled do not hand over: σ is taken
 /// in the network before them, and where it rounds to 1 no slope is left.
+/// \param families  those that the operation takes, for the message
 /// \throws DomainError if a head is of that family
-inline void require_raw_logits(const char* operation, const std::vector<detect::Head>& heads) {
+inline void require_raw_logits(const char* operation, const std::vector<detect::Head>& heads,
+                               const char* families = "darknet, ultralytics, yolox or distance") {
   for (const auto& head : heads)
     if (head.decode == detect::DecodeFamily::scaled)
       throw DomainError(
           std::string(operation) +
           ": heads of the decode family scaled (new_coords=1) give activations, but losses need "
-          "raw logits; expected darknet or ultralytics");
+          "raw logits; expected " +
+          families);
 }
 
-/// \throws ShapeError if the logits do not belong to the heads; DomainError if there is no such image or a
-///         head gives no raw logits
+/// \throws ShapeError if the logits do not belong to the heads; DomainError if there is no such image, a head
+///         gives no raw logits, or as detect::require_layout()
 template <class T>
 void require_predictions(const char* operation, const Predictions<T>& predictions) {
   const std::string name(operation);
@@ -95,9 +99,9 @@ void require_predictions(const char* operation, const Predictions<T>& prediction
   for (std::size_t i = 0; i < predictions.heads.size(); ++i) {
     const auto& head = predictions.heads[i];
     const auto& logits = *predictions.logits[i];
-    require_shape(
-        operation, "logits", logits,
-        {logits.shape(0), head.anchors.size() * (5 + head.classes), head.grid_height, head.grid_width});
+    detect::require_layout(operation, head);
+    require_shape(operation, "logits", logits,
+                  {logits.shape(0), head.channel_count(), head.grid_height, head.grid_width});
     if (predictions.image >= logits.shape(0))
       throw DomainError(name + ": image " + std::to_string(predictions.image) + " of a batch of " +
                         std::to_string(logits.shape(0)));
@@ -144,27 +148,55 @@ template <class T>
 [[nodiscard]] std::size_t logit_index(const Predictions<T>& predictions, const Candidate& candidate,
                                       std::size_t channel) {
   const auto& head = predictions.heads[candidate.head];
-  const std::size_t depth = 5 + head.classes;
-  const std::size_t plane = (predictions.image * head.anchors.size() + candidate.anchor) * depth + channel;
+  const std::size_t depth = head.candidate_channel_count();
+  const std::size_t plane = (predictions.image * head.anchor_count() + candidate.anchor) * depth + channel;
   return (plane * head.grid_height + candidate.row) * head.grid_width + candidate.column;
 }
 
-/// One number of a candidate: x, y, w, h, objectness, then the classes.
+/// One candidate's logits, by channel in the head's layout.
+template <class T>
+struct CandidateLogits {
+  const T* first;      ///< channel 0
+  std::size_t stride;  ///< elements between channels
+
+  [[nodiscard]] double operator()(std::size_t channel) const {
+    return static_cast<double>(first[channel * stride]);
+  }
+};
+
+template <class T>
+[[nodiscard]] CandidateLogits<T> logits_of(const Predictions<T>& predictions, const Candidate& candidate) {
+  const auto& head = predictions.heads[candidate.head];
+  return {predictions.logits[candidate.head]->data() + logit_index(predictions, candidate, 0),
+          head.grid_height * head.grid_width};
+}
+
+/// One number of a candidate.
 template <class T>
 [[nodiscard]] double logit(const Predictions<T>& predictions, const Candidate& candidate,
                            std::size_t channel) {
-  return static_cast<double>(
-      predictions.logits[candidate.head]->data()[logit_index(predictions, candidate, channel)]);
+  return logits_of(predictions, candidate)(channel);
 }
+
+/// The channel of the logit that says how surely a candidate holds something: its objectness, or, where the
+/// head has none, the class that is looked for.
+[[nodiscard]] inline std::size_t objectness_channel(const detect::Head& head, std::size_t class_index) {
+  return head.objectness_channel().value_or(head.class_channel(class_index));
+}
+
+namespace detail {
+template <class T>
+[[nodiscard]] detect::CandidatePlace place_of(const Predictions<T>& predictions, const Candidate& candidate) {
+  return {candidate.anchor, candidate.row, candidate.column, static_cast<double>(predictions.input_width),
+          static_cast<double>(predictions.input_height)};
+}
+}  // namespace detail
 
 /// The box that a candidate predicts, in pixels of the input; see detect::decode_box().
 template <class T>
 [[nodiscard]] detect::Box decoded_box(const Predictions<T>& predictions, const Candidate& candidate) {
-  const auto at = [&](std::size_t channel) { return logit(predictions, candidate, channel); };
-  return detect::decode_box(predictions.heads[candidate.head], candidate.anchor, candidate.row,
-                            candidate.column, {at(x_channel), at(y_channel), at(w_channel), at(h_channel)},
-                            static_cast<double>(predictions.input_width),
-                            static_cast<double>(predictions.input_height));
+  return detect::decode_box(predictions.heads[candidate.head], detail::place_of(predictions, candidate),
+                            logits_of(predictions, candidate));
 }
 
 /// Adds slope to the adjoint of one channel of a candidate, if wanted.
@@ -176,33 +208,21 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
   adjoint->data()[logit_index(predictions, candidate, channel)] += static_cast<T>(slope);
 }
 
-/// Adds the pullback of decoded_box(), see detect::centre_offset_slope() and extent_slope(). A component of
-/// box_adjoint that is 0 adds nothing, however large the box is.
+/// Adds the pullback of decoded_box(), see detect::decode_box_adjoint().
 template <class T>
 void decoded_box_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
                          const detect::Box& box_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
-  const auto& head = predictions.heads[candidate.head];
-  const detect::Box box = decoded_box(predictions, candidate);
-  const auto centre_slope = [&](std::size_t channel, std::size_t cells, std::size_t extent) {
-    return detect::centre_offset_slope(head, logit(predictions, candidate, channel)) *
-           static_cast<double>(extent) / static_cast<double>(cells);
-  };
-  const auto extent_slope = [&](std::size_t channel, double extent) {
-    return detect::extent_slope(head, logit(predictions, candidate, channel), extent);
-  };
-  const auto add = [&](std::size_t channel, double adjoint, double slope) {
-    if (adjoint != 0) add_to_logit(predictions, candidate, channel, adjoint * slope, logits_adjoint);
-  };
-  add(x_channel, box_adjoint.cx, centre_slope(x_channel, head.grid_width, predictions.input_width));
-  add(y_channel, box_adjoint.cy, centre_slope(y_channel, head.grid_height, predictions.input_height));
-  add(w_channel, box_adjoint.w, extent_slope(w_channel, box.w));
-  add(h_channel, box_adjoint.h, extent_slope(h_channel, box.h));
+  detect::decode_box_adjoint(predictions.heads[candidate.head], detail::place_of(predictions, candidate),
+                             logits_of(predictions, candidate), box_adjoint,
+                             [&](std::size_t channel, double slope) {
+                               add_to_logit(predictions, candidate, channel, slope, logits_adjoint);
+                             });
 }
 
 /// Calls visit(candidate) for all candidates of one head, in order.
 template <class Visit>
 void for_each_candidate(std::size_t head_index, const detect::Head& head, Visit visit) {
-  for (std::size_t anchor = 0; anchor < head.anchors.size(); ++anchor)
+  for (std::size_t anchor = 0; anchor < head.anchor_count(); ++anchor)
     for (std::size_t row = 0; row < head.grid_height; ++row)
       for (std::size_t column = 0; column < head.grid_width; ++column)
         visit(Candidate{head_index, anchor, row, column});

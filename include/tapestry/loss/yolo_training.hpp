@@ -133,11 +133,22 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
   return logit - wanted;
 }
 
+/// Truths are told to anchors, and goals are those of the families with anchors and raw logits.
+inline void require_family(const char* operation, const std::vector<detect::Head>& heads) {
+  require_raw_logits(operation, heads, "darknet or ultralytics");
+  for (const auto& head : heads)
+    if (!detect::has_anchors(head.decode))
+      throw DomainError(std::string(operation) + ": heads of the decode family " +
+                        std::string(detect::name_of(head.decode)) +
+                        " have no anchors, which this loss tells truths to; expected darknet or ultralytics");
+}
+
 template <class T>
 void require_training(const char* operation, const std::vector<detect::Head>& heads,
                       const LogitsView<T>& logits, const Truths& truths, std::size_t input_height,
                       std::size_t input_width) {
   if (truths.empty()) throw DomainError(std::string(operation) + ": an empty batch");
+  require_family(operation, heads);
   const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
   require_predictions(operation, last);
   require_batch(operation, "truths", truths.size(), logits);
@@ -157,13 +168,14 @@ YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vect
     terms.box +=
         goal.weight * (cross_entropy(at(x_channel), goal.x) + cross_entropy(at(y_channel), goal.y) +
                        extent_loss(head, at(w_channel), goal.w) + extent_loss(head, at(h_channel), goal.h));
-    terms.objectness += cross_entropy(at(objectness_channel), 1);
+    terms.objectness += cross_entropy(at(*head.objectness_channel()), 1);
     for (std::size_t k = 0; k < head.classes; ++k)
       terms.classification +=
-          cross_entropy(at(class_channel + k), k == assignment.truth->class_index ? 1 : 0);
+          cross_entropy(at(head.class_channel(k)), k == assignment.truth->class_index ? 1 : 0);
   }
   for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
-    terms.objectness += cross_entropy(logit(predictions, candidate, objectness_channel), 0);
+    const std::size_t channel = *predictions.heads[candidate.head].objectness_channel();
+    terms.objectness += cross_entropy(logit(predictions, candidate, channel), 0);
   });
   return terms;
 }
@@ -185,15 +197,15 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
     add(y_channel, box, [&](double at) { return cross_entropy_slope(at, goal.y); });
     add(w_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.w); });
     add(h_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.h); });
-    add(objectness_channel, options.objectness, [](double at) { return cross_entropy_slope(at, 1); });
+    add(*head.objectness_channel(), options.objectness, [](double at) { return cross_entropy_slope(at, 1); });
     for (std::size_t k = 0; k < head.classes; ++k)
-      add(class_channel + k, options.classification,
+      add(head.class_channel(k), options.classification,
           [&](double at) { return cross_entropy_slope(at, k == assignment.truth->class_index ? 1 : 0); });
   }
   for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
-    const double slope = cross_entropy_slope(logit(predictions, candidate, objectness_channel), 0);
-    add_to_logit(predictions, candidate, objectness_channel, adjoint * options.objectness * slope,
-                 logits_adjoint);
+    const std::size_t channel = *predictions.heads[candidate.head].objectness_channel();
+    const double slope = cross_entropy_slope(logit(predictions, candidate, channel), 0);
+    add_to_logit(predictions, candidate, channel, adjoint * options.objectness * slope, logits_adjoint);
   });
 }
 
@@ -215,7 +227,9 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
 ///
 /// \param logits  per head [N, A·(5+K), H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input
-/// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too
+/// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too;
+/// DomainError
+///         for heads without anchors
 template <class T>
 [[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
                                               const LogitsView<T>& logits, const Truths& truths,

@@ -70,8 +70,7 @@ struct Graph {
                            (layer.kind == LayerKind::route && inputs.size() == 1 && layer.groups == 1);
     graph.value_of.push_back(passes_on ? inputs.front() : i);
     if (layer.kind == LayerKind::yolo) {
-      graph.heads.push_back({layer.classes, graph.shapes[i].height, graph.shapes[i].width, layer.anchors,
-                             layer.scale_x_y, layer.decode});
+      graph.heads.push_back(head_of(layer, graph.shapes[i]));
       graph.head_values.push_back(inputs.front());
     }
     for (const std::size_t input : inputs) {

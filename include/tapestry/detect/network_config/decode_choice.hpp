@@ -16,7 +16,7 @@ namespace detail {
   return before.kind == LayerKind::convolutional && before.activation == nn::Activation::logistic;
 }
 
-/// All heads are of one family, and those of the family scaled read activations.
+/// All heads are of one family with anchors, and those of the family scaled read activations.
 inline void check_decode(const NetworkConfig& config) {
   const LayerConfig* first = nullptr;
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
@@ -26,6 +26,9 @@ inline void check_decode(const NetworkConfig& config) {
     if (layer.decode != first->decode)
       throw misfit(config, i, "another decode family than the head before",
                    std::string(name_of(first->decode)) + " as on line " + std::to_string(first->line),
+                   std::string(name_of(layer.decode)));
+    if (!has_anchors(layer.decode))
+      throw misfit(config, i, "a decode family without anchors", std::string(anchored_family_names),
                    std::string(name_of(layer.decode)));
     if (layer.decode == DecodeFamily::scaled && !reads_activations(config, i))
       throw misfit(config, i, "decode family scaled (new_coords=1) needs activations, not logits",
@@ -45,8 +48,8 @@ inline void check_decode(const NetworkConfig& config) {
 /// The same network with heads of this decode family. A cfg that says new_coords=1 is scaled and stays so;
 /// one that does not say it leaves the choice open.
 ///
-/// \throws FileError (mismatch) for a family that contradicts new_coords=1, and for scaled unless each head
-///         reads a convolution with activation=logistic
+/// \throws FileError (mismatch) for a family that contradicts new_coords=1 or has no anchors, and for scaled
+///         unless each head reads a convolution with activation=logistic
 [[nodiscard]] inline NetworkConfig with_decode(NetworkConfig config, DecodeFamily family) {
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     LayerConfig& layer = config.layers[i];

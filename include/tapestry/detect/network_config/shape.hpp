@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <vector>
 
@@ -106,10 +107,15 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
   return joined;
 }
 
+/// The head that a [yolo] layer is, whose output has this shape.
+[[nodiscard]] inline Head head_of(const LayerConfig& layer, const FeatureShape& shape) {
+  return {layer.classes, shape.height, shape.width, layer.anchors, layer.scale_x_y, layer.decode};
+}
+
 inline void check_yolo(const NetworkConfig& config, std::size_t index, const FeatureShape& shape,
                        std::size_t height, std::size_t width) {
   const LayerConfig& layer = config.layers[index];
-  const std::size_t needed = layer.anchors.size() * (5 + layer.classes);
+  const std::size_t needed = head_of(layer, shape).channel_count();
   if (shape.channels != needed) {
     throw misfit(config, index,
                  std::to_string(layer.anchors.size()) + " anchors of 5 + " + std::to_string(layer.classes) +
