@@ -11,8 +11,8 @@
 namespace tapestry::nn {
 
 /// A constant that stands beside a node's inputs.
-using Attribute =
-    std::variant<std::int64_t, double, std::string, std::vector<std::int64_t>, std::vector<double>, Constant>;
+using Attribute = std::variant<std::int64_t, double, std::string, std::vector<std::int64_t>,
+                               std::vector<double>, Constant, std::vector<std::string>>;
 
 /// One operator applied to named values. The vocabulary is ONNX's: names, attributes, inputs and outputs are
 /// those of its operators in the version (opset) that the description states.
