@@ -18,7 +18,7 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/tapestryConfig.cmake.in 
 write_basic_package_version_file(tapestryConfigVersion.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tapestryConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/tapestryConfigVersion.cmake ${CMAKE_CURRENT_LIST_DIR}/Findstb.cmake
-              ${CMAKE_CURRENT_LIST_DIR}/Findturbojpeg.cmake
+              ${CMAKE_CURRENT_LIST_DIR}/Findprotozero.cmake ${CMAKE_CURRENT_LIST_DIR}/Findturbojpeg.cmake
         DESTINATION ${tapestry_cmake_dir})
 if(TARGET tapestry)
   configure_file(${CMAKE_CURRENT_LIST_DIR}/tapestry.pc.in tapestry.pc @ONLY)

@@ -145,6 +145,7 @@
 #include <tapestry/io/obj_file/faces.hpp>
 #include <tapestry/io/obj_file/materials.hpp>
 #include <tapestry/io/obj_writer.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/png_scan.hpp>
 #include <tapestry/io/run_lock.hpp>
 #include <tapestry/io/safetensors_file.hpp>

@@ -3,7 +3,7 @@
 # the end of a line, alone or in brackets.
 cmake_minimum_required(VERSION 3.21)
 
-set(label "[WGOINFT][0-9][0-9]")
+set(label "[WGOINFTX][0-9][0-9]")
 set(labels "${label}(, ${label})*")
 file(READ "${TESTS_DIR}/bad_inputs.md" table)
 string(REGEX MATCHALL "\n\\| ${label} \\|" rows "${table}")
