@@ -67,8 +67,8 @@ std::string with_end(const std::vector<std::string>& nodes) {
 /// A field of bytes that says it has another length.
 std::string with_length(std::uint32_t tag, std::uint64_t length, const std::string& bytes) {
   std::string field(1, static_cast<char>(tag << 3U | 2U));
-  protozero::write_varint(std::back_inserter(field), length);
-  return field + bytes;
+  for (; length >= 0x80; length >>= 7U) field += static_cast<char>((length & 0x7FU) | 0x80U);
+  return field + static_cast<char>(length) + bytes;
 }
 
 void check_all_refused(const std::vector<BadContent>& rows) {
