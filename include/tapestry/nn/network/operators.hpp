@@ -2,8 +2,15 @@
 #include <concepts>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/operators/average_pool.hpp>
+#include <tapestry/nn/network/operators/batch_normalization.hpp>
 #include <tapestry/nn/network/operators/binary.hpp>
 #include <tapestry/nn/network/operators/convolution.hpp>
+#include <tapestry/nn/network/operators/convolution_transpose.hpp>
+#include <tapestry/nn/network/operators/gemm.hpp>
+#include <tapestry/nn/network/operators/group_normalization.hpp>
+#include <tapestry/nn/network/operators/layer_normalization.hpp>
+#include <tapestry/nn/network/operators/local_response_normalization.hpp>
+#include <tapestry/nn/network/operators/matmul.hpp>
 #include <tapestry/nn/network/operators/max_pool.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
 #include <tapestry/nn/network/operators/resize.hpp>
@@ -25,6 +32,13 @@ template <std::floating_point T>
     add_max_pool(all);
     add_average_pool(all);
     add_resize(all);
+    add_local_response_normalization(all);
+    add_layer_normalization(all);
+    add_group_normalization(all);
+    add_batch_normalization(all);
+    add_matmul(all);
+    add_gemm(all);
+    add_convolution_transpose(all);
     return all;
   }();
   return table;

@@ -1,0 +1,160 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/nn/network/operator_table.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// LayerNormalization of [rows, size]: scale · (x − mean)/√(variance + ε) + bias, with the mean and the
+/// biased variance of each row, summed in double.
+template <std::floating_point T>
+class LayerNormalization : public Operation<T> {
+ public:
+  /// \param scale, bias  for each element of a row, where its value is
+  LayerNormalization(const Shape& shape, std::vector<std::size_t> scale, std::vector<std::size_t> bias,
+                     double epsilon)
+      : Operation<T>({{shape, ElementType::floating}}),
+        size_(scale.size()),
+        rows_(size_of(shape) / size_),
+        scale_(std::move(scale)),
+        bias_(std::move(bias)),
+        epsilon_(epsilon) {}
+
+  void forward(const ForwardCall<T>& call) const override {
+    const T* const in = call.inputs[0].values;
+    T* const out = call.outputs[0].values;
+    parallel_for(rows_, [&](std::size_t row) {
+      const Row normal(*this, in + row * size_);
+      for (std::size_t i = 0; i < size_; ++i)
+        out[row * size_ + i] =
+            static_cast<T>(normal(i) * scale(call.inputs, i) +
+                           (bias_.empty() ? 0 : static_cast<double>(call.inputs[2].values[bias_[i]])));
+    });
+  }
+
+  /// As GroupNormalization's.
+  void adjoint(const AdjointCall<T>& call) const override {
+    const T* const in = call.inputs[0].values;
+    const T* const adjoint = call.output_adjoints[0].values;
+    const auto at = [&](std::size_t row, std::size_t i) {
+      return static_cast<double>(adjoint[row * size_ + i]);
+    };
+    if (call.wants(0)) {
+      T* const to = call.accumulate(0);
+      parallel_for(rows_, [&](std::size_t row) {
+        const Row normal(*this, in + row * size_);
+        double sum = 0, product = 0;
+        for (std::size_t i = 0; i < size_; ++i) {
+          const double g = at(row, i) * scale(call.inputs, i);
+          sum += g;
+          product += g * normal(i);
+        }
+        for (std::size_t i = 0; i < size_; ++i)
+          to[row * size_ + i] +=
+              static_cast<T>(normal.inverse * (at(row, i) * scale(call.inputs, i) -
+                                               (sum + normal(i) * product) / static_cast<double>(size_)));
+      });
+    }
+    if (!call.wants(1) && !call.wants(2)) return;
+    std::vector<double> sums(size_, 0), products(size_, 0);
+    for (std::size_t row = 0; row < rows_; ++row) {
+      const Row normal(*this, in + row * size_);
+      for (std::size_t i = 0; i < size_; ++i) {
+        sums[i] += at(row, i);
+        products[i] += at(row, i) * normal(i);
+      }
+    }
+    hand_on(call, 1, scale_, products);
+    hand_on(call, 2, bias_, sums);
+  }
+
+  [[nodiscard]] AdjointReads adjoint_reads() const override { return {0b11, 0}; }
+  [[nodiscard]] bool is_weight(std::size_t input) const override { return input == 1 || input == 2; }
+
+ private:
+  /// The normalised values of a row.
+  struct Row {
+    const T* x;
+    double mean = 0, inverse = 0;
+
+    Row(const LayerNormalization& owner, const T* values) : x(values) {
+      const auto count = static_cast<double>(owner.size_);
+      for (std::size_t i = 0; i < owner.size_; ++i) mean += static_cast<double>(x[i]);
+      mean /= count;
+      double squares = 0;
+      for (std::size_t i = 0; i < owner.size_; ++i) {
+        const double off = static_cast<double>(x[i]) - mean;
+        squares += off * off;
+      }
+      inverse = 1 / std::sqrt(squares / count + owner.epsilon_);
+    }
+    double operator()(std::size_t i) const { return (static_cast<double>(x[i]) - mean) * inverse; }
+  };
+
+  [[nodiscard]] double scale(std::span<const TensorView<const T>> inputs, std::size_t i) const {
+    return static_cast<double>(inputs[1].values[scale_[i]]);
+  }
+
+  static void hand_on(const AdjointCall<T>& call, std::size_t input, const std::vector<std::size_t>& places,
+                      const std::vector<double>& values) {
+    if (!call.wants(input)) return;
+    T* const to = call.accumulate(input);
+    for (std::size_t i = 0; i < values.size(); ++i) to[places[i]] += static_cast<T>(values[i]);
+  }
+
+  std::size_t size_, rows_;
+  std::vector<std::size_t> scale_, bias_;  ///< no bias if it is empty
+  double epsilon_;
+};
+
+namespace detail {
+/// Where in an operand, repeated over `shape`, each element's value is.
+/// \throws ShapeError if it cannot be repeated so
+[[nodiscard]] inline std::vector<std::size_t> repeated_places(const Shape& shape, const Shape& operand) {
+  Shape own = operand;
+  const auto refuse = [&] {
+    throw ShapeError("a weight is " + tapestry::detail::to_text(operand) + ", which does not fit rows of " +
+                     tapestry::detail::to_text(shape));
+  };
+  if (own.size() > shape.size()) refuse();
+  own.insert(own.begin(), shape.size() - own.size(), 1);
+  std::vector<std::size_t> places{0};
+  for (std::size_t axis = 0; axis < shape.size(); ++axis) {
+    if (own[axis] != 1 && own[axis] != shape[axis]) refuse();
+    std::vector<std::size_t> next;
+    next.reserve(places.size() * shape[axis]);
+    for (const std::size_t place : places)
+      for (std::size_t i = 0; i < shape[axis]; ++i)
+        next.push_back(place * own[axis] + (own[axis] == 1 ? 0 : i));
+    places = std::move(next);
+  }
+  return places;
+}
+}  // namespace detail
+
+/// LayerNormalization without the results Mean and InvStdDev.
+template <std::floating_point T>
+void add_layer_normalization(OperatorTable<T>& table) {
+  table["LayerNormalization"] = {
+      LayoutRule::plain, 1, false, [](OperatorContext& context) {
+        context.ignore("stash_type");  // sums are in double
+        const Shape& shape = context.input(0).shape;
+        const std::size_t axis = context.axis(context.integer("axis", -1), shape.size());
+        if (size_of(shape) == 0 || shape.empty()) throw ShapeError("input 0 is empty");
+        const Shape row(shape.begin() + static_cast<std::ptrdiff_t>(axis), shape.end());
+        std::vector<std::size_t> bias;
+        if (context.has_input(2)) bias = detail::repeated_places(row, context.input(2).shape);
+        return std::make_unique<LayerNormalization<T>>(shape,
+                                                       detail::repeated_places(row, context.input(1).shape),
+                                                       std::move(bias), context.number("epsilon", 1e-5));
+      }};
+}
+
+}  // namespace tapestry::nn
