@@ -8,5 +8,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 cmake --preset release -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
 cmake --build --preset release --parallel "$(nproc)" --target camouflage
-export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive}  # threads that wait leave the processor to others
 exec build/release/examples/camouflage "$@"

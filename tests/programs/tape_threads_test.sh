@@ -3,5 +3,5 @@
 set -eu
 expected='weight 5.9829, bias -1.1190
 gradients of one and of all threads: the same bits'
-diff <(echo "$expected") <(OMP_NUM_THREADS=2 "$1/tape_threads")
-diff <(echo "$expected") <(OMP_NUM_THREADS=1 "$1/tape_threads")
+diff <(echo "$expected") <(TAPESTRY_THREADS=2 "$1/tape_threads")
+diff <(echo "$expected") <(TAPESTRY_THREADS=1 "$1/tape_threads")

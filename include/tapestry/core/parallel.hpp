@@ -1,56 +1,55 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
-#include <exception>
-#include <limits>
-#if defined(_OPENMP)
-#include <omp.h>
-#endif
+#include <cstdlib>
+#include <tapestry/core/thread_pool.hpp>
+#include <thread>
 
 namespace tapestry {
+namespace detail {
 
-/// Threads that parallel_for() will use: OpenMP's maximum, or 1 when built without OpenMP.
+/// What the environment says, or else the processors that this process may run on.
+[[nodiscard]] inline int default_thread_count() {
+  for (const char* name : {"TAPESTRY_THREADS", "OMP_NUM_THREADS"})
+    if (const char* const text = std::getenv(name); text != nullptr)
+      if (const long count = std::strtol(text, nullptr, 10); count >= 1)
+        return static_cast<int>(std::min(count, 1024L));
+  return static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
+/// Of the calling thread.
+[[nodiscard]] inline int& thread_limit() {
+  static const int otherwise = default_thread_count();
+  static thread_local int limit = otherwise;
+  return limit;
+}
+}  // namespace detail
+
+/// Threads that parallel_for() will use, the caller included: what limit_threads() has said on this thread,
+/// else TAPESTRY_THREADS or OMP_NUM_THREADS in the environment, else the processors there are. 1 within a
+/// loop.
 [[nodiscard]] inline int thread_count() {
-#if defined(_OPENMP)
-  return omp_in_parallel() != 0 ? 1 : omp_get_max_threads();
-#else
-  return 1;
-#endif
+  return detail::ThreadPool::is_inside() ? 1 : detail::thread_limit();
 }
 
 /// Caps the threads of the calling thread's parallel_for() at `count`, at least 1.
-inline void limit_threads([[maybe_unused]] int count) {
-#if defined(_OPENMP)
-  omp_set_num_threads(count < 1 ? 1 : count);
-#endif
-}
+inline void limit_threads(int count) { detail::thread_limit() = std::max(1, count); }
 
-/// Calls body(i) for i = 0 … count − 1, in any order, on up to thread_count() threads.
+/// Calls body(i) for i = 0 … count − 1, in any order, on up to thread_count() threads. Loops within loops run
+/// on the thread that they are on; several threads may run loops at once.
 ///
 /// Results are the same for any number of threads as long as body(i) writes only what belongs to i.
 /// When bodies throw, the exception of the smallest i reaches the caller; the others are dropped.
 template <class Body>
 void parallel_for(std::size_t count, Body body) {
-#if defined(_OPENMP)
-  if (thread_count() > 1 && count > 1) {
-    std::exception_ptr failure;
-    std::size_t failed_at = std::numeric_limits<std::size_t>::max();
-#pragma omp parallel for schedule(dynamic, 1)
-    for (std::size_t i = 0; i < count; ++i) {
-      try {
-        body(i);
-      } catch (...) {
-#pragma omp critical(tapestry_parallel_for)
-        if (i < failed_at) {
-          failed_at = i;
-          failure = std::current_exception();
-        }
-      }
-    }
-    if (failure) std::rethrow_exception(failure);
+  const int threads = thread_count();
+  if (threads == 1 || count < 2) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
-#endif
-  for (std::size_t i = 0; i < count; ++i) body(i);
+  const auto call = [](void* context, std::size_t index) { (*static_cast<Body*>(context))(index); };
+  detail::ThreadPool::instance().run({call, &body, count},
+                                     std::min<std::size_t>(static_cast<std::size_t>(threads), count) - 1);
 }
 
 /// The half-open range of items of block `index` when `count` items are cut into blocks of `size`.

@@ -15,6 +15,7 @@ namespace tapestry::nn {
 /// Elements that one folded result may have: 512 MiB in double.
 inline constexpr std::size_t largest_folded_size = std::size_t(1) << 26U;
 
+/// An operand of a node that is folded.
 struct FoldOperand {
   const Constant* constant = nullptr;  ///< null for Shape and Size, which read the extents alone
   Shape shape{};

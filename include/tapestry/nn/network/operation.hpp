@@ -19,6 +19,7 @@ struct OperationState {
   Buffer<Position<T>> choices{};
 };
 
+/// One call of Operation::forward().
 template <class T>
 struct ForwardCall {
   std::span<const TensorView<const T>> inputs;
@@ -62,6 +63,7 @@ struct AdjointReads {
 template <std::floating_point T>
 class Operation {
  public:
+  /// What is known of a result beforehand.
   struct Result {
     Shape shape{};
     ElementType type = ElementType::floating;

@@ -24,6 +24,7 @@ struct ProgramValue {
   [[nodiscard]] bool is_constant() const { return constant != no_value; }
 };
 
+/// One operation of a program, and the values it works on.
 template <std::floating_point T>
 struct ProgramStep {
   std::unique_ptr<Operation<T>> operation{};

@@ -1,0 +1,162 @@
+#pragma once
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace tapestry::detail {
+
+/// Threads that help callers of parallel_for() with their loops. They are started when they are first wanted,
+/// sleep while there is nothing to do, and stay until the program ends.
+///
+/// A caller works on its own loop and waits only for indices that a helper has begun. Helpers that the system
+/// has not woken yet, as beside other busy processes, hold nothing up, unlike at a barrier.
+class ThreadPool {
+ public:
+  /// Calls of one loop: call(context, i) for i = 0 … count − 1.
+  struct Loop {
+    void (*call)(void* context, std::size_t index) = nullptr;
+    void* context = nullptr;
+    std::size_t count = 0;
+  };
+
+  /// The one of this program. It is never destroyed: loops may run while other things are.
+  [[nodiscard]] static ThreadPool& instance() {
+    static ThreadPool& pool = *new ThreadPool;
+    return pool;
+  }
+
+  /// Whether the calling thread is within a loop already.
+  [[nodiscard]] static bool& is_inside() {
+    static thread_local bool inside = false;
+    return inside;
+  }
+
+  /// Runs a loop on the calling thread and up to `helpers` others. When calls throw, the exception of the
+  /// smallest index reaches the caller; the others are dropped.
+  void run(const Loop& loop, std::size_t helpers) {
+    Job job{loop, helpers};
+    {
+      const std::lock_guard lock(mutex_);
+      start_threads(helpers);
+      jobs_.push_back(&job);
+      posted_.fetch_add(1, std::memory_order_release);
+      for (std::size_t i = std::min(helpers, sleeping_); i > 0; --i) wake_.notify_one();
+    }
+    is_inside() = true;
+    work_on(job);
+    is_inside() = false;
+    std::unique_lock lock(mutex_);
+    std::erase(jobs_, &job);
+    if (job.helpers > 0) {
+      lock.unlock();
+      spin_until([&] { return job.helpers.load(std::memory_order_acquire) == 0; });
+      lock.lock();
+      done_.wait(lock, [&] { return job.helpers == 0; });
+    }
+    lock.unlock();
+    if (job.failure) std::rethrow_exception(job.failure);
+  }
+
+ private:
+  struct Job {
+    Job(const Loop& of, std::size_t wanted) : loop(of), places(wanted) {}
+    Loop loop;
+    std::size_t places;                   ///< for further helpers
+    std::atomic<std::size_t> next{0};     ///< index that nobody has begun yet
+    std::atomic<std::size_t> helpers{0};  ///< that are at it
+    std::mutex failing{};
+    std::exception_ptr failure{};
+    std::size_t failed_at = std::numeric_limits<std::size_t>::max();
+  };
+
+  /// Turns for which a thread looks out for work before it sleeps, about ten microseconds: loops often follow
+  /// one another closely, and to be woken takes longer than that.
+  static constexpr int patience = 500;
+
+  template <class Condition>
+  static void spin_until(Condition condition) {
+    for (int turn = 0; turn < patience && !condition(); ++turn) {
+#if defined(__x86_64__) || defined(__i386__)
+      __builtin_ia32_pause();
+#endif
+    }
+  }
+
+  /// As many as can be had: without them loops still run, on fewer.
+  void start_threads(std::size_t wanted) {
+    while (thread_count_ < wanted) {
+      try {
+        std::thread([this] { help(); }).detach();
+      } catch (const std::system_error&) {
+        return;
+      }
+      ++thread_count_;
+    }
+  }
+
+  void help() {
+    is_inside() = true;
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      Job* const job = open_job();
+      if (job == nullptr) {
+        wait_for_work(lock);
+        continue;
+      }
+      --job->places;
+      ++job->helpers;
+      lock.unlock();
+      work_on(*job);
+      lock.lock();
+      if (--job->helpers == 0) done_.notify_all();
+    }
+  }
+
+  void wait_for_work(std::unique_lock<std::mutex>& lock) {
+    const std::size_t seen = posted_.load(std::memory_order_relaxed);
+    lock.unlock();
+    spin_until([&] { return posted_.load(std::memory_order_acquire) != seen; });
+    lock.lock();
+    if (posted_.load(std::memory_order_relaxed) != seen) return;
+    ++sleeping_;
+    wake_.wait(lock);
+    --sleeping_;
+  }
+
+  [[nodiscard]] Job* open_job() {
+    for (Job* const job : jobs_)
+      if (job->places > 0 && job->next.load(std::memory_order_relaxed) < job->loop.count) return job;
+    return nullptr;
+  }
+
+  static void work_on(Job& job) {
+    for (;;) {
+      const std::size_t index = job.next.fetch_add(1, std::memory_order_relaxed);
+      if (index >= job.loop.count) return;
+      try {
+        job.loop.call(job.loop.context, index);
+      } catch (...) {
+        const std::lock_guard lock(job.failing);
+        if (index >= job.failed_at) continue;
+        job.failed_at = index;
+        job.failure = std::current_exception();
+      }
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_, done_;
+  std::vector<Job*> jobs_;
+  std::atomic<std::size_t> posted_{0};  ///< loops so far
+  std::size_t thread_count_ = 0;
+  std::size_t sleeping_ = 0;
+};
+
+}  // namespace tapestry::detail

@@ -1,0 +1,128 @@
+#include <tapestry/core/parallel.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+namespace {
+/// Caps the threads of this thread while it lives.
+class Threads {
+ public:
+  explicit Threads(int count) : before_(tapestry::thread_count()) { tapestry::limit_threads(count); }
+  ~Threads() { tapestry::limit_threads(before_); }
+
+ private:
+  int before_;
+};
+
+/// True if a loop of this length visits every index once.
+bool visits_each_once(std::size_t count) {
+  std::vector<std::atomic<int>> visits(count);
+  tapestry::parallel_for(count, [&](std::size_t i) { ++visits[i]; });
+  for (const auto& visit : visits)
+    if (visit != 1) return false;
+  return true;
+}
+}  // namespace
+
+TEST_CASE("parallel_for visits every index once, on any number of threads", "[core][parallel]") {
+  for (const int threads : {1, 2, 3, 16}) {
+    const Threads cap(threads);
+    for (const std::size_t count : {0U, 1U, 2U, 3U, 17U, 1000U}) {
+      INFO(threads << " threads, " << count << " indices");
+      CHECK(visits_each_once(count));
+    }
+  }
+}
+
+TEST_CASE("parallel_for uses no more threads than it may, its caller among them", "[core][parallel]") {
+  const Threads cap(3);
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  std::atomic<int> at_once{0}, most{0};
+  tapestry::parallel_for(64, [&](std::size_t) {
+    const int now = ++at_once;
+    for (int before = most; before < now && !most.compare_exchange_weak(before, now);) {
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const std::lock_guard lock(mutex);
+    seen.insert(std::this_thread::get_id());
+    --at_once;
+  });
+  CHECK(most <= 3);
+  CHECK(seen.size() >= 2);  // 64 ms are long enough for a helper to come
+  CHECK(seen.contains(std::this_thread::get_id()));
+}
+
+TEST_CASE("a loop within a loop stays on its thread", "[core][parallel]") {
+  const Threads cap(4);
+  std::vector<int> sums(50, 0);
+  std::atomic<int> strangers{0};
+  tapestry::parallel_for(sums.size(), [&](std::size_t i) {
+    const auto own = std::this_thread::get_id();
+    if (tapestry::thread_count() != 1) ++strangers;
+    tapestry::parallel_for(20, [&](std::size_t j) {
+      if (std::this_thread::get_id() != own) ++strangers;
+      sums[i] += static_cast<int>(j);
+    });
+  });
+  CHECK(strangers == 0);
+  CHECK(sums == std::vector<int>(50, 190));
+  CHECK(tapestry::thread_count() == 4);
+}
+
+TEST_CASE("the exception of the smallest index reaches the caller, and loops go on to work",
+          "[core][parallel]") {
+  for (const int threads : {1, 2, 5}) {
+    const Threads cap(threads);
+    for (int round = 0; round < 20; ++round) {
+      try {
+        tapestry::parallel_for(100, [](std::size_t i) {
+          if (i % 7 == 5) throw std::runtime_error(std::to_string(i));
+        });
+        FAIL_CHECK("nothing was thrown");
+      } catch (const std::runtime_error& error) {
+        CHECK(std::string(error.what()) == "5");
+      }
+    }
+    CHECK(visits_each_once(100));
+    CHECK(tapestry::thread_count() == threads);
+  }
+}
+
+TEST_CASE("several threads run loops at once, each with its own cap", "[core][parallel]") {
+  std::atomic<int> failures{0};
+  std::vector<std::thread> callers;
+  for (int caller = 0; caller < 6; ++caller)
+    callers.emplace_back([&, caller] {
+      tapestry::limit_threads(1 + caller % 3);
+      for (int round = 0; round < 300; ++round)
+        if (!visits_each_once(static_cast<std::size_t>(1 + (round * 7 + caller) % 40))) ++failures;
+      if (tapestry::thread_count() != 1 + caller % 3) ++failures;
+    });
+  for (auto& caller : callers) caller.join();
+  CHECK(failures == 0);
+}
+
+TEST_CASE("thousands of short loops one after another lose no index", "[core][parallel]") {
+  const Threads cap(2);
+  std::vector<std::size_t> totals(8, 0);
+  for (std::size_t round = 0; round < 20000; ++round)
+    tapestry::parallel_for(totals.size(), [&](std::size_t i) { totals[i] += round; });
+  CHECK(totals == std::vector<std::size_t>(8, 199990000));
+}
+
+TEST_CASE("fewer threads than one are one", "[core][parallel]") {
+  const Threads cap(0);
+  CHECK(tapestry::thread_count() == 1);
+  tapestry::limit_threads(-3);
+  CHECK(tapestry::thread_count() == 1);
+}
