@@ -12,10 +12,13 @@
 #include <tapestry/nn/network/operators/local_response_normalization.hpp>
 #include <tapestry/nn/network/operators/matmul.hpp>
 #include <tapestry/nn/network/operators/max_pool.hpp>
+#include <tapestry/nn/network/operators/pad.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
+#include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/resize.hpp>
 #include <tapestry/nn/network/operators/unary.hpp>
 #include <tapestry/nn/network/operators/variadic.hpp>
+#include <tapestry/nn/network/operators/views.hpp>
 
 namespace tapestry::nn {
 
@@ -39,6 +42,9 @@ template <std::floating_point T>
     add_matmul(all);
     add_gemm(all);
     add_convolution_transpose(all);
+    add_reshape_operators(all);
+    add_view_operators(all);
+    add_pad_operators(all);
     return all;
   }();
   return table;

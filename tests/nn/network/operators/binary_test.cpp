@@ -4,8 +4,8 @@
 #include <limits>
 #include <vector>
 
-#include "../../support/catch.hpp"
-#include "../../support/operator_case.hpp"
+#include "../../../support/catch.hpp"
+#include "../../../support/operator_case.hpp"
 
 namespace nn = tapestry::nn;
 using tapestry::test::adjoint_error;
