@@ -129,7 +129,7 @@ template <std::floating_point T>
 void add_group_normalization(OperatorTable<T>& table) {
   table["InstanceNormalization"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
                                       const ChannelExtents extents = channel_extents(context);
-                                      for (const std::size_t input : {1, 2})
+                                      for (const std::size_t input : {1U, 2U})
                                         require_channels(context, input, extents.channels);
                                       return std::make_unique<GroupNormalization<T>>(
                                           context.input(0).shape, extents, extents.channels, std::size_t(1),
@@ -146,7 +146,7 @@ void add_group_normalization(OperatorTable<T>& table) {
                             std::to_string(extents.channels) + " channels");
         const auto count = static_cast<std::size_t>(groups);
         const std::size_t weights = context.opset() < 21 ? count : extents.channels;
-        for (const std::size_t input : {1, 2}) require_channels(context, input, weights);
+        for (const std::size_t input : {1U, 2U}) require_channels(context, input, weights);
         return std::make_unique<GroupNormalization<T>>(context.input(0).shape, extents, count,
                                                        extents.channels / weights,
                                                        context.number("epsilon", 1e-5));

@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <concepts>
+#include <cstdint>
 #include <memory>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/pointwise.hpp>
@@ -31,17 +33,43 @@ class PassOn : public Operation<T> {
 
   [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input == 0; }
   [[nodiscard]] bool works_in_place() const override { return true; }
+
+ protected:
+  explicit PassOn(std::vector<typename Operation<T>::Result> results) : Operation<T>(std::move(results)) {}
 };
 
-/// Identity, and Dropout outside of training.
+/// Dropout outside of training, which drops nothing; result 1 says so of each element.
+template <std::floating_point T>
+class Dropout : public PassOn<T> {
+ public:
+  explicit Dropout(const Operand& x) : PassOn<T>({{x.shape, x.type}, {x.shape, ElementType::boolean}}) {}
+
+  void forward(const ForwardCall<T>& call) const override {
+    PassOn<T>::forward(call);
+    if (call.outputs.size() > 1) std::fill_n(call.outputs[1].values, call.outputs[1].size(), T(1));
+  }
+};
+
+namespace detail {
+template <std::floating_point T>
+[[nodiscard]] std::unique_ptr<Operation<T>> make_dropout(OperatorContext& context) {
+  for (const char* setting : {"ratio", "seed", "is_test"}) context.ignore(setting);
+  const bool is_training = context.has_input(2) && context.integers(2) != std::vector<std::int64_t>{0};
+  const bool drops =
+      !context.has_input(1) || context.constant(1).size() != 1 || context.constant(1).at(0) != 0;
+  if (is_training && drops) throw DomainError("training_mode is true; only false is supported");
+  return std::make_unique<Dropout<T>>(context.input(0));
+}
+}  // namespace detail
+
+/// Identity and Dropout.
 template <std::floating_point T>
 void add_pass_on(OperatorTable<T>& table) {
   const auto identity = [](OperatorContext& context) {
-    for (const char* setting : {"ratio", "seed", "is_test"}) context.ignore(setting);
     return std::make_unique<PassOn<T>>(context.input(0).shape, context.input(0).type);
   };
   table["Identity"] = {LayoutRule::any, 1, false, identity};
-  table["Dropout"] = {LayoutRule::any, 1, false, identity};
+  table["Dropout"] = {LayoutRule::any, 1, false, detail::make_dropout<T>};
 }
 
 }  // namespace tapestry::nn

@@ -186,6 +186,22 @@ struct Sign : Function<Reads::no_derivative> {
   }
 };
 
+/// Towards 0.
+struct Truncate : Function<Reads::no_derivative> {
+  template <class T>
+  static T value(T x, T, T) {
+    return std::trunc(x);
+  }
+};
+
+/// Whether x is anything but 0.
+struct IsTrue : Function<Reads::no_derivative> {
+  template <class T>
+  static T value(T x, T, T) {
+    return x == 0 ? T(0) : T(1);
+  }
+};
+
 struct Not : Function<Reads::no_derivative> {
   template <class T>
   static T value(T x, T, T) {

@@ -31,11 +31,19 @@ namespace detail {
   std::vector<std::size_t> places;
   for (const std::int64_t axis : is_operand ? context.integers(1) : context.integers("axes")) {
     const std::size_t place = context.axis(axis, rank);
+    if (place >= rank) throw ShapeError("a scalar has no axes");
     if (std::ranges::count(places, place) != 0)
       throw DomainError("axis " + std::to_string(axis) + " is named twice");
     places.push_back(place);
   }
   return places;
+}
+
+/// The axis that a node states, of an operand that has any.
+[[nodiscard]] inline std::size_t axis_of(OperatorContext& context, const Shape& shape,
+                                         std::int64_t otherwise) {
+  if (shape.empty()) throw ShapeError("a scalar has no axes");
+  return context.axis(context.integer("axis", otherwise), shape.size());
 }
 
 /// The extents that Reshape asks for: 0 stands for what was there unless allowzero says otherwise, one −1 for

@@ -1,0 +1,178 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
+#include <tapestry/core/vector_exp.hpp>
+#include <tapestry/nn/network/axis_reduction.hpp>
+#include <tapestry/nn/network/operator_table.hpp>
+
+namespace tapestry::nn {
+
+/// Neighbouring axes of a tensor that an operation works along, those before them and those behind.
+struct AxisRuns {
+  std::size_t outer = 1, count = 1, inner = 1;
+
+  /// \param first, last  the axes first … last − 1
+  AxisRuns(const Shape& shape, std::size_t first, std::size_t last) {
+    for (std::size_t axis = 0; axis < shape.size(); ++axis)
+      (axis < first ? outer : axis < last ? count : inner) *= shape[axis];
+  }
+
+  /// Calls body(place of the first element, lanes) for groups of at most detail::lane_block neighbouring
+  /// runs, whose elements are `inner` apart.
+  template <class Body>
+  void for_each_group(const Body& body) const {
+    const std::size_t blocks = block_count(inner, detail::lane_block);
+    const std::size_t work = std::max<std::size_t>(std::min(inner, detail::lane_block) * count, 1);
+    const std::size_t tasks = outer * blocks;
+    const std::size_t together = std::max<std::size_t>(detail::nest_block / 4 / work, 1);
+    parallel_for(block_count(tasks, together), [&](std::size_t b) {
+      const BlockRange range = block_range(b, tasks, together);
+      for (std::size_t task = range.begin; task < range.end; ++task) {
+        const BlockRange lanes = block_range(task % blocks, inner, detail::lane_block);
+        body(task / blocks * count * inner + lanes.begin, lanes.end - lanes.begin);
+      }
+    });
+  }
+};
+
+/// e^xᵢ / Σ e^xⱼ along some axes, or the logarithm of that, with the largest x taken off before; sums are
+/// taken in double. NaN where all x are −∞.
+template <std::floating_point T>
+class Softmax : public Operation<T> {
+ public:
+  Softmax(const Operand& x, const AxisRuns& runs, bool is_log)
+      : Operation<T>({{x.shape, x.type}}), runs_(runs), is_log_(is_log) {}
+
+  void forward(const ForwardCall<T>& call) const override {
+    const T* const x = call.inputs[0].values;
+    T* const y = call.outputs[0].values;
+    if (runs_.count == 0) return;
+    runs_.for_each_group([&](std::size_t place, std::size_t lanes) {
+      if (runs_.inner == 1) {
+        take_row(x + place, y + place);
+      } else {
+        take_lanes(x + place, y + place, lanes);
+      }
+    });
+  }
+
+  /// y · (dy − Σ y·dy), and of the logarithm dy − e^y · Σ dy.
+  void adjoint(const AdjointCall<T>& call) const override {
+    const T *const y = call.outputs[0].values, *const dy = call.output_adjoints[0].values;
+    T* const dx = call.input_adjoints[0].values;
+    const bool is_fresh = call.is_fresh[0];
+    runs_.for_each_group([&](std::size_t place, std::size_t lanes) {
+      double sums[detail::lane_block] = {};
+      const std::size_t end = place + runs_.count * runs_.inner;
+      for (std::size_t i = place; i < end; i += runs_.inner)
+        for (std::size_t l = 0; l < lanes; ++l)
+          sums[l] += static_cast<double>(dy[i + l]) * (is_log_ ? 1 : static_cast<double>(y[i + l]));
+      for (std::size_t i = place; i < end; i += runs_.inner)
+        for (std::size_t l = 0; l < lanes; ++l) {
+          const T sum = static_cast<T>(sums[l]);
+          const T pulled = is_log_ ? dy[i + l] - std::exp(y[i + l]) * sum : y[i + l] * (dy[i + l] - sum);
+          dx[i + l] = pulled + (is_fresh ? T(0) : dx[i + l]);
+        }
+    });
+    call.is_fresh[0] = false;
+  }
+
+  [[nodiscard]] AdjointReads adjoint_reads() const override { return {0, 1}; }
+  [[nodiscard]] bool works_in_place() const override { return true; }
+
+ private:
+  struct Exponential {
+    const T* x;
+    T* y;
+    T shift;
+    [[gnu::always_inline]] void operator()(std::size_t i) const {
+      y[i] = tapestry::detail::vector_exp(x[i] - shift);
+    }
+  };
+  struct Exponentials {
+    const T *x, *shifts;
+    T* y;
+    [[gnu::always_inline]] void operator()(std::size_t i) const {
+      y[i] = tapestry::detail::vector_exp(x[i] - shifts[i]);
+    }
+  };
+
+  [[nodiscard]] static T larger(T best, T value) { return value > best || value != value ? value : best; }
+
+  void take_row(const T* x, T* y) const {
+    T largest = *x;
+    for (std::size_t i = 1; i < runs_.count; ++i) largest = larger(largest, x[i]);
+    if (is_log_) {
+      double sum = 0;
+      for (std::size_t i = 0; i < runs_.count; ++i) sum += static_cast<double>(std::exp(x[i] - largest));
+      const T scale = static_cast<T>(std::log(sum));
+      for (std::size_t i = 0; i < runs_.count; ++i) y[i] = x[i] - largest - scale;
+      return;
+    }
+    tapestry::detail::for_block<16>(runs_.count, Exponential{x, y, largest});
+    const double sum = detail::reduce_run<SumStep>(y, 0, 0, runs_.count);
+    const T scale = static_cast<T>(1 / sum);
+    for (std::size_t i = 0; i < runs_.count; ++i) y[i] *= scale;
+  }
+
+  void take_lanes(const T* x, T* y, std::size_t lanes) const {
+    T largest[detail::lane_block], scale[detail::lane_block];
+    double sums[detail::lane_block] = {};
+    const std::size_t step = runs_.inner, end = runs_.count * step;
+    std::copy_n(x, lanes, largest);
+    for (std::size_t i = step; i < end; i += step)
+      for (std::size_t l = 0; l < lanes; ++l) largest[l] = larger(largest[l], x[i + l]);
+    for (std::size_t i = 0; i < end; i += step) {
+      if (is_log_) {
+        for (std::size_t l = 0; l < lanes; ++l)
+          sums[l] += static_cast<double>(std::exp(x[i + l] - largest[l]));
+        continue;
+      }
+      tapestry::detail::for_block<16>(lanes, Exponentials{x + i, largest, y + i});
+      for (std::size_t l = 0; l < lanes; ++l) sums[l] += static_cast<double>(y[i + l]);
+    }
+    for (std::size_t l = 0; l < lanes; ++l)
+      scale[l] = static_cast<T>(is_log_ ? std::log(sums[l]) : 1 / sums[l]);
+    for (std::size_t i = 0; i < end; i += step)
+      for (std::size_t l = 0; l < lanes; ++l)
+        y[i + l] = is_log_ ? x[i + l] - largest[l] - scale[l] : y[i + l] * scale[l];
+  }
+
+  AxisRuns runs_;
+  bool is_log_;
+};
+
+namespace detail {
+/// Along one axis from opset 13 on; before, along that axis and all behind it.
+template <std::floating_point T>
+[[nodiscard]] std::unique_ptr<Operation<T>> make_softmax(OperatorContext& context, bool is_log) {
+  const Operand& x = context.input(0);
+  const std::size_t rank = x.shape.size();
+  const bool has_one = context.opset() >= 13;
+  std::int64_t axis = context.integer("axis", has_one ? -1 : 1);
+  std::size_t first = context.axis(axis, rank), last = first + 1;
+  if (first >= rank) throw ShapeError("a scalar has no axes");
+  if (axis < 0) axis += static_cast<std::int64_t>(rank);
+  for (std::int64_t a = axis; !has_one && a < static_cast<std::int64_t>(rank); ++a) {
+    first = std::min(first, context.axis(a, rank));
+    last = std::max(last, context.axis(a, rank) + 1);
+  }
+  return std::make_unique<Softmax<T>>(x, AxisRuns(x.shape, first, last), is_log);
+}
+}  // namespace detail
+
+template <std::floating_point T>
+void add_softmax_operators(OperatorTable<T>& table) {
+  for (const bool is_log : {false, true}) {
+    const auto make = [is_log](OperatorContext& context) { return detail::make_softmax<T>(context, is_log); };
+    table[is_log ? "LogSoftmax" : "Softmax"] = {LayoutRule::any, 1, false, make};
+  }
+}
+
+}  // namespace tapestry::nn

@@ -1,0 +1,201 @@
+#include <tapestry/nn/network/network.hpp>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../../../support/catch.hpp"
+#include "../../../support/operator_case.hpp"
+
+namespace nn = tapestry::nn;
+using tapestry::test::check_operator;
+using tapestry::test::complaint_of;
+using tapestry::test::description_of;
+using tapestry::test::integers;
+using tapestry::test::numbers;
+using tapestry::test::OperatorCase;
+using tapestry::test::OperatorRun;
+using tapestry::test::results_of;
+
+namespace {
+constexpr std::int64_t zero = 0, one = 1;
+const std::string add = "add", multiply = "mul", largest = "max", smallest = "min";
+
+nn::Constant indices(nn::Shape shape, std::vector<double> values) {
+  return {std::move(shape), nn::ElementType::integer, std::move(values)};
+}
+}  // namespace
+
+TEST_CASE("adjoints of operators that gather agree with central differences", "[nn][network][gradient]") {
+  const auto twice = indices({2, 2}, {0, -1, 2, 0});  // element 0 and the last one are meant twice
+  for (const std::int64_t axis : {0, 1, 2, 3, -2})
+    check_operator({"Gather", {{3, 4, 3, 3}}, {{"axis", axis}}, {{1, twice}}});
+  check_operator({"Gather", {{3, 4}}, {{"axis", one}}, {{1, indices({}, {2})}}});
+  check_operator({"GatherElements", {{3, 4}}, {{"axis", one}}, {{1, indices({3, 2}, {0, 3, 1, 1, -4, 2})}}});
+  check_operator({"GatherElements", {{3, 4}}, {}, {{1, indices({1, 2}, {2, -3})}}});
+  check_operator({"GatherND", {{3, 4, 2}}, {}, {{1, indices({3, 2}, {0, 1, 2, -1, 0, 1})}}});
+  check_operator({"GatherND", {{2, 4, 2}}, {{"batch_dims", one}}, {{1, indices({2, 1}, {3, 0})}}});
+}
+
+TEST_CASE("adjoints of operators that scatter agree with central differences", "[nn][network][gradient]") {
+  const auto rows = indices({3, 1}, {2, 0, -2});  // the last one is row 2 again
+  for (const std::string& rule : {std::string("none"), add, multiply, largest, smallest}) {
+    check_operator({"ScatterND", {{4, 2}, {3, 2}}, {{"reduction", rule}}, {{1, rows}}, 18});
+    check_operator({"ScatterElements",
+                    {{3, 4}, {3, 2}},
+                    {{"reduction", rule}, {"axis", one}},
+                    {{1, indices({3, 2}, {0, 0, 1, 3, -1, -1})}},
+                    18});
+  }
+  check_operator({"ScatterND", {{2, 3, 2}, {2, 2}}, {}, {{1, indices({2, 2}, {1, 2, 0, 0})}}, 13});
+  check_operator({"ScatterND", {{4}}, {}, {{1, indices({1, 1}, {1})}, {2, numbers({1}, {7})}}, 13});
+}
+
+TEST_CASE("adjoints of operators along an axis agree with central differences", "[nn][network][gradient]") {
+  for (const std::int64_t axis : {0, 1, 3, -2}) {
+    check_operator({"TopK", {{3, 4, 3, 3}}, {{"axis", axis}}, {{1, integers({2})}}, 11, -1, 1, {}, 2});
+    check_operator({"CumSum", {{2, 3, 2, 2}}, {}, {{1, integers({static_cast<double>(axis)})}}});
+    check_operator({"CumSum",
+                    {{2, 3, 2, 2}},
+                    {{"exclusive", one}, {"reverse", one}},
+                    {{1, integers({static_cast<double>(axis)})}}});
+  }
+  check_operator({"TopK", {{7}}, {{"k", std::int64_t(3)}}, {}, 9, -1, 1, {}, 1});
+  for (const std::int64_t upper : {0, 1})
+    for (const double diagonal : {-1, 0, 2, 9})
+      check_operator({"Trilu", {{2, 3, 4}}, {{"upper", upper}}, {{1, integers({diagonal})}}});
+  check_operator({"Cast", {{2, 3}}, {{"to", std::int64_t(11)}}});
+}
+
+TEST_CASE("blocks are gathered and scattered as numpy does", "[nn][network]") {
+  const std::vector<double> x = {1, 2, 3, 4, 5, 6};
+  CHECK(results_of({"Gather", {{3, 2}}, {}, {{1, indices({2}, {2, -3})}}}, {x}) ==
+        std::vector<double>{5, 6, 1, 2});
+  CHECK(results_of({"Gather", {{3, 2}, {2}}}, {x, {2, -3}}) ==
+        std::vector<double>{5, 6, 1, 2});  // computed ones
+  CHECK(results_of({"GatherElements", {{2, 2}}, {{"axis", one}}, {{1, indices({2, 2}, {0, 0, 1, 0})}}},
+                   {{1, 2, 3, 4}}) == std::vector<double>{1, 1, 4, 3});
+  CHECK(results_of({"GatherND", {{2, 2}}, {}, {{1, indices({2, 2}, {0, 0, 1, 1})}}}, {{0, 1, 2, 3}}) ==
+        std::vector<double>{0, 3});
+  CHECK(results_of({"ScatterND", {{8}, {4}}, {}, {{1, indices({4, 1}, {4, 3, 1, 7})}}},
+                   {{1, 2, 3, 4, 5, 6, 7, 8}, {9, 10, 11, 12}}) ==
+        std::vector<double>{1, 11, 3, 10, 9, 6, 7, 12});
+  CHECK(results_of({"ScatterElements", {{1, 5}, {1, 2}}, {{"axis", one}}, {{1, indices({1, 2}, {1, -2})}}},
+                   {{1, 2, 3, 4, 5}, {1.5, 2.5}}) == std::vector<double>{1, 1.5, 3, 2.5, 5});
+}
+
+TEST_CASE("orders, sums and triangles are those of ONNX", "[nn][network]") {
+  const std::vector<double> x = {3, 1, 3, 2};
+  const auto top = [&](std::int64_t is_largest) {
+    return results_of({"TopK", {{4}}, {{"largest", is_largest}}, {{1, integers({3})}}, 11, -1, 1, {}, 2},
+                      {x});
+  };
+  CHECK(top(1) == std::vector<double>{3, 3, 2, 0, 2, 3});
+  CHECK(top(0) == std::vector<double>{1, 2, 3, 1, 3, 0});
+  const auto arg = [&](const char* name, std::int64_t takes_last) {
+    return results_of({name, {{4}}, {{"select_last_index", takes_last}}, {}, 13}, {x}).at(0);
+  };
+  CHECK(arg("ArgMax", 0) == 0);
+  CHECK(arg("ArgMax", 1) == 2);
+  CHECK(arg("ArgMin", 0) == 1);
+  const auto columns = results_of({"ArgMax", {{2, 2, 2}}, {{"axis", one}, {"keepdims", zero}}, {}, 13},
+                                  {{1, 9, 2, 8, 7, 5, 6, 5}});
+  CHECK(columns == std::vector<double>{1, 0, 0, 0});
+  CHECK(std::isnan(results_of({"TopK", {{3}}, {}, {{1, integers({1})}}}, {{1, std::nan(""), 2}}).at(0)));
+  const auto sums = [&](std::int64_t exclusive, std::int64_t reverse) {
+    return results_of(
+        {"CumSum", {{4}}, {{"exclusive", exclusive}, {"reverse", reverse}}, {{1, integers({0})}}}, {x});
+  };
+  CHECK(sums(0, 0) == std::vector<double>{3, 4, 7, 9});
+  CHECK(sums(1, 0) == std::vector<double>{0, 3, 4, 7});
+  CHECK(sums(0, 1) == std::vector<double>{9, 6, 5, 2});
+  CHECK(sums(1, 1) == std::vector<double>{6, 5, 2, 0});
+  CHECK(results_of({"Trilu", {{2, 2}}}, {x}) == std::vector<double>{3, 1, 0, 2});
+  CHECK(results_of({"Trilu", {{2, 2}}, {{"upper", zero}}, {{1, integers({-1})}}}, {x}) ==
+        std::vector<double>{0, 0, 3, 0});
+}
+
+TEST_CASE("types are changed as ONNX says", "[nn][network]") {
+  const auto cast = [](std::int64_t to) {
+    return results_of({"Cast", {{4}}, {{"to", to}}}, {{-1.5, 0, 0.5, 2.75}});
+  };
+  CHECK(cast(7) == std::vector<double>{-1, 0, 0, 2});
+  CHECK(cast(9) == std::vector<double>{1, 0, 1, 1});
+  CHECK(cast(1) == std::vector<double>{-1.5, 0, 0.5, 2.75});
+  CHECK(results_of({"CastLike", {{2}}, {}, {{1, integers({1})}}}, {{-1.5, 2.5}}) ==
+        std::vector<double>{-1, 2});
+}
+
+TEST_CASE("tensors are made of extents, ranges and indices", "[nn][network]") {
+  const auto fill = numbers({1}, {7});
+  CHECK(results_of({"ConstantOfShape", {}, {{"value", fill}}, {{0, integers({2, 2})}}}, {}) ==
+        std::vector<double>{7, 7, 7, 7});
+  CHECK(results_of({"ConstantOfShape", {}, {}, {{0, integers({})}}}, {}) == std::vector<double>{0});
+  const auto range = [](double start, double limit, double delta) {
+    return results_of(
+        {"Range", {}, {}, {{0, integers({start})}, {1, integers({limit})}, {2, integers({delta})}}}, {});
+  };
+  CHECK(range(1, 6, 2) == std::vector<double>{1, 3, 5});
+  CHECK(range(3, 0, -1) == std::vector<double>{3, 2, 1});
+  CHECK(range(3, 0, 1).empty());
+  const OperatorCase one_hot{
+      "OneHot", {{3}}, {{"axis", zero}}, {{1, integers({2})}, {2, numbers({2}, {5, 9})}}};
+  CHECK(results_of(one_hot, {{0, -1, 4}}) == std::vector<double>{9, 5, 5, 5, 9, 5});
+  const auto mask = results_of({"Dropout", {{2}}, {}, {}, 13, -1, 1, {}, 2}, {{3, 4}});
+  CHECK(mask == std::vector<double>{3, 4, 1, 1});
+}
+
+TEST_CASE("non-maximum suppression chooses the best boxes that do not overlap", "[nn][network]") {
+  const std::vector<double> boxes = {0, 0, 1, 1, 1, 1.1, 0, 0.1, 0, -0.1, 1, 0.9, 0, 10, 1, 11};
+  const std::vector<double> scores = {0.9, 0.75, 0.6, 0.95};
+  OperatorCase given{"NonMaxSuppression",
+                     {{1, 4, 4}, {1, 1, 4}},
+                     {},
+                     {{2, integers({3})}, {3, numbers({1}, {0.5})}, {4, numbers({1}, {0})}},
+                     11};
+  // One row more than there are boxes left: its place is kept, for extents are fixed.
+  CHECK(results_of(given, {boxes, scores}) == std::vector<double>{0, 0, 3, 0, 0, 0, -1, -1, -1});
+  given.constants[3] = numbers({1}, {0.9});
+  CHECK(results_of(given, {boxes, scores}) == std::vector<double>{0, 0, 3, 0, 0, 0, 0, 0, 1});
+  given.constants[4] = numbers({1}, {0.92});
+  CHECK(results_of(given, {boxes, scores}) == std::vector<double>{0, 0, 3, -1, -1, -1, -1, -1, -1});
+  given.constants[4] = numbers({1}, {0.8});
+  given.constants[0] = numbers({1, 4, 4}, boxes);
+  given.constants[1] = numbers({1, 1, 4}, scores);
+  given.shapes.clear();  // all is known: no row too many
+  CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0});
+}
+
+TEST_CASE("indices out of range are an error when a network runs", "[nn][network]") {
+  const OperatorCase gather{"Gather", {{3}, {1}}};
+  CHECK_THROWS_WITH(results_of(gather, {{1, 2, 3}, {3}}), contains("of 3"));
+  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {-4}}), tapestry::DomainError);
+  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {std::nan("")}}), tapestry::DomainError);
+  CHECK_THROWS_AS(results_of({"ScatterND", {{3}, {1, 1}, {1}}}, {{1, 2, 3}, {1e30}, {1}}),
+                  tapestry::DomainError);
+}
+
+TEST_CASE("indices and settings that make no sense are refused", "[nn][network]") {
+  CHECK(complaint_of({"Gather", {{}, {1}}}) == "a scalar has no axes");
+  CHECK(complaint_of({"Gather", {{2}, {1}}, {{"axis", one}}}) == "axis 1 of 1 axes");
+  CHECK(complaint_of({"GatherElements", {{2, 2}, {2}}}) == "indices are [2] for [2, 2]");
+  CHECK(complaint_of({"GatherElements", {{2, 2}, {2, 3}}}) == "indices are [2, 3] for [2, 2]");
+  CHECK(complaint_of({"GatherND", {{2, 2}, {2, 3}}}) == "indices are [2, 3] for [2, 2]");
+  CHECK(complaint_of({"GatherND", {{2, 2}, {3, 1}}, {{"batch_dims", one}}}) ==
+        "indices are [3, 1] for [2, 2]");
+  CHECK(complaint_of({"ScatterND", {{2, 2}, {1, 1}, {1, 1}}}) == "updates are [1, 1], expected [1, 2]");
+  CHECK(complaint_of({"ScatterND", {{2}, {1, 1}, {1}}, {{"reduction", std::string("sub")}}}) ==
+        "reduction is 'sub', expected 'none', 'add', 'mul', 'max' or 'min'");
+  CHECK(complaint_of({"TopK", {{2}}, {}, {{1, integers({3})}}}) == "k is 3 of 2 elements");
+  CHECK(complaint_of({"TopK", {{2}, {1}}}) == "input 1 is computed; only a constant one is supported");
+  CHECK(complaint_of({"ArgMax", {{2, 0}}, {{"axis", one}}}) == "axis 1 has no elements");
+  CHECK(complaint_of({"Trilu", {{2}}}) == "[2] is no matrix");
+  CHECK(complaint_of({"Cast", {{2}}, {{"to", std::int64_t(8)}}}) == "element type 8 is not supported");
+  CHECK(complaint_of({"Range", {}, {}, {{0, integers({0})}, {1, integers({1})}, {2, integers({0})}}}) ==
+        "a range of inf elements, expected at most 2147483647");
+  CHECK(complaint_of({"NonMaxSuppression", {{1, 4, 4}, {1, 1, 3}}}) ==
+        "boxes and scores are [1, 4, 4] and [1, 1, 3], expected [N, B, 4] and [N, K, B]");
+  CHECK(complaint_of({"Dropout", {{2}}, {}, {{1, numbers({}, {0.5})}, {2, numbers({}, {1})}}, 13}) ==
+        "training_mode is true; only false is supported");
+}
