@@ -2,8 +2,8 @@
 /// \file
 /// The compiled parts of the library. Exactly one .cpp of a program that reads networks, or reads or writes
 /// pictures, .safetensors or .glb files, includes this header. Where several .cpp use networks or render,
-/// define TAPESTRY_EXTERN_KERNELS for all of them: the kernels, which take a compiler longest, are then
-/// compiled here alone and not in each.
+/// define TAPESTRY_EXTERN_KERNELS for all of them: the kernels and the operators of networks, which take a
+/// compiler longest, are then compiled here alone and not in each.
 #include <tapestry/io/implementation/png.hpp>  // first, for it must see stb before anyone else
 
 #include <tapestry/io/implementation/glb.hpp>
@@ -11,11 +11,14 @@
 #include <tapestry/io/implementation/safetensors.hpp>
 
 #if defined(TAPESTRY_EXTERN_KERNELS)
+#include <tapestry/nn/network/operator_definitions.hpp>
 #include <tapestry/nn/vector_kernel_definitions.hpp>
 #include <tapestry/raster/raster_kernel_definitions.hpp>
 
 namespace tapestry::nn {
 template Kernels<float> kernels_of<float>(InstructionSet);
 template Kernels<double> kernels_of<double>(InstructionSet);
+template const OperatorTable<float>& operators<float>();
+template const OperatorTable<double>& operators<double>();
 }  // namespace tapestry::nn
 #endif

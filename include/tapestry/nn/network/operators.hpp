@@ -1,69 +1,20 @@
 #pragma once
 #include <concepts>
 #include <tapestry/nn/network/operator_table.hpp>
-#include <tapestry/nn/network/operators/average_pool.hpp>
-#include <tapestry/nn/network/operators/batch_normalization.hpp>
-#include <tapestry/nn/network/operators/binary.hpp>
-#include <tapestry/nn/network/operators/cast.hpp>
-#include <tapestry/nn/network/operators/convolution.hpp>
-#include <tapestry/nn/network/operators/convolution_transpose.hpp>
-#include <tapestry/nn/network/operators/gather.hpp>
-#include <tapestry/nn/network/operators/gemm.hpp>
-#include <tapestry/nn/network/operators/generators.hpp>
-#include <tapestry/nn/network/operators/group_normalization.hpp>
-#include <tapestry/nn/network/operators/layer_normalization.hpp>
-#include <tapestry/nn/network/operators/local_response_normalization.hpp>
-#include <tapestry/nn/network/operators/matmul.hpp>
-#include <tapestry/nn/network/operators/max_pool.hpp>
-#include <tapestry/nn/network/operators/non_max_suppression.hpp>
-#include <tapestry/nn/network/operators/order.hpp>
-#include <tapestry/nn/network/operators/pad.hpp>
-#include <tapestry/nn/network/operators/pass_on.hpp>
-#include <tapestry/nn/network/operators/reduce.hpp>
-#include <tapestry/nn/network/operators/reshape.hpp>
-#include <tapestry/nn/network/operators/resize.hpp>
-#include <tapestry/nn/network/operators/scatter.hpp>
-#include <tapestry/nn/network/operators/softmax.hpp>
-#include <tapestry/nn/network/operators/unary.hpp>
-#include <tapestry/nn/network/operators/variadic.hpp>
-#include <tapestry/nn/network/operators/views.hpp>
 
 namespace tapestry::nn {
 
 /// Every operator that networks may be made of.
 template <std::floating_point T>
-[[nodiscard]] const OperatorTable<T>& operators() {
-  static const OperatorTable<T> table = [] {
-    OperatorTable<T> all;
-    add_pass_on(all);
-    add_convolution(all);
-    add_unary_operators(all);
-    add_binary_operators(all);
-    add_variadic_operators(all);
-    add_max_pool(all);
-    add_average_pool(all);
-    add_resize(all);
-    add_local_response_normalization(all);
-    add_layer_normalization(all);
-    add_group_normalization(all);
-    add_batch_normalization(all);
-    add_matmul(all);
-    add_gemm(all);
-    add_convolution_transpose(all);
-    add_reshape_operators(all);
-    add_view_operators(all);
-    add_pad_operators(all);
-    add_gather_operators(all);
-    add_scatter_operators(all);
-    add_cast_operators(all);
-    add_generators(all);
-    add_reduce_operators(all);
-    add_softmax_operators(all);
-    add_order_operators(all);
-    add_non_max_suppression(all);
-    return all;
-  }();
-  return table;
-}
+[[nodiscard]] const OperatorTable<T>& operators();
+
+#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes implementation.hpp
+extern template const OperatorTable<float>& operators<float>();
+extern template const OperatorTable<double>& operators<double>();
+#endif
 
 }  // namespace tapestry::nn
+
+#if !defined(TAPESTRY_EXTERN_KERNELS)
+#include <tapestry/nn/network/operator_definitions.hpp>
+#endif
