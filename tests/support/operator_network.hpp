@@ -44,7 +44,8 @@ inline TestOperand numbers(std::vector<double> values, nn::ElementType type = nn
 }
 
 /// A network that applies one operator twice, for the results y and z, to operands that a node before it
-/// passes on: the first of the two to pull back finds their adjoints fresh, and the other one adds.
+/// passes on: the first of the two to pull back finds their adjoints fresh, and the other one adds. It runs
+/// as it is described.
 struct OperatorNetwork {
   nn::Node node{};
   std::vector<TestOperand> operands{};
@@ -77,7 +78,7 @@ struct OperatorNetwork {
 
   template <class T>
   [[nodiscard]] nn::Network<T> network() const {
-    return nn::Network<T>(description());
+    return nn::Network<T>(description(), {}, false, false);
   }
 
   /// The operands that are given, as a network takes them.

@@ -12,6 +12,7 @@
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
+#include <tapestry/nn/network/simplify.hpp>
 #include <utility>
 #include <vector>
 
@@ -25,12 +26,12 @@ class Network {
   /// \param shapes  extents of inputs, for those that the description leaves open or that are to be others; a
   ///                batch (axis 0) that is left open is 1
   /// \param pictures_channels_last  inputs of four axes are handed over as [N, H, W, C]
+  /// \param simplifies  what runs is simplified() first; results differ in rounding
   /// \throws FileError (mismatch) naming every operator or attribute that is not supported, or an input whose
   ///         extents are open
   explicit Network(const NetworkDescription& description, const std::map<std::string, Shape>& shapes = {},
-                   bool pictures_channels_last = false)
-      : program_(ProgramBuilder<T>(description, input_shapes(description, shapes), pictures_channels_last)
-                     .build()),
+                   bool pictures_channels_last = false, bool simplifies = true)
+      : program_(build(description, input_shapes(description, shapes), pictures_channels_last, simplifies)),
         use_(use_of(program_)),
         input_count_(program_.inputs.size()) {
     prepare();
@@ -82,6 +83,16 @@ class Network {
   }
 
  private:
+  [[nodiscard]] static Program<T> build(const NetworkDescription& description,
+                                        const std::map<std::string, Shape>& shapes,
+                                        bool pictures_channels_last, bool simplifies) {
+    ProgramBuilder<T> builder(description, shapes, pictures_channels_last);
+    Program<T> program = builder.build();
+    if (!simplifies) return program;
+    const NetworkDescription simple = simplified(description, builder.facts());
+    return ProgramBuilder<T>(simple, shapes, pictures_channels_last).build();
+  }
+
   [[nodiscard]] static std::map<std::string, Shape> input_shapes(const NetworkDescription& description,
                                                                  const std::map<std::string, Shape>& wanted) {
     std::map<std::string, Shape> shapes;

@@ -6,6 +6,7 @@
 #include <tapestry/nn/network/operators/batch_normalization.hpp>
 #include <tapestry/nn/network/operators/binary.hpp>
 #include <tapestry/nn/network/operators/cast.hpp>
+#include <tapestry/nn/network/operators/channel_shuffle.hpp>
 #include <tapestry/nn/network/operators/convolution.hpp>
 #include <tapestry/nn/network/operators/convolution_transpose.hpp>
 #include <tapestry/nn/network/operators/gather.hpp>
@@ -40,6 +41,7 @@ const OperatorTable<T>& operators() {
     OperatorTable<T> all;
     add_pass_on(all);
     add_convolution(all);
+    add_channel_shuffle(all);
     add_unary_operators(all);
     add_binary_operators(all);
     add_variadic_operators(all);

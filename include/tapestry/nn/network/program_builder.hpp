@@ -14,6 +14,7 @@
 #include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/program.hpp>
+#include <tapestry/nn/network/simplify/editable_graph.hpp>
 #include <utility>
 #include <vector>
 
@@ -48,6 +49,13 @@ class ProgramBuilder {
       program_.outputs.push_back(value_of(name, known_.at(name), false, shape_of(known_.at(name)).size()));
     program_.constants.resize(program_.constants.size() + readable_past_end, T(0));
     return std::move(program_);
+  }
+
+  /// Of every value, after build(). Constants belong to the description or to this.
+  [[nodiscard]] NetworkFacts facts() const {
+    NetworkFacts facts;
+    for (const auto& [name, known] : known_) facts[name] = {shape_of(known), known.type, known.constant};
+    return facts;
   }
 
  private:

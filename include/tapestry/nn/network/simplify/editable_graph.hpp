@@ -1,0 +1,144 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tapestry/nn/network/description.hpp>
+#include <tapestry/nn/network/pruned.hpp>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// What is known of a named value once a network's inputs have their extents.
+struct ValueFacts {
+  Shape shape{};
+  ElementType type = ElementType::floating;
+  const Constant* constant = nullptr;  ///< if it is known beforehand
+};
+
+/// By the values' names.
+using NetworkFacts = std::map<std::string, ValueFacts>;
+
+/// A description that is being rewritten. Nodes keep their places, in which each comes after those that it
+/// reads; what replaces several stands where the last of them did.
+class EditableGraph {
+ public:
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+  EditableGraph(NetworkDescription description, const NetworkFacts& facts)
+      : description_(std::move(description)), facts_(facts) {
+    note_uses();
+  }
+
+  [[nodiscard]] std::size_t size() const { return description_.nodes.size(); }
+  [[nodiscard]] const Node& node(std::size_t i) const { return description_.nodes[i]; }
+  [[nodiscard]] std::int64_t opset() const { return description_.opset; }
+
+  [[nodiscard]] bool is(std::size_t i, const char* operation) const {
+    return i != none && description_.nodes[i].operation == operation;
+  }
+  /// The node that makes a value, or none.
+  [[nodiscard]] std::size_t maker(const std::string& value) const {
+    const auto found = makers_.find(value);
+    return found == makers_.end() ? none : found->second;
+  }
+  /// The node that alone reads a value, once, where that is no result of the network; or none.
+  [[nodiscard]] std::size_t only_reader(const std::string& value) const {
+    const auto found = readers_.find(value);
+    return found == readers_.end() || found->second.size() != 1 || is_result(value) ? none
+                                                                                    : found->second.front();
+  }
+  [[nodiscard]] const std::vector<std::size_t>& readers(const std::string& value) const {
+    static const std::vector<std::size_t> nobody;
+    const auto found = readers_.find(value);
+    return found == readers_.end() ? nobody : found->second;
+  }
+  [[nodiscard]] bool is_result(const std::string& value) const {
+    return std::ranges::find(description_.outputs, value) != description_.outputs.end();
+  }
+  [[nodiscard]] const Constant* constant(const std::string& value) const {
+    if (const auto own = description_.constants.find(value); own != description_.constants.end())
+      return &own->second;
+    const auto found = facts_.find(value);
+    return found == facts_.end() ? nullptr : found->second.constant;
+  }
+  /// Extents of a value of the original description; of others none.
+  [[nodiscard]] const Shape* shape(const std::string& value) const {
+    if (const Constant* known = constant(value)) return &known->shape;
+    const auto found = facts_.find(value);
+    return found == facts_.end() ? nullptr : &found->second.shape;
+  }
+  [[nodiscard]] bool have_same_shape(const std::string& one, const std::string& other) const {
+    const Shape *a = shape(one), *b = shape(other);
+    return a != nullptr && b != nullptr && *a == *b;
+  }
+
+  /// Puts another node in the place of node i.
+  void replace(std::size_t i, Node node) {
+    description_.nodes[i] = std::move(node);
+    note_uses();
+  }
+  void remove(std::size_t i) {
+    description_.nodes[i] = Node{};
+    note_uses();
+  }
+  /// Everyone who reads `from` reads `to` from now on.
+  void redirect(const std::string& from, const std::string& to) {
+    for (Node& node : description_.nodes) std::ranges::replace(node.inputs, from, to);
+    note_uses();
+  }
+  /// A new constant, under a name like this.
+  [[nodiscard]] std::string add_constant(std::string name, Constant constant) {
+    while (description_.constants.contains(name) || facts_.contains(name)) name += '\'';
+    description_.constants[name] = std::move(constant);
+    return name;
+  }
+
+  /// The description, without nodes and constants that nobody reads.
+  [[nodiscard]] NetworkDescription finish() && {
+    std::erase_if(description_.nodes, [&](const Node& node) {
+      return std::ranges::all_of(node.outputs,
+                                 [&](const auto& output) { return constant(output) != nullptr; });
+    });
+    const auto add_known = [&](const std::string& value) {
+      const auto found = facts_.find(value);
+      if (found != facts_.end() && found->second.constant != nullptr)
+        description_.constants.try_emplace(value, *found->second.constant);
+    };
+    for (const Node& node : description_.nodes) std::ranges::for_each(node.inputs, add_known);
+    std::ranges::for_each(description_.outputs, add_known);
+    auto outputs = description_.outputs;
+    return pruned(std::move(description_), std::move(outputs));
+  }
+
+ private:
+  void note_uses() {
+    makers_.clear();
+    readers_.clear();
+    for (std::size_t i = 0; i < size(); ++i) {
+      for (const std::string& output : node(i).outputs)
+        if (!output.empty()) makers_[output] = i;
+      for (const std::string& input : node(i).inputs)
+        if (!input.empty()) readers_[input].push_back(i);
+    }
+  }
+
+  NetworkDescription description_;
+  const NetworkFacts& facts_;
+  std::map<std::string, std::size_t> makers_;
+  std::map<std::string, std::vector<std::size_t>> readers_;
+};
+
+/// An attribute that a node states, or what stands for it; nothing of another kind.
+template <class Value>
+[[nodiscard]] Value attribute_of(const Node& node, const std::string& name, Value otherwise) {
+  const auto found = node.attributes.find(name);
+  if (found == node.attributes.end()) return otherwise;
+  const auto* value = std::get_if<Value>(&found->second);
+  return value == nullptr ? otherwise : *value;
+}
+
+}  // namespace tapestry::nn

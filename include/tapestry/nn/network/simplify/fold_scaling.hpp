@@ -1,0 +1,154 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <tapestry/nn/network/simplify/editable_graph.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::nn {
+namespace detail {
+
+/// y = factor · x + shift for each channel.
+struct ChannelScaling {
+  std::vector<double> factor{};
+  std::vector<double> shift{};
+};
+
+/// Values of a constant for each of `channels` along axis 1 of `rank`, if it is repeated along all others.
+[[nodiscard]] inline std::optional<std::vector<double>> channel_values(const Constant& constant,
+                                                                       std::size_t channels,
+                                                                       std::size_t rank) {
+  Shape shape = constant.shape;
+  if (shape.size() > rank) return {};
+  shape.insert(shape.begin(), rank - shape.size(), 1);
+  for (std::size_t axis = 0; axis < rank; ++axis)
+    if (shape[axis] != 1 && !(axis == 1 && shape[axis] == channels)) return {};
+  std::vector<double> values(channels);
+  for (std::size_t c = 0; c < channels; ++c) values[c] = constant.at(shape[1] == 1 ? 0 : c);
+  return values;
+}
+
+/// What node i does to operand `value` of `channels`, if that is to scale its channels.
+[[nodiscard]] inline std::optional<ChannelScaling> scaling_of(const EditableGraph& graph, std::size_t i,
+                                                              const std::string& value, std::size_t channels,
+                                                              std::size_t rank) {
+  const Node& node = graph.node(i);
+  ChannelScaling scaling{std::vector<double>(channels, 1), std::vector<double>(channels, 0)};
+  if (node.operation == "BatchNormalization") {
+    const double epsilon = attribute_of(node, "epsilon", 1e-5);
+    if (node.inputs.size() != 5 || node.inputs[0] != value) return {};
+    for (std::size_t k = 1; k < 5; ++k) {
+      const Constant* known = graph.constant(node.inputs[k]);
+      if (known == nullptr || known->size() != channels) return {};
+    }
+    const auto at = [&](std::size_t k, std::size_t c) { return graph.constant(node.inputs[k])->at(c); };
+    for (std::size_t c = 0; c < channels; ++c) {
+      scaling.factor[c] = at(1, c) / std::sqrt(at(4, c) + epsilon);
+      scaling.shift[c] = at(2, c) - scaling.factor[c] * at(3, c);
+    }
+    return scaling;
+  }
+  if (node.inputs.size() != 2) return {};
+  const bool is_first = node.inputs[0] == value;
+  const Constant* known = graph.constant(node.inputs[is_first ? 1 : 0]);
+  if (known == nullptr || !graph.have_same_shape(value, node.outputs[0])) return {};
+  const auto values = channel_values(*known, channels, rank);
+  if (!values) return {};
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (node.operation == "Mul") scaling.factor[c] = (*values)[c];
+    if (node.operation == "Div") scaling.factor[c] = 1 / (*values)[c];
+    if (node.operation == "Add") scaling.shift[c] = (*values)[c];
+    if (node.operation == "Sub") scaling.shift[c] = is_first ? -(*values)[c] : (*values)[c];
+    if (node.operation == "Sub" && !is_first) scaling.factor[c] = -1;
+  }
+  const bool is_scaling = node.operation == "Mul" || node.operation == "Add" || node.operation == "Sub" ||
+                          (node.operation == "Div" && is_first);
+  return is_scaling ? std::optional(std::move(scaling)) : std::nullopt;
+}
+
+/// A constant's values, each times the factor of its channel.
+template <class ChannelOf>
+[[nodiscard]] Constant scaled(const Constant& constant, const std::vector<double>& factors,
+                              ChannelOf channel_of) {
+  std::vector<double> values(constant.size());
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = constant.at(i) * factors[channel_of(i)];
+  return {constant.shape, constant.type, std::move(values)};
+}
+
+/// The channel that weight i of a convolution, its transpose or a Gemm makes.
+[[nodiscard]] inline std::size_t channel_of_weight(const Node& node, const Shape& weights, std::size_t i) {
+  const std::size_t of_first = size_of(weights) / weights[0];
+  if (node.operation == "Conv") return i / of_first;
+  if (node.operation == "Gemm")
+    return attribute_of<std::int64_t>(node, "transB", 0) != 0 ? i / weights[1] : i % weights[1];
+  const auto groups = static_cast<std::size_t>(attribute_of<std::int64_t>(node, "group", 1));
+  const std::size_t group = i / of_first / (weights[0] / groups);
+  return group * weights[1] + i % of_first / (of_first / weights[1]);
+}
+
+/// A node's bias for each channel, times beta of a Gemm; zeros if it has none.
+[[nodiscard]] inline std::optional<std::vector<double>> bias_of(const EditableGraph& graph, const Node& node,
+                                                                std::size_t channels) {
+  if (node.inputs.size() < 3 || node.inputs[2].empty()) return std::vector<double>(channels, 0);
+  const Constant* known = graph.constant(node.inputs[2]);
+  if (known == nullptr) return {};
+  const bool is_gemm = node.operation == "Gemm";
+  Constant row = *known;
+  if (!is_gemm) row.shape.insert(row.shape.begin(), 1);
+  auto values = channel_values(row, channels, 2);
+  const double beta = is_gemm ? attribute_of(node, "beta", 1.0) : 1;
+  if (values)
+    for (double& value : *values) value *= beta;
+  return values;
+}
+
+/// Whether a node's weights may be changed for it alone.
+[[nodiscard]] inline bool takes_scaling(const EditableGraph& graph, const Node& node) {
+  const bool is_kind =
+      node.operation == "Conv" || node.operation == "ConvTranspose" || node.operation == "Gemm";
+  if (!is_kind || node.inputs.size() < 2) return false;
+  const Constant* weights = graph.constant(node.inputs[1]);
+  return weights != nullptr && weights->size() > 0;
+}
+
+/// Folds what alone reads node i, if that scales channels, into the node's weights. \returns whether it did
+inline bool fold_scaling(EditableGraph& graph, std::size_t i) {
+  if (!takes_scaling(graph, graph.node(i))) return false;
+  const std::string value = graph.node(i).outputs[0];
+  const std::size_t reader = graph.only_reader(value);
+  const Shape* shape = graph.shape(value);
+  if (reader == EditableGraph::none || shape == nullptr || shape->size() < 2) return false;
+  const std::size_t channels = (*shape)[1];
+  const auto scaling = scaling_of(graph, reader, value, channels, shape->size());
+  if (!scaling) return false;
+  auto bias = bias_of(graph, graph.node(i), channels);
+  if (!bias) return false;
+  Node node = graph.node(i);
+  const std::string weights_name = node.inputs[1];
+  const Constant weights = *graph.constant(weights_name);
+  for (std::size_t c = 0; c < channels; ++c) (*bias)[c] = (*bias)[c] * scaling->factor[c] + scaling->shift[c];
+  const std::string where = " with " + graph.node(reader).outputs[0];
+  const std::string bias_name = node.inputs.size() > 2 && !node.inputs[2].empty() ? node.inputs[2] : "bias";
+  node.inputs.resize(3);
+  node.inputs[2] =
+      graph.add_constant(bias_name + where, {{channels}, ElementType::floating, std::move(*bias)});
+  node.inputs[1] = graph.add_constant(
+      weights_name + where, scaled(weights, scaling->factor,
+                                   [&](std::size_t w) { return channel_of_weight(node, weights.shape, w); }));
+  if (node.operation == "Gemm") node.attributes["beta"] = 1.0;
+  node.outputs = graph.node(reader).outputs;
+  graph.remove(i);
+  graph.replace(reader, std::move(node));
+  return true;
+}
+}  // namespace detail
+
+/// Folds batch normalisations and constants that scale or shift channels into the weights before them, in
+/// double. Constants that other nodes read stay as they are.
+inline void fold_scalings(EditableGraph& graph) {
+  for (std::size_t i = 0; i < graph.size(); ++i) detail::fold_scaling(graph, i);
+}
+
+}  // namespace tapestry::nn

@@ -1,0 +1,266 @@
+#include <tapestry/nn/network/simplify.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "../../support/operator_network.hpp"
+
+namespace nn = tapestry::nn;
+using namespace tapestry::test;
+using Integers = std::vector<std::int64_t>;
+
+namespace {
+/// A network of one picture x, [2, 6, 7, 8], with drawn constants.
+struct Builder {
+  nn::NetworkDescription network{"test.onnx", 13, {{"x", {2, 6, 7, 8}}}, {}, {}, {}};
+
+  std::string constant(const std::string& name, const nn::Shape& shape, double low = -1, double high = 1) {
+    network.constants[name] = {shape, nn::ElementType::floating,
+                               random_values(nn::size_of(shape), network.constants.size() + 1, low, high)};
+    return name;
+  }
+  std::string numbers(const std::string& name, std::vector<double> values) {
+    network.constants[name] = {{values.size()}, nn::ElementType::integer, values};
+    return name;
+  }
+  std::string node(const std::string& operation, std::vector<std::string> inputs, const std::string& output,
+                   std::map<std::string, nn::Attribute> attributes = {}) {
+    network.nodes.push_back({"", operation, std::move(inputs), {output}, std::move(attributes)});
+    return output;
+  }
+  /// A convolution that keeps rows and columns.
+  std::string convolution(const std::string& x, std::size_t in, std::size_t out, const std::string& output) {
+    const auto weights = constant("w." + output, {out, in, 3, 3}), bias = constant("b." + output, {out});
+    return node("Conv", {x, weights, bias}, output, {{"pads", Integers{1, 1, 1, 1}}});
+  }
+  std::string batch_norm(const std::string& x, std::size_t channels, const std::string& output) {
+    std::vector<std::string> inputs{x};
+    for (const char* what : {"scale.", "shift.", "mean.", "variance."})
+      inputs.push_back(constant(what + output, {channels}, 0.5, 2));
+    return node("BatchNormalization", inputs, output);
+  }
+};
+
+nn::NetworkDescription simple(const nn::NetworkDescription& description) {
+  nn::ProgramBuilder<double> builder(description, {{"x", {2, 6, 7, 8}}}, false);
+  static_cast<void>(builder.build());
+  return nn::simplified(description, builder.facts());
+}
+
+std::vector<std::string> operations(const nn::NetworkDescription& description) {
+  std::vector<std::string> all;
+  for (const nn::Node& node : description.nodes) all.push_back(node.operation);
+  return all;
+}
+
+/// Checks that results and the gradient with respect to x are those of the network as described, and which
+/// operations are left.
+void check(const Builder& builder, const std::vector<std::string>& expected) {
+  CHECK(operations(simple(builder.network)) == expected);
+  const nn::Network<double> plain(builder.network, {}, false, false), simple(builder.network);
+  const auto x = random_values(672, 9);
+  std::vector<std::vector<double>> gradients;
+  nn::NetworkPass<double> passes[2];
+  for (const auto* network : {&plain, &simple}) {
+    auto& pass = passes[gradients.size()];
+    network->forward({x.data()}, pass, nn::Mode::input_gradient);
+    std::vector<nn::Buffer<double>> adjoints;
+    for (std::size_t i = 0; i < network->output_count(); ++i) {
+      const auto drawn = random_values(nn::size_of(network->output_shape(i)), 20 + i);
+      adjoints.emplace_back(drawn.size());
+      std::copy(drawn.begin(), drawn.end(), adjoints.back().data());
+    }
+    gradients.emplace_back(x.size(), 0.0);
+    network->adjoint(pass, addresses(adjoints), {gradients.back().data()});
+  }
+  for (std::size_t i = 0; i < plain.output_count(); ++i) {
+    REQUIRE(plain.output_shape(i) == simple.output_shape(i));
+    const std::size_t count = nn::size_of(plain.output_shape(i));
+    const std::vector<double> one(passes[0].output(i), passes[0].output(i) + count);
+    const std::vector<double> other(passes[1].output(i), passes[1].output(i) + count);
+    CHECK(largest_difference(other, one) <= 1e-11);
+  }
+  CHECK(largest_difference(gradients[1], gradients[0]) <= 1e-11);
+}
+}  // namespace
+
+TEST_CASE("copies are left out, but for results", "[nn][network][simplify]") {
+  Builder b;
+  b.node("Identity", {"x"}, "a");
+  b.node("Dropout", {"a"}, "b");
+  b.node("Relu", {"b"}, "c");
+  b.node("Identity", {"c"}, "d");
+  b.network.outputs = {"d", "c"};
+  check(b, {"Relu", "Identity"});
+}
+
+TEST_CASE("x times its gate is one function", "[nn][network][simplify]") {
+  Builder b;
+  b.node("Sigmoid", {"x"}, "s");
+  b.node("Mul", {"x", "s"}, "a");
+  b.node("HardSigmoid", {"a"}, "h", {{"alpha", static_cast<double>(1.0F / 6)}, {"beta", 0.5}});
+  b.node("Mul", {"h", "a"}, "y");
+  b.network.outputs = {"y"};
+  CHECK(operations(simple(b.network)) == std::vector<std::string>{"Swish", "HardSwish"});
+  b.network.nodes[2].attributes.erase("alpha");  // 0.2
+  check(b, {"Swish", "HardSigmoid", "Mul"});
+  b.network.outputs = {"y", "s"};
+  check(b, {"Sigmoid", "Mul", "HardSigmoid", "Mul"});
+}
+
+TEST_CASE("batch normalisations and scalings go into the weights before them", "[nn][network][simplify]") {
+  Builder b;
+  b.convolution("x", 6, 5, "a");
+  b.batch_norm("a", 5, "b");
+  b.node("Mul", {b.constant("m", {1, 5, 1, 1}), "b"}, "c");
+  b.node("Add", {"c", b.constant("p", {5, 1, 1})}, "d");
+  b.node("Div", {"d", b.constant("q", {1}, 1, 2)}, "e");
+  b.node("Sub", {b.constant("r", {}), "e"}, "f");
+  b.network.outputs = {"f"};
+  check(b, {"Conv"});
+  const auto left = simple(b.network);
+  CHECK(left.constants.size() == 2);
+  SECTION("but not where others read the value") {
+    b.network.outputs = {"f", "b"};
+    check(b, {"Conv", "Mul", "Add", "Div", "Sub"});
+  }
+  SECTION("weights of others stay as they are") {
+    b.node("Conv", {"x", "w.a", "b.a"}, "g", {{"pads", Integers{1, 1, 1, 1}}});
+    b.network.outputs = {"f", "g"};
+    check(b, {"Conv", "Conv"});
+    CHECK(simple(b.network).constants.size() == 4);
+  }
+  SECTION("nor what scales columns") {
+    b.node("Mul", {"f", b.constant("columns", {8})}, "g");
+    b.network.outputs = {"g"};
+    check(b, {"Conv", "Mul"});
+  }
+}
+
+TEST_CASE("transposed convolutions and Gemm take scalings, too", "[nn][network][simplify]") {
+  Builder b;
+  SECTION("ConvTranspose in groups") {
+    b.node("ConvTranspose", {"x", b.constant("w", {6, 2, 3, 2})}, "a",
+           {{"group", std::int64_t(3)}, {"strides", Integers{2, 1}}});
+    b.batch_norm("a", 6, "y");
+    b.network.outputs = {"y"};
+    check(b, {"ConvTranspose"});
+  }
+  SECTION("Gemm") {
+    const auto turns = GENERATE(std::int64_t(0), std::int64_t(1));
+    const auto c = GENERATE(nn::Shape{}, nn::Shape{1}, nn::Shape{9}, nn::Shape{1, 9}, nn::Shape{0});
+    b.node("GlobalAveragePool", {"x"}, "mean");
+    b.node("Flatten", {"mean"}, "flat");
+    std::vector<std::string> inputs{"flat", b.constant("w", turns != 0 ? nn::Shape{9, 6} : nn::Shape{6, 9})};
+    if (c != nn::Shape{0}) inputs.push_back(b.constant("c", c));
+    b.node("Gemm", inputs, "a", {{"transB", turns}, {"alpha", 0.5}, {"beta", 3.0}});
+    b.batch_norm("a", 9, "y");
+    b.network.outputs = {"y"};
+    check(b, {"GlobalAveragePool", "Flatten", "Gemm"});
+  }
+}
+
+TEST_CASE("convolutions apply what follows them", "[nn][network][simplify]") {
+  Builder b;
+  SECTION("an activation") {
+    const auto name = GENERATE(as<std::string>(), "Relu", "LeakyRelu", "Sigmoid", "HardSigmoid", "HardSwish",
+                               "Mish", "Swish");
+    b.convolution("x", 6, 16, "a");
+    b.node(name, {"a"}, "y");
+    b.network.outputs = {"y"};
+    check(b, {"FusedConv"});
+    b.network.outputs = {"y", "a"};
+    check(b, {"Conv", name});
+  }
+  SECTION("Clip with one bound, or two, or attributes") {
+    b.convolution("x", 6, 16, "a");
+    b.node("Clip", {"a", b.constant("low", {}, -0.5, -0.4), ""}, "b");
+    b.convolution("b", 16, 4, "c");
+    b.node("Clip", {"c", "", b.constant("high", {}, 0.5, 0.6)}, "d");
+    b.network.outputs = {"d"};
+    check(b, {"FusedConv", "FusedConv"});
+    b.network.opset = 10;
+    for (nn::Node& node : b.network.nodes)
+      if (node.operation == "Clip") node.inputs.resize(1), node.attributes = {{"min", -0.5}, {"max", 6.0}};
+    check(b, {"FusedConv", "FusedConv"});
+  }
+  SECTION("an addition behind an activation, and one before") {
+    b.convolution("x", 6, 16, "a");
+    b.node("Sigmoid", {"a"}, "s");
+    b.node("Mul", {"a", "s"}, "b");
+    b.convolution("b", 16, 16, "c");
+    b.node("Relu", {"c"}, "d");
+    b.node("Add", {"d", "b"}, "e");
+    b.convolution("e", 16, 16, "f");
+    b.node("Add", {"b", "f"}, "g");
+    b.node("Relu", {"g"}, "h");
+    b.network.outputs = {"h"};
+    check(b, {"FusedConv", "FusedConv", "FusedConv"});
+  }
+  SECTION("of two convolutions that are added the second") {
+    b.convolution("x", 6, 4, "a");
+    b.convolution("x", 6, 4, "b");
+    b.node("Add", {"a", "b"}, "y");
+    b.network.outputs = {"y"};
+    check(b, {"Conv", "FusedConv"});
+  }
+  SECTION("but no addition that repeats") {
+    b.convolution("x", 6, 4, "a");
+    b.node("GlobalAveragePool", {"x"}, "m");
+    b.convolution("m", 6, 4, "b");
+    b.node("Add", {"a", "b"}, "y");
+    b.node("Add", {"y", "y"}, "z");
+    b.network.outputs = {"z"};
+    check(b, {"Conv", "GlobalAveragePool", "Conv", "Add", "Add"});
+  }
+}
+
+TEST_CASE("channels that are shuffled by three nodes are by one", "[nn][network][simplify]") {
+  Builder b;
+  b.node("Reshape", {"x", b.numbers("five", {2, 3, 2, 7, 8})}, "a");
+  b.node("Transpose", {"a"}, "b", {{"perm", Integers{0, 2, 1, 3, 4}}});
+  b.node("Reshape", {"b", b.numbers("four", {2, -1, 7, 8})}, "c");
+  b.convolution("c", 6, 4, "y");
+  b.network.outputs = {"y"};
+  check(b, {"ChannelShuffle", "Conv"});
+  b.numbers("four", {2, -1, 8, 7});
+  check(b, {"Reshape", "Transpose", "Reshape", "Conv"});
+}
+
+TEST_CASE("zeros around a picture go into the padding behind them", "[nn][network][simplify]") {
+  Builder b;
+  b.node("Pad", {"x", b.numbers("pads", {0, 0, 1, 2, 0, 0, 3, 0})}, "a");
+  SECTION("of a convolution") {
+    b.convolution("a", 6, 4, "y");
+    b.network.outputs = {"y"};
+    check(b, {"Conv"});
+    b.numbers("pads", {0, 0, 1, -1, 0, 0, 3, 0});
+    check(b, {"Pad", "Conv"});
+  }
+  SECTION("of an average") {
+    b.node("AveragePool", {"a"}, "y", {{"kernel_shape", Integers{4, 3}}, {"strides", Integers{2, 3}}});
+    b.network.outputs = {"y"};
+    check(b, {"AveragePool"});
+    b.network.nodes.back().attributes["pads"] = Integers{1, 0, 0, 1};
+    check(b, {"Pad", "AveragePool"});
+  }
+  SECTION("but no other values") {
+    b.network.nodes.back().inputs.push_back(b.constant("value", {}));
+    b.convolution("a", 6, 4, "y");
+    b.network.outputs = {"y"};
+    check(b, {"Pad", "Conv"});
+  }
+}
+
+TEST_CASE("what is known beforehand is a constant", "[nn][network][simplify]") {
+  Builder b;
+  b.node("Relu", {b.constant("w", {4, 6, 1, 1})}, "weights");
+  b.node("Conv", {"x", "weights"}, "y");
+  b.node("Relu", {"x"}, "unread");
+  b.network.outputs = {"y"};
+  check(b, {"Conv"});
+}
