@@ -1,27 +1,69 @@
 // Activations that are curves, for one instruction set; vector_kernels.inl includes this file, under the same
 // rules. See Curve for what they are.
 
+/// The smaller and the larger of each lane and a number, in the form that is one instruction; NaN stays.
+template <class T>
+inline Register<T> at_most(T most, const Register<T>& x) {
+  const Register<T> bound = most + Register<T>{};
+  return bound < x ? bound : x;
+}
+template <class T>
+inline Register<T> at_least(T least, const Register<T>& x) {
+  const Register<T> bound = least + Register<T>{};
+  return bound > x ? bound : x;
+}
+
+/// x · 2^k, where k are integers and `shifted` is round_to_integer + k.
+template <class T>
+inline Register<T> scaled_by_power(const Register<T>& x, [[maybe_unused]] const Register<T>& k,
+                                   [[maybe_unused]] const Register<T>& shifted) {
+#if TAPESTRY_VECTOR_BYTES == 64
+#if defined(__clang__)
+  constexpr unsigned short all_of_16 = 0xffff;
+  constexpr unsigned char all_of_8 = 0xff;
+#else
+  constexpr short all_of_16 = -1;
+  constexpr signed char all_of_8 = -1;
+#endif
+  if constexpr (sizeof(T) == 4) return __builtin_ia32_scalefps512_mask(x, k, x, all_of_16, 4);
+  if constexpr (sizeof(T) == 8) return __builtin_ia32_scalefpd512_mask(x, k, x, all_of_8, 4);
+#endif
+  using Format = tapestry::detail::ExponentialFormat<T>;
+  using Bits = typename Vector<typename Format::Bits>::Register;
+  return x * (Register<T>)(((Bits)shifted + Format::bias) << Format::mantissa_bits);
+}
+
 /// exp x in each lane as tapestry::detail::vector_exp(), but cut at both ends, where it stays finite.
 template <class T>
 inline Register<T> cut_exp(const Register<T>& x) {
   using Format = tapestry::detail::ExponentialFormat<T>;
-  using Bits = typename Vector<typename Format::Bits>::Register;
   constexpr auto& terms = tapestry::detail::ExponentialTerms<T>::terms;
   constexpr std::size_t count = sizeof(terms) / sizeof(terms[0]);
-  const Register<T> below = x > Format::largest_finite ? Format::largest_finite + Register<T>{} : x;
-  const Register<T> within = below < Format::least ? Format::least + Register<T>{} : below;
+  const Register<T> within = at_least<T>(Format::least, at_most<T>(Format::largest_finite, x));
   const Register<T> shifted = within * static_cast<T>(1.4426950408889634) + Format::round_to_integer;
   const Register<T> k = shifted - Format::round_to_integer;
   const Register<T> r = (within - k * Format::ln2_high) - k * Format::ln2_low;
   Register<T> tail = terms[count - 1] + Register<T>{};
   for (std::size_t i = count - 1; i-- > 0;) tail = tail * r + terms[i];
-  const Register<T> power = (r + r * r * tail) + T(1);
-  return power * (Register<T>)(((Bits)shifted + Format::bias) << Format::mantissa_bits);
+  const Register<T> power = (tail * r + T(1)) * r + T(1);
+  return scaled_by_power<T>(power, k, shifted);
+}
+
+/// 1 / x of x from 1 to the largest power of e.
+template <class T>
+inline Register<T> reciprocal_lanes(const Register<T>& x) {
+#if TAPESTRY_VECTOR_BYTES == 64
+  if constexpr (sizeof(T) == 4) {  // 14 bits, and twice as many by a step of Newton's method
+    const Register<T> near = __builtin_ia32_rcp14ps512_mask(x, x, 0xffff);
+    return near * (T(2) - x * near);
+  }
+#endif
+  return T(1) / x;
 }
 
 template <class T>
 inline Register<T> logistic_lanes(const Register<T>& x) {
-  return T(1) / (cut_exp<T>(-x) + T(1));
+  return reciprocal_lanes<T>(cut_exp<T>(-x) + T(1));
 }
 
 /// x between 0 and 1; NaN stays.
@@ -45,7 +87,7 @@ inline Register<T> curve_lanes(const Curve<T>& curve, const Register<T>& x) {
   if constexpr (K == CurveKind::logistic) {
     return logistic_lanes<T>(x);
   } else if constexpr (K == CurveKind::swish) {
-    return x / (cut_exp<T>(-x) + T(1));
+    return x * logistic_lanes<T>(x);
   } else if constexpr (K == CurveKind::mish) {
     Register<T> e;
     const Register<T> n = mish_term<T>(x, e);

@@ -51,7 +51,36 @@ inline void copy_lanes(const T* from, T* to, std::size_t count) {
   }
 }
 
+#if TAPESTRY_VECTOR_BYTES == 64
+/// The instruction set loads and stores a part of a vector as fast as a whole one.
+inline constexpr bool has_masks = true;
+
 /// Writes `count` leading values, or all that there are.
+template <class T>
+inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
+  const unsigned mask = count >= Vector<T>::lanes ? 0xffffU : (1U << count) - 1U;
+  if constexpr (sizeof(T) == 4) {
+    __builtin_ia32_storeups512_mask(reinterpret_cast<float*>(out), (Register<float>)value,
+                                    static_cast<unsigned short>(mask));
+  } else {
+    __builtin_ia32_storeupd512_mask(reinterpret_cast<double*>(out), (Register<double>)value,
+                                    static_cast<unsigned char>(mask));
+  }
+}
+
+/// Reads `count` leading values, or all that there are; the others are 0.
+template <class T>
+inline Register<T> load_lanes(const T* in, std::size_t count) {
+  const unsigned mask = count >= Vector<T>::lanes ? 0xffffU : (1U << count) - 1U;
+  if constexpr (sizeof(T) == 4) {
+    return __builtin_ia32_loadups512_mask(in, Register<T>{}, static_cast<unsigned short>(mask));
+  } else {
+    return __builtin_ia32_loadupd512_mask(in, Register<T>{}, static_cast<unsigned char>(mask));
+  }
+}
+#else
+inline constexpr bool has_masks = false;
+
 template <class T>
 inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
   if (count >= Vector<T>::lanes) {
@@ -63,7 +92,6 @@ inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
   copy_lanes(&partial[0], out, count);
 }
 
-/// Reads `count` leading values, or all that there are; the others are 0.
 template <class T>
 inline Register<T> load_lanes(const T* in, std::size_t count) {
   if (count >= Vector<T>::lanes) return load(in);
@@ -71,6 +99,7 @@ inline Register<T> load_lanes(const T* in, std::size_t count) {
   copy_lanes(in, &partial[0], count);
   return load(&partial[0]);
 }
+#endif
 
 #include <tapestry/nn/curve_kernels.inl>
 
@@ -145,7 +174,7 @@ template <class T, int P, int V>
 inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V], std::size_t first, T* out,
                        std::ptrdiff_t step, std::size_t count) {
   constexpr std::ptrdiff_t lanes = Vector<T>::lanes;
-  const bool is_short = count >= V * lanes && end.gate == nullptr && end.positive == nullptr &&
+  const bool is_short = (has_masks || count >= V * lanes) && end.gate == nullptr && end.positive == nullptr &&
                         end.addend == nullptr && end.curve.kind == CurveKind::none;
   if (!is_short) {
     Register<T> copy[P][V];
@@ -164,6 +193,14 @@ inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V], std::si
     return store_any<T>(end, sums, P, V, first, out, step, count);
   }
   if (end.bias != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(end.bias + first + v * lanes);
+  if (has_masks && count < V * lanes) {
+    const std::size_t left = count > static_cast<std::size_t>((V - 1) * lanes) ? count - (V - 1) * lanes : 0;
+    const std::size_t counts[2] = {V == 1 ? left : count, left};
+    if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += load_lanes<T>(out + p * step + v * lanes, counts[v]);
+    TAPESTRY_FOR_EACH_SUM sum[p][v] = sum[p][v] > T(0) ? sum[p][v] : sum[p][v] * end.slope;
+    TAPESTRY_FOR_EACH_SUM store_lanes<T>(sum[p][v], out + p * step + v * lanes, counts[v]);
+    return;
+  }
   if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(out + p * step + v * lanes);
   if (end.slope != T(1))
     TAPESTRY_FOR_EACH_SUM sum[p][v] = sum[p][v] > T(0) ? sum[p][v] : sum[p][v] * end.slope;

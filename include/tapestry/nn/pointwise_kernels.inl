@@ -90,10 +90,28 @@ void periodic_sums(const T* x, const T* y, const T* origin, std::size_t period, 
   }
 }
 
-/// The largest value of each channel in a window of pixels, and where it is: the first of equal ones, and NaN
-/// before everything.
+/// a[0], b[0], a[1], b[1], … in two vectors.
 template <class T>
-void max_pool_pixel(const MaxPoolArguments<T>& a) {
+inline void interleave_lanes(const Register<T>& a, const Register<T>& b, Register<T>& low,
+                             Register<T>& high) {
+  constexpr int n = static_cast<int>(Vector<T>::lanes);
+  if constexpr (n == 16) {
+    low = __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    high = __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+  } else if constexpr (n == 8) {
+    low = __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11);
+    high = __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15);
+  } else if constexpr (n == 4) {
+    low = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+    high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  } else {
+    low = __builtin_shufflevector(a, b, 0, 2);
+    high = __builtin_shufflevector(a, b, 1, 3);
+  }
+}
+
+template <class T, bool HasChoice>
+inline void max_pool_window(const MaxPoolArguments<T>& a) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   using Choices = typename Vector<Position<T>>::Register;
   for (std::size_t channel = 0; channel < a.channels; channel += lanes) {
@@ -103,14 +121,41 @@ void max_pool_pixel(const MaxPoolArguments<T>& a) {
       const T* in = a.in + row * a.row_step + channel;
       for (std::size_t column = 0; column < a.columns; ++column, in += a.channels) {
         const Register<T> value = load(in);
-        const auto is_better = (value > best) | ((value != value) & (best == best));
+        const auto is_better = HasChoice ? (value > best) | ((value != value) & (best == best))
+                                         : (value > best) | (value != value);
         best = is_better ? value : best;
-        const auto position = a.first_position + static_cast<Position<T>>(row * a.width + column);
-        choice = is_better ? Choices{} + position : choice;
+        if constexpr (HasChoice) {
+          const auto position = a.first_position + static_cast<Position<T>>(row * a.width + column);
+          choice = is_better ? Choices{} + position : choice;
+        }
       }
     }
     const std::size_t count = a.channels - channel;
     store_lanes<T>(best, a.out + channel, count);
-    if (a.choice != nullptr) store_lanes<Position<T>>(choice, a.choice + channel, count);
+    if constexpr (HasChoice) store_lanes<Position<T>>(choice, a.choice + channel, count);
   }
+}
+
+/// The largest value of each channel in a window of pixels, and where it is: the first of equal ones, and NaN
+/// before everything.
+template <class T>
+void max_pool_pixel(const MaxPoolArguments<T>& a) {
+  if (a.choice == nullptr) return max_pool_window<T, false>(a);
+  max_pool_window<T, true>(a);
+}
+
+/// out[2i] = even[i] and out[2i + 1] = odd[i], for elements begin … end − 1 of `out`
+template <class T>
+void interleave(const T* even, const T* odd, std::size_t begin, std::size_t end, T* out) {
+  std::size_t i = begin;
+  if (i % 2 != 0 && i < end) out[i - begin] = odd[i / 2], ++i;
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  for (; i + 2 * lanes <= end; i += 2 * lanes) {
+    const Register<T> a = load(even + i / 2), b = load(odd + i / 2);
+    Register<T> low, high;
+    interleave_lanes<T>(a, b, low, high);
+    store(out + (i - begin), low);
+    store(out + (i - begin) + lanes, high);
+  }
+  for (; i < end; ++i) out[i - begin] = i % 2 == 0 ? even[i / 2] : odd[i / 2];
 }

@@ -134,6 +134,7 @@ Kernels<T> make_kernels() {
   kernels.affine = &affine<T>;
   kernels.combine = &combine<T>;
   kernels.periodic_sums = &periodic_sums<T>;
+  kernels.interleave = &interleave<T>;
   kernels.max_pool_pixel = &max_pool_pixel<T>;
   return kernels;
 }
