@@ -48,16 +48,18 @@ Array<std::uint8_t, 3> read_picture(const std::string& path) {
 
 /// Boxes in pixels of the image.
 std::vector<detect::Detection> detect_in(const std::string& path, const Array<std::uint8_t, 3>& picture,
-                                         const DetectorSettings& settings,
-                                         const detect::Detector<float>& network, detect::Pass<float>& pass) {
+                                         const DetectorSettings& settings, const Detector& detector,
+                                         detect::Pass<float>& pass) {
+  const auto& network = *detector.network;
   const std::size_t height = network.input_height();
   const std::size_t width = network.input_width();
-  network.forward(image::batch_of(image::letterboxed(image::from_bytes<float>(picture), height, width, 0.5F)),
-                  pass);
+  const auto input = image::fitted(image::from_bytes<float>(picture), height, width, detector.fit);
+  network.forward(image::batch_of(input), pass);
   detect::require_finite_logits(pass.logits, path);
   auto detections = detect::suppress(
       detect::decode(network.heads(), pass.logits, 0, settings.confidence, height, width), settings.nms);
-  const auto back = image::picture_from_canvas(picture.shape(0), picture.shape(1), height, width);
+  const auto back =
+      image::picture_from_canvas(picture.shape(0), picture.shape(1), height, width, detector.fit.kind);
   for (auto& detection : detections) {
     auto& box = detection.box;
     box = {back.x(box.cx), back.y(box.cy), back.width(box.w), back.height(box.h)};
@@ -70,17 +72,17 @@ std::string name_of(std::size_t class_index, const std::vector<std::string>& nam
 }
 
 Json json_of(const std::string& path, const std::vector<detect::Detection>& detections,
-             const std::vector<std::string>& names) {
+             const Detector& detector) {
   Json list = Json::array();
   for (const auto& d : detections)
     list.push_back({{"class", d.class_index},
-                    {"name", name_of(d.class_index, names)},
+                    {"name", name_of(d.class_index, detector.names)},
                     {"confidence", d.confidence},
                     {"x", d.box.left()},
                     {"y", d.box.top()},
                     {"width", d.box.w},
                     {"height", d.box.h}});
-  return {{"image", path}, {"detections", list}};
+  return {{"image", path}, {"fit", image::name_of(detector.fit.kind)}, {"detections", list}};
 }
 
 void print_table(const std::string& path, const std::vector<detect::Detection>& detections,
@@ -127,10 +129,10 @@ int run(Options& options) {
   for (const auto& path : options.images) {
     auto picture = read_picture(path);
     const auto start = std::chrono::steady_clock::now();
-    const auto detections = detect_in(path, picture, settings, *detector.network, pass);
+    const auto detections = detect_in(path, picture, settings, detector, pass);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (options.json)
-      all.push_back(json_of(path, detections, detector.names));
+      all.push_back(json_of(path, detections, detector));
     else
       print_table(path, detections, detector.names);
     if (options.annotate.empty()) continue;
@@ -140,7 +142,8 @@ int run(Options& options) {
   if (options.json)
     std::cout << report_text(all);
   else
-    std::printf("%.1f ms an image, %.0f MiB at most\n",
+    std::printf("fit %s, %.1f ms an image, %.0f MiB at most\n",
+                std::string(image::name_of(detector.fit.kind)).c_str(),
                 1e3 * seconds / static_cast<double>(options.images.size()), peak_mib());
   return 0;
 }

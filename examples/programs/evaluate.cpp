@@ -119,7 +119,9 @@ int run(const CLI::App& app, Options& options) {
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;
   camouflage::ViewStore<float> store(
-      car, {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U},
+      car,
+      {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U,
+       inputs.detector.fit},
       frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));
   const auto usable = views_with_car(store, inputs.warnings);
   print_warnings(inputs.warnings);

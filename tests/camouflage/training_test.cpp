@@ -155,6 +155,45 @@ TEST_CASE("a wide frame is letterboxed with the car where the frame shows it", "
       REQUIRE(coverage(wide, y, x) == (y >= 12 && y < 36 ? coverage(square, y, x) : 0));
 }
 
+TEST_CASE("the car is drawn where a frame that is stretched or in the corner shows it",
+          "[camouflage][view]") {
+  using tapestry::image::FitKind;
+  const auto car = test::tiny_car();
+  const bool is_wide = GENERATE(true, false);
+  auto frame = test::tiny_frame(1);
+  frame.image =
+      tapestry::test::random_array<std::uint8_t>({is_wide ? 24U : 48U, is_wide ? 48U : 24U, 3}, 1, 0, 255);
+  (is_wide ? frame.camera->tan_half_fov_y : frame.camera->tan_half_fov_x) /= 2;
+  const auto alone = camouflage::make_view<double>(frame, car, frame.image.shape(0), frame.image.shape(1));
+  REQUIRE(alone.visible_pixels > 100);
+  const auto colours = camouflage::own_colours<double>(car);
+  const auto expected = camouflage::picture_of(alone, colours);
+
+  const tapestry::image::Fit corner{FitKind::letterbox_top_left, 114.0 / 255};
+  const auto placed = camouflage::make_view<double>(frame, car, 48, 48, 2, corner);
+  CHECK(placed.visible_pixels == alone.visible_pixels);
+  CHECK(placed.target.cx == alone.target.cx);
+  CHECK(placed.target.cy == alone.target.cy);
+  const auto picture = camouflage::picture_of(placed, colours);
+  double largest = 0;
+  for (std::size_t y = 0; y < 48; ++y)
+    for (std::size_t x = 0; x < 48; ++x)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const bool is_inside = y < expected.shape(0) && x < expected.shape(1);
+        largest =
+            std::max(largest, std::abs(picture(y, x, c) - (is_inside ? expected(y, x, c) : corner.fill)));
+      }
+  CHECK(largest <= 1e-9);  // the shear's rounding, times the slopes of the paint
+
+  // A stretched frame is one that a camera of the same field of view took with other pixels.
+  const auto stretched = camouflage::make_view<double>(frame, car, 48, 48, 2, {FitKind::stretch, 0});
+  frame.image = tapestry::filled<std::uint8_t, 3>({48, 48, 3}, std::uint8_t(0));
+  const auto whole = camouflage::make_view<double>(frame, car, 48, 48);
+  CHECK((stretched.paint_to_picture.coverage == whole.paint_to_picture.coverage));
+  CHECK(stretched.target.w == whole.target.w);
+  CHECK(stretched.background(47, 47, 0) != 0);
+}
+
 TEST_CASE("a mask of another size is refused with both sizes", "[camouflage][view]") {
   auto frame = test::tiny_frame(0);
   frame.mask = tapestry::filled<std::uint8_t, 2>({47, 48}, std::uint8_t(1));

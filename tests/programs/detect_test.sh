@@ -26,6 +26,32 @@ expect_exit 3 "a page instead of weights" "$detect" --cfg "$assets/detector.cfg"
 expect_error_line 'page.weights.*HTML'
 
 
+# How a picture goes into the network: as --fit says, or letter_box of the cfg, or in a letterbox.
+wide=$sources/examples/assets/result.png
+weights=(--weights "$assets/detector.weights")
+expect_exit 0 "the usual fit" "$detect" --json "$wide"
+grep -q '"fit": "letterbox"' command.out && pass || fail "no letterbox without --fit"
+cp command.out usual.json
+expect_exit 0 "saying the usual fit" "$detect" --json --fit letterbox "$wide"
+expect_same command.out usual.json
+for fit in stretch letterbox_top_left; do
+  expect_exit 0 "the fit $fit" "$detect" --json --fit $fit "$wide"
+  cmp -s command.out usual.json && fail "--fit $fit changes nothing" || pass
+  cp command.out $fit.json
+done
+expect_exit 0 "the fit in a table" "$detect" --fit stretch "$wide"
+grep -q '^fit stretch, ' command.out && pass || fail "the table does not say its fit"
+for value in 0 1; do sed "s/^\[net\]/[net]\nletter_box=$value/" "$assets/detector.cfg" >box$value.cfg; done
+expect_exit 0 "letter_box=1" "$detect" --json --cfg box1.cfg "${weights[@]}" --names "$assets/detector.names" "$wide"
+expect_same command.out usual.json
+expect_exit 0 "letter_box=0" "$detect" --json --cfg box0.cfg "${weights[@]}" --names "$assets/detector.names" "$wide"
+expect_same command.out stretch.json
+expect_exit 0 "--fit above letter_box=0" "$detect" --json --cfg box0.cfg "${weights[@]}" \
+  --names "$assets/detector.names" --fit letterbox "$wide"
+expect_same command.out usual.json
+expect_exit 2 "an unknown fit" "$detect" --fit crop "$frame"
+expect_error_line '^error: --fit'
+
 # Several pictures of which one is broken: nothing is printed or drawn of the others.
 head -c 900 "drawn/$(basename "$frame" .npz)-detections.png" >cut.png
 mkfifo pipe.png
@@ -78,6 +104,9 @@ swept=$(awk '/^P@0.5 by confidence/ { on = 1 } on && $1 == "clean" { print $4 }'
 direct=$(awk '$1 == "clean" { for (i = 1; i < NF; i++) if ($i == "P@0.5") { print $(i + 1); exit } }' command.out)
 [ -n "$swept" ] && [ "$swept" = "$direct" ] && pass || fail "P@0.5 at 0.9 is $direct, in the sweep $swept"
 expect_exit 2 "evaluate without a run" "$evaluate"
+expect_exit 0 "evaluate another fit" "$evaluate" --clean-only --size 128 --fit letterbox_top_left --output corner
+grep -q '"fit": "letterbox_top_left"' corner/metrics.json && pass || fail "the metrics do not say --fit"
+grep -q '"fit"' measured/metrics.json && fail "the metrics say a fit that was not given" || pass
 # Names that would give a terminal orders.
 sed '1s/.*/\x1b[31mcar\x1b]0;title\x07/' "$assets/detector.names" >orders.names
 expect_exit 0 "class names with control characters" "$detect" --cfg "$assets/detector.cfg" \

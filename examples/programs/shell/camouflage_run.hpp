@@ -111,7 +111,7 @@ class CamouflageRun {
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
     return {inputs_.detector.network->input_height(), inputs_.detector.network->input_width(),
-            options_.scene.samples, options_.keep_mib << 20U};
+            options_.scene.samples, options_.keep_mib << 20U, inputs_.detector.fit};
   }
 
   [[nodiscard]] camouflage::ViewStore<float>& test_store() {

@@ -12,6 +12,7 @@
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>
@@ -58,6 +59,7 @@ inline void fill_in_bundled(DetectorSettings& detector) {
 /// A network with its weights and the names of its classes.
 struct Detector {
   std::unique_ptr<detect::Detector<float>> network;
+  image::Fit fit;                  ///< of pictures in the network's input
   std::vector<std::string> names;  ///< may be empty: classes are then known by number only
   std::vector<std::string> warnings;
 };
@@ -72,8 +74,12 @@ inline Detector load_detector(const DetectorSettings& settings) {
   if (loaded.network.heads().empty())
     throw FileError(ErrorKind::mismatch,
                     {loaded.network.config().name, "", "the network has no [yolo] section"});
-  Detector detector{
-      std::make_unique<detect::Network<float>>(std::move(loaded.network)), {}, std::move(loaded.warnings)};
+  const auto fit =
+      settings.fit.empty() ? detect::fit_of(loaded.network.config()) : image::fit_by_name(settings.fit);
+  Detector detector{std::make_unique<detect::Network<float>>(std::move(loaded.network)),
+                    fit,
+                    {},
+                    std::move(loaded.warnings)};
   if (!settings.names.empty())
     detector.names = io::read_class_names(settings.names, detector.network->heads().front().classes);
   return detector;

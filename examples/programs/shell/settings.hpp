@@ -7,6 +7,7 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decode_family.hpp>
+#include <tapestry/image/letterbox.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <type_traits>
 #include <utility>
@@ -34,6 +35,7 @@ struct DetectorSettings {
   std::string cfg;
   std::string weights;
   std::string decode;
+  std::string fit;
   std::string names;
   std::string class_name = "car";
   std::size_t size = 0;
@@ -86,6 +88,9 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit("decode", s.decode,
         "how logits become boxes: darknet, ultralytics or scaled; left out, what converted --weights say, or "
         "of Darknet weights the cfg: scaled for new_coords=1, else darknet");
+  visit("fit", s.fit,
+        "how a picture goes into the network's input: letterbox, letterbox_top_left or stretch; left out, as "
+        "letter_box of the cfg says, else letterbox");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, or for others none");
   visit("class", s.class_name,
@@ -124,12 +129,15 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
   });
 }
 
+/// Settings that, left empty, leave the choice to the detector; a manifest then lacks them.
+inline bool is_open_choice(const std::string& name) { return name == "decode" || name == "fit"; }
+
 /// Adds the settings to a JSON object under their option names.
 template <class Settings>
 void add_json(nlohmann::ordered_json& json, Settings settings) {
   visit_settings(settings, [&](const char* name, auto& value, const char*) {
     const nlohmann::ordered_json setting = value;
-    if (std::string(name) == "decode" && setting == "") return;  // what a manifest without a choice says
+    if (is_open_choice(name) && setting == "") return;
     json[name] = setting;
   });
 }
@@ -155,9 +163,17 @@ inline std::vector<std::string> decode_choices() {
   return choices;
 }
 
+/// What --fit can be.
+inline std::vector<std::string> fit_choices() {
+  std::vector<std::string> choices;
+  for (const auto kind : image::fit_kinds) choices.emplace_back(image::name_of(kind));
+  return choices;
+}
+
 inline void require_sound(const DetectorSettings& s, ProblemList& list) {
   list.require(s.cfg.empty() || !s.weights.empty(), "--cfg and --weights go together; --weights is missing");
   if (!s.decode.empty()) list.require_choice("--decode", s.decode, decode_choices());
+  if (!s.fit.empty()) list.require_choice("--fit", s.fit, fit_choices());
   list.require(s.size <= 4096, "--size must be at most 4096 pixels");
   list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
   list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");
@@ -192,8 +208,8 @@ template <class Settings>
 void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
                  Settings& settings, std::vector<std::string>& differing) {
   Settings whole;
-  const auto is_left_out = [&](const char* name) {  // by a manifest that knows no such setting
-    return std::string(name) == "decode" && saved.is_object() && !saved.contains(name);
+  const auto is_left_out = [&](const char* name) {
+    return is_open_choice(name) && saved.is_object() && !saved.contains(name);
   };
   visit_settings(whole, [&](const char* name, auto& value, const char*) {
     if (is_left_out(name)) return;

@@ -23,9 +23,8 @@ namespace tapestry::camouflage {
 
 /// A frame prepared for one detector: everything that does not change with the texture.
 ///
-/// H and W are those of the network's input; a frame of another aspect ratio lies centred in it with grey (½)
-/// above and below or to the sides (Darknet's letterbox). The car is drawn in the window around what shows of
-/// it, h × w pixels.
+/// H and W are those of the network's input; image::Fit says how a frame of another aspect ratio lies in it.
+/// The car is drawn in the window around what shows of it, h × w pixels.
 template <class T>
 struct View {
   std::string name;
@@ -38,27 +37,33 @@ struct View {
 };
 
 namespace detail {
-/// The camera that sees the frame inside its letterbox: the field of view grows by the margins.
-inline geometry::Camera letterboxed(geometry::Camera camera, const image::Letterbox& box, std::size_t height,
-                                    std::size_t width) {
-  camera.tan_half_fov_y *= static_cast<double>(height) / static_cast<double>(box.height);
-  camera.tan_half_fov_x *= static_cast<double>(width) / static_cast<double>(box.width);
+/// The camera that sees the frame in its place: the field of view grows by what is beside the frame, and a
+/// frame that is not in the middle shears the view along its axis, see geometry::pinhole_camera().
+inline geometry::Camera placed(geometry::Camera camera, const image::Placement& place, std::size_t height,
+                               std::size_t width) {
+  const auto place_axis = [&](std::size_t axis, double& tan_half_fov, std::size_t extent, std::size_t placed,
+                              std::size_t before) {
+    const auto whole = static_cast<double>(extent);
+    tan_half_fov *= whole / static_cast<double>(placed);
+    const double shift = 2 * static_cast<double>(before) + static_cast<double>(placed) - whole;
+    if (shift == 0) return;
+    const double shear = tan_half_fov * shift / whole;
+    for (std::size_t i = 0; i < 3; ++i) camera.rotation[axis][i] += shear * camera.rotation[2][i];
+    camera.translation[axis] += shear * camera.translation[2];
+  };
+  place_axis(0, camera.tan_half_fov_x, width, place.width, place.left);
+  place_axis(1, camera.tan_half_fov_y, height, place.height, place.top);
   return camera;
 }
 
-template <class T>
-Array<T, 3> background_of(const io::Frame& frame, std::size_t height, std::size_t width) {
-  return image::letterboxed(image::from_bytes<T>(frame.image), height, width, T(0.5));
-}
-
 /// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
-/// published data set, whose masks are slightly dilated silhouettes. The margins are 0.
+/// published data set, whose masks are slightly dilated silhouettes. Beside the frame it is 0.
 template <class T>
-Array<T, 2> mask_of(const io::Frame& frame, std::size_t height, std::size_t width) {
+Array<T, 2> mask_of(const io::Frame& frame, std::size_t height, std::size_t width, image::FitKind fit) {
   Array<T, 3> marked(Extents<3>{frame.image.shape(0), frame.image.shape(1), 1});
   for (std::size_t i = 0; i < marked.size(); ++i)
     marked.data()[i] = !frame.mask || frame.mask->data()[i] != 0 ? T(1) : T(0);
-  const Array<T, 3> canvas = image::letterboxed(marked, height, width, T(0));
+  const Array<T, 3> canvas = image::fitted(marked, height, width, {fit, 0});
   Array<T, 2> mask(Extents<2>{height, width});
   for (std::size_t i = 0; i < mask.size(); ++i) mask.data()[i] = canvas.data()[i] > T(0) ? T(1) : T(0);
   return mask;
@@ -83,25 +88,26 @@ inline detect::Box box_around(const image::PixelWindow& window) {
 }
 }  // namespace detail
 
-/// Prepares one frame for a network input of height × width pixels.
+/// Prepares one frame for a network input of height × width pixels, into which it goes by `fit`.
 ///
 /// The car is hidden in the view when it lies outside the picture or wholly behind the mask: then
 /// visible_pixels is 0 and the target an empty box.
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError as io::camera_of()
 template <class T>
 [[nodiscard]] View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
-                                std::size_t width, std::size_t samples_per_axis = 2) {
+                                std::size_t width, std::size_t samples_per_axis = 2,
+                                const image::Fit& fit = {}) {
   if (frame.mask)
     require_shape("make_view", "mask", *frame.mask, {frame.image.shape(0), frame.image.shape(1)});
-  const auto box = image::letterbox(frame.image.shape(0), frame.image.shape(1), height, width);
-  const auto camera = detail::letterboxed(io::camera_of(frame), box, height, width);
+  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
+  const auto camera = detail::placed(io::camera_of(frame), place, height, width);
   const auto whole =
       raster::masked(raster::texture_operator<T>(car, camera, height, width,
                                                  frame.light.value_or(raster::Light{}), samples_per_axis),
-                     detail::mask_of<T>(frame, height, width));
+                     detail::mask_of<T>(frame, height, width, fit.kind));
   View<T> view;
   view.name = frame.name;
-  view.background = detail::background_of<T>(frame, height, width);
+  view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   view.window = raster::covered_window(whole.coverage);
   view.paint_to_picture = raster::cropped(whole, view.window);
   const auto& coverage = view.paint_to_picture.coverage;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/letterbox.hpp>
 #include <utility>
 #include <vector>
 
@@ -31,6 +32,7 @@ class ViewStore {
     std::size_t width = 0;
     std::size_t samples_per_axis = 2;
     std::size_t keep_bytes = std::size_t(4) << 30U;  ///< views beyond it are prepared anew each time
+    image::Fit fit{};                                ///< of frames in the network's input
   };
 
   /// \param car  must outlive the store
@@ -69,8 +71,9 @@ class ViewStore {
   static constexpr std::size_t views_at_a_time = 16;
 
   [[nodiscard]] ViewPointer make(std::size_t index) const {
-    return std::make_shared<const View<T>>(
-        make_view<T>(loaders_[index](), car_, settings_.height, settings_.width, settings_.samples_per_axis));
+    return std::make_shared<const View<T>>(make_view<T>(loaders_[index](), car_, settings_.height,
+                                                        settings_.width, settings_.samples_per_axis,
+                                                        settings_.fit));
   }
 
   void keep(std::size_t index, const ViewPointer& view) {

@@ -5,6 +5,7 @@
 #include <tapestry/detect/network_config/decode_choice.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/detect/network_config/shape.hpp>
+#include <tapestry/image/letterbox.hpp>
 #include <vector>
 
 namespace tapestry::detect {
@@ -28,6 +29,14 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
   }
 }
 }  // namespace detail
+
+/// How pictures go into a network's input: as letter_box says, whose 1 means a letterbox and 0 means that
+/// they are stretched, and where a cfg does not say it, in a letterbox. Source: the option letter_box in
+/// AlexeyAB's Darknet, which stretches where it is left out; the first Darknet has no such option and a
+/// letterbox always.
+[[nodiscard]] inline image::Fit fit_of(const NetworkConfig& config) {
+  return image::fit_by_name(config.letter_box.value_or(true) ? "letterbox" : "stretch");
+}
 
 /// Checks that a description is a detector's: layers that fit each other at the size it names, at least one
 /// head, no two heads of the same grid, and all of one decode family. A reader of files calls it; so should

@@ -1,15 +1,51 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <string>
+#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/resize.hpp>
 
 namespace tapestry::image {
 
-/// Where a picture lies inside a canvas of another aspect ratio: scaled as large as fits, and centred.
-struct Letterbox {
+/// How a picture goes onto a canvas of another aspect ratio, such as a network's input:
+///
+///   letterbox           scaled as large as fits, and centred, as Darknet's detectors take it
+///   letterbox_top_left  scaled as large as fits, in the top left corner, as YOLOX takes it
+///   stretch             scaled to the whole canvas, by a factor for each side
+enum class FitKind { letterbox, letterbox_top_left, stretch };
+
+/// A fit, and what is beside the picture.
+struct Fit {
+  FitKind kind = FitKind::letterbox;
+  double fill = 0.5;  ///< of every channel, in [0, 1]; nothing is left for it when the picture is stretched
+
+  bool operator==(const Fit&) const = default;
+};
+
+inline constexpr std::array<FitKind, 3> fit_kinds{FitKind::letterbox, FitKind::letterbox_top_left,
+                                                  FitKind::stretch};
+
+[[nodiscard]] constexpr std::string_view name_of(FitKind kind) {
+  constexpr std::array<std::string_view, 3> names{"letterbox", "letterbox_top_left", "stretch"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// The fit of a name with its usual fill: ½ for letterbox, 114 of 255 for letterbox_top_left.
+/// \throws DomainError for any other name than letterbox, letterbox_top_left and stretch
+[[nodiscard]] inline Fit fit_by_name(std::string_view name) {
+  for (const FitKind kind : fit_kinds)
+    if (name_of(kind) == name) return {kind, kind == FitKind::letterbox_top_left ? 114.0 / 255 : 0.5};
+  throw DomainError("no fit is called " + in_quotes(name) +
+                    "; expected letterbox, letterbox_top_left or stretch");
+}
+
+/// Where a picture lies on a canvas.
+struct Placement {
   std::size_t height = 0;  ///< of the scaled picture, pixels of the canvas
   std::size_t width = 0;
   std::size_t top = 0;
@@ -17,23 +53,25 @@ struct Letterbox {
 };
 
 /// The placement of a picture of from_height × from_width on a canvas of height × width. The side that does
-/// not fill the canvas is rounded down to the parity of the canvas, so that the margins are equal and the
-/// centre stays the centre. Source of the idea: Darknet's letterbox_image, which rounds down only.
-/// \throws DomainError if an extent is 0
-[[nodiscard]] inline Letterbox letterbox(std::size_t from_height, std::size_t from_width, std::size_t height,
-                                         std::size_t width) {
+/// not fill the canvas is rounded down, for a centred picture to the parity of the canvas, so that the
+/// margins are equal and the centre stays the centre. Source of the idea: Darknet's letterbox_image, which
+/// rounds down only. \throws DomainError if an extent is 0
+[[nodiscard]] inline Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height,
+                                         std::size_t width, FitKind kind = FitKind::letterbox) {
   if (from_height == 0 || from_width == 0 || height == 0 || width == 0)
-    throw DomainError("letterbox: a picture without pixels");
-  Letterbox box{height, width, 0, 0};
+    throw DomainError("placement: a picture without pixels");
+  Placement place{height, width, 0, 0};
+  if (kind == FitKind::stretch) return place;
   if (from_width * height > from_height * width)
-    box.height = std::max<std::size_t>(1, from_height * width / from_width);
+    place.height = std::max<std::size_t>(1, from_height * width / from_width);
   else
-    box.width = std::max<std::size_t>(1, from_width * height / from_height);
-  if ((height - box.height) % 2 != 0 && box.height > 1) --box.height;
-  if ((width - box.width) % 2 != 0 && box.width > 1) --box.width;
-  box.top = (height - box.height) / 2;
-  box.left = (width - box.width) / 2;
-  return box;
+    place.width = std::max<std::size_t>(1, from_width * height / from_height);
+  if (kind == FitKind::letterbox_top_left) return place;
+  if ((height - place.height) % 2 != 0 && place.height > 1) --place.height;
+  if ((width - place.width) % 2 != 0 && place.width > 1) --place.width;
+  place.top = (height - place.height) / 2;
+  place.left = (width - place.width) / 2;
+  return place;
 }
 
 /// Pixels of a picture from pixels of the canvas that it lies on: x = x_scale · (x_canvas − left), y alike;
@@ -50,44 +88,54 @@ struct PictureFromCanvas {
   [[nodiscard]] double height(double height_canvas) const { return height_canvas * y_scale; }
 };
 
-/// Inverts the placement of letterbox(), whose arguments it takes. The two scales differ by what rounding the
-/// placed extents to whole pixels makes them differ.
+/// Inverts placement(), whose arguments it takes. The two scales of a letterboxed picture differ by what
+/// rounding the placed extents to whole pixels makes them differ.
 /// \throws DomainError if an extent is 0
 [[nodiscard]] inline PictureFromCanvas picture_from_canvas(std::size_t picture_height,
                                                            std::size_t picture_width, std::size_t height,
-                                                           std::size_t width) {
-  const Letterbox box = letterbox(picture_height, picture_width, height, width);
-  return {static_cast<double>(picture_width) / static_cast<double>(box.width),
-          static_cast<double>(picture_height) / static_cast<double>(box.height),
-          static_cast<double>(box.left), static_cast<double>(box.top)};
+                                                           std::size_t width,
+                                                           FitKind kind = FitKind::letterbox) {
+  const Placement place = placement(picture_height, picture_width, height, width, kind);
+  return {static_cast<double>(picture_width) / static_cast<double>(place.width),
+          static_cast<double>(picture_height) / static_cast<double>(place.height),
+          static_cast<double>(place.left), static_cast<double>(place.top)};
 }
 
-/// The picture, [h, w, C], resized bilinearly into its place on a canvas [height, width, C] of one value.
-/// \param margin  that value, a colour in [0, 1]
+/// The picture, [h, w, C], resized bilinearly into its place on a canvas, [height, width, C].
 /// \throws DomainError if an extent is 0
 template <class T>
-[[nodiscard]] Array<T, 3> letterboxed(const Array<T, 3>& picture, std::size_t height, std::size_t width,
-                                      T margin) {
-  const Letterbox box = letterbox(picture.shape(0), picture.shape(1), height, width);
-  const Array<T, 3> resized = resize_bilinear(picture, box.height, box.width);
+[[nodiscard]] Array<T, 3> fitted(const Array<T, 3>& picture, std::size_t height, std::size_t width,
+                                 const Fit& fit) {
+  const Placement place = placement(picture.shape(0), picture.shape(1), height, width, fit.kind);
+  const Array<T, 3> resized = resize_bilinear(picture, place.height, place.width);
   const std::size_t channels = picture.shape(2);
-  auto canvas = filled<T, 3>({height, width, channels}, margin);
-  for (std::size_t y = 0; y < box.height; ++y)
-    std::copy_n(resized.data() + y * box.width * channels, box.width * channels,
-                canvas.data() + ((y + box.top) * width + box.left) * channels);
+  auto canvas = filled<T, 3>({height, width, channels}, static_cast<T>(fit.fill));
+  for (std::size_t y = 0; y < place.height; ++y)
+    std::copy_n(resized.data() + y * place.width * channels, place.width * channels,
+                canvas.data() + ((y + place.top) * width + place.left) * channels);
   return canvas;
 }
 
-/// Adds the transpose of letterboxed() times canvas_adjoint to picture_adjoint: the margins go nowhere.
+/// Adds the transpose of fitted() times canvas_adjoint to picture_adjoint: what is beside the picture goes
+/// nowhere.
 ///
 /// \param canvas_adjoint   [height, width, C]
 /// \param picture_adjoint  [h, w, C]
 /// \throws DomainError if an extent is 0, ShapeError if the channels differ
 template <class T>
-void letterboxed_adjoint(const Array<T, 3>& canvas_adjoint, Array<T, 3>& picture_adjoint) {
-  const Letterbox box = letterbox(picture_adjoint.shape(0), picture_adjoint.shape(1), canvas_adjoint.shape(0),
-                                  canvas_adjoint.shape(1));
-  resize_bilinear_adjoint(crop(canvas_adjoint, {box.top, box.left, box.height, box.width}), picture_adjoint);
+void fitted_adjoint(const Array<T, 3>& canvas_adjoint, FitKind kind, Array<T, 3>& picture_adjoint) {
+  const Placement place = placement(picture_adjoint.shape(0), picture_adjoint.shape(1),
+                                    canvas_adjoint.shape(0), canvas_adjoint.shape(1), kind);
+  resize_bilinear_adjoint(crop(canvas_adjoint, {place.top, place.left, place.height, place.width}),
+                          picture_adjoint);
+}
+
+/// fitted() as a letterbox with a fill of one's own.
+/// \param margin  the fill, in [0, 1]
+template <class T>
+[[nodiscard]] Array<T, 3> letterboxed(const Array<T, 3>& picture, std::size_t height, std::size_t width,
+                                      T margin) {
+  return fitted(picture, height, width, {FitKind::letterbox, static_cast<double>(margin)});
 }
 
 }  // namespace tapestry::image

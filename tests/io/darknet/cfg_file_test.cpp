@@ -205,6 +205,23 @@ TEST_CASE("training options are ignored in their own sections only", "[io][darkn
   CHECK(scaled.layers.back().scale == -0.5);
 }
 
+TEST_CASE("letter_box says how pictures go in", "[io][darknet]") {
+  const auto parsed = [](const std::string& option) {
+    return io::parse_network_config(replaced(good, "channels=3\n", "channels=3\n" + option), "some.cfg");
+  };
+  const auto fit_of = [&](const std::string& option) { return detect::fit_of(parsed(option)); };
+  CHECK(fit_of("") == tapestry::image::Fit{});
+  CHECK(fit_of("letter_box=1\n") == tapestry::image::Fit{});
+  CHECK(fit_of("letter_box=0\n").kind == tapestry::image::FitKind::stretch);
+  CHECK(parsed("letter_box=1\n").warnings.empty());
+  tapestry::test::check_bad_files(
+      {{"word", "letter_box=yes\n", ErrorKind::malformed, "5:12", "'yes'"},
+       {"2", "letter_box=2\n", ErrorKind::malformed, "5:12",
+        "option 'letter_box' out of range; expected 0 to 1"},
+       {"twice", "letter_box=1\nletter_box=1\n", ErrorKind::malformed, "6", "given twice"}},
+      "some.cfg", parsed);
+}
+
 TEST_CASE("another suppression than the one implemented is remarked", "[io][darknet]") {
   CHECK(io::parse_network_config(good + "nms_kind=greedynms\nbeta_nms=0.6\n", "some.cfg").warnings.empty());
   CHECK(io::parse_network_config(good + "nms_kind=diounms\nbeta_nms=0.6\n", "some.cfg").warnings ==

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
@@ -53,6 +54,7 @@ struct NetworkConfig {
   std::size_t height = 416;  ///< of the input
   std::size_t width = 416;
   std::size_t channels = 3;
+  std::optional<bool> letter_box{};  ///< AlexeyAB's option, where the cfg has it; see fit_of()
   std::vector<LayerConfig> layers{};
 
   /// Added to variances inside the root. Not part of a cfg file but of the program that runs it: 1e-5 in

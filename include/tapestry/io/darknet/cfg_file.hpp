@@ -21,6 +21,8 @@ inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
     throw reader.error(*reader.find("channels"), "the network is fed with colour pictures", "channels=3",
                        std::to_string(config.channels), ErrorKind::mismatch);
   }
+  if (reader.find("letter_box") != nullptr)
+    config.letter_box = reader.integer("letter_box", 0, 0, 1, ErrorKind::malformed) != 0;
 }
 }  // namespace detail
 

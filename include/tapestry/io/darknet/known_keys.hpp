@@ -63,7 +63,6 @@ inline constexpr auto layer_training_keys = std::to_array<std::string_view>(
                                                                "mosaic",
                                                                "mosaic_bound",
                                                                "gaussian_noise",
-                                                               "letter_box",
                                                                "label_smooth_eps",
                                                                "dynamic_minibatch",
                                                                "optimized_memory",
@@ -142,7 +141,7 @@ inline constexpr auto unsupported_cfg_keys =
 
 /// The keys that `section` may hold and that mean something to Tapestry.
 [[nodiscard]] inline std::vector<std::string_view> understood_keys(std::string_view section) {
-  if (section == "net" || section == "network") return {"width", "height", "channels"};
+  if (section == "net" || section == "network") return {"width", "height", "channels", "letter_box"};
   if (section == "convolutional" || section == "conv") {
     return {"filters",  "size",   "stride",          "pad",       "padding",
             "dilation", "groups", "batch_normalize", "activation"};
