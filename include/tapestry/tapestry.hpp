@@ -79,8 +79,11 @@
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/head.hpp>
+#include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/detect/input_encoding_variable.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_variable.hpp>
@@ -123,6 +126,7 @@
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/decimal_from_chars.hpp>
+#include <tapestry/io/detector_description_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/face_list_file.hpp>

@@ -1,0 +1,168 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <map>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/detector_description.hpp>
+#include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/detector_description_file.hpp>
+#include <tapestry/io/json.hpp>
+#include <utility>
+#include <vector>
+
+/// \file
+/// The compiled part of detector_description_file.hpp.
+
+namespace tapestry::io {
+namespace detail {
+
+/// One object of a description, whose members are read by name and type.
+class DescribedObject {
+ public:
+  /// \param name       its key, for messages; empty for the outermost
+  /// \param positions  bytes where members begin, of an inner object the one where it does itself
+  DescribedObject(const nlohmann::json& value, const std::string& path, std::string name,
+                  std::map<std::string, std::uint64_t> positions)
+      : value_(value), path_(path), name_(std::move(name)), positions_(std::move(positions)) {}
+
+  [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected,
+                         const std::string& found) const {
+    const auto at = positions_.find(name_.empty() ? key : name_);
+    throw FileError(
+        ErrorKind::malformed,
+        {path_, at == positions_.end() ? "" : "@" + std::to_string(at->second), what, expected, found});
+  }
+
+  /// Refuses members of other names.
+  void require_keys(std::initializer_list<std::string_view> keys) const {
+    std::string known;
+    for (const auto key : keys) known += (known.empty() ? "" : ", ") + std::string(key);
+    for (const auto& member : value_.items())
+      if (std::ranges::find(keys, member.key()) == keys.end())
+        fail(member.key(), "unknown key" + (name_.empty() ? "" : " of " + in_quotes(name_)), known,
+             in_quotes(member.key()));
+  }
+
+  [[nodiscard]] bool has(const char* key) const { return value_.contains(key); }
+
+  /// The member of that name, which is there.
+  [[nodiscard]] const nlohmann::json& member(const char* key) const { return value_[key]; }
+
+  /// A number from low to high, which is the range in words.
+  [[nodiscard]] double number(const char* key, const nlohmann::json& value, double low, double high,
+                              const char* range) const {
+    const double found = value.is_number() ? value.get<double>() : low - 1;
+    if (!(found >= low && found <= high)) refuse(key, value, range);
+    return found;
+  }
+
+  [[nodiscard]] std::string word(const char* key, const std::string& expected) const {
+    if (!member(key).is_string()) refuse(key, member(key), expected);
+    return member(key).get<std::string>();
+  }
+
+  /// What `by_name` makes of the word of that key.
+  template <class ByName>
+  [[nodiscard]] auto named(const char* key, const std::string& expected, ByName by_name) const {
+    try {
+      return by_name(word(key, expected));
+    } catch (const DomainError&) {
+      refuse(key, member(key), expected);
+    }
+  }
+
+  [[noreturn]] void refuse(const char* key, const nlohmann::json& value, const std::string& expected) const {
+    fail(key, in_quotes(key) + " makes no sense", expected,
+         value.is_string() ? in_quotes(value.get_ref<const std::string&>()) : in_quotes(value.dump()));
+  }
+
+ private:
+  const nlohmann::json& value_;
+  const std::string& path_;
+  std::string name_;
+  std::map<std::string, std::uint64_t> positions_;
+};
+
+inline void read_triple(const DescribedObject& object, const char* key, double low, double high,
+                        const char* range, std::array<double, 3>& values) {
+  if (!object.has(key)) return;
+  const auto& list = object.member(key);
+  if (!list.is_array() || list.size() != 3) object.refuse(key, list, range);
+  for (std::size_t i = 0; i < 3; ++i) values[i] = object.number(key, list[i], low, high, range);
+}
+
+inline void read_fit(const DescribedObject& input, image::Fit& fit) {
+  if (input.has("fit"))
+    fit = input.named("fit", "letterbox, letterbox_top_left or stretch",
+                      [](const std::string& name) { return image::fit_by_name(name); });
+  if (!input.has("fill")) return;
+  if (fit.kind == image::FitKind::stretch)
+    input.fail("fill", "'fill' beside the fit stretch, which leaves nothing to fill", "", "");
+  fit.fill = input.number("fill", input.member("fill"), 0, 255, "a number from 0 to 255") / 255;
+}
+
+inline void read_input(const DescribedObject& input, detect::DetectorDescription& description) {
+  constexpr double smallest = 1e-9, largest = 1e9;
+  input.require_keys({"order", "scale", "mean", "std", "fit", "fill"});
+  auto& encoding = description.encoding;
+  if (input.has("order"))
+    encoding.order = input.named("order", "rgb or bgr", [](const std::string& name) {
+      if (name != "rgb" && name != "bgr") throw DomainError("no such order");
+      return name == "rgb" ? detect::ColourOrder::rgb : detect::ColourOrder::bgr;
+    });
+  if (input.has("scale"))
+    encoding.scale =
+        input.number("scale", input.member("scale"), smallest, largest, "a number from 1e-9 to 1e9");
+  read_triple(input, "mean", -largest, largest, "three numbers from -1e9 to 1e9", encoding.mean);
+  read_triple(input, "std", smallest, largest, "three numbers from 1e-9 to 1e9", encoding.deviation);
+  read_fit(input, description.fit);
+}
+
+inline void read_strides(const DescribedObject& outermost, detect::DetectorDescription& description) {
+  constexpr const char* expected = "up to 16 whole numbers from 1 to 4096, each once";
+  if (!outermost.has("strides")) {
+    if (!detect::has_anchors(detect::decode_family_of(description.head)))
+      outermost.fail("strides", "no 'strides', which heads without anchors need", expected, "");
+    return;
+  }
+  const auto& list = outermost.member("strides");
+  if (!list.is_array() || list.empty() || list.size() > 16) outermost.refuse("strides", list, expected);
+  for (const auto& entry : list) {
+    const bool is_count = entry.is_number_unsigned() && entry >= 1 && entry <= 4096;
+    const auto& strides = description.strides;
+    if (!is_count || std::ranges::find(strides, entry.get<std::size_t>()) != strides.end())
+      outermost.refuse("strides", list, expected);
+    description.strides.push_back(entry.get<std::size_t>());
+  }
+}
+
+}  // namespace detail
+
+detect::DetectorDescription parse_detector_description(std::string_view text, const std::string& path) {
+  constexpr std::size_t levels = 3;  // a mean in an input in the outermost object
+  const JsonText json = read_json(text, path, 0, levels);
+  if (!json.value.is_object())
+    throw FileError(ErrorKind::malformed,
+                    {path, "", "not a detector's description", "a JSON object", json.value.type_name()});
+  const detail::DescribedObject outermost(json.value, path, "", json.positions);
+  outermost.require_keys({"input", "head", "strides"});
+  detect::DetectorDescription description;
+  if (outermost.has("input")) {
+    const auto& input = outermost.member("input");
+    if (!input.is_object()) outermost.refuse("input", input, "an object");
+    detail::read_input({input, path, "input", json.positions}, description);
+  }
+  if (!outermost.has("head")) outermost.fail("head", "no 'head'", std::string(detect::head_kind_names), "");
+  description.head = outermost.named("head", std::string(detect::head_kind_names),
+                                     [](const std::string& name) { return detect::head_kind_by_name(name); });
+  detail::read_strides(outermost, description);
+  return description;
+}
+
+}  // namespace tapestry::io

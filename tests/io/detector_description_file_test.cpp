@@ -1,0 +1,99 @@
+#include <tapestry/io/detector_description_file.hpp>
+
+#include <string>
+#include <vector>
+
+#include "../support/bad_file.hpp"
+#include "../support/catch.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace detect = tapestry::detect;
+namespace io = tapestry::io;
+using tapestry::ErrorKind;
+
+namespace {
+detect::DetectorDescription parsed(const std::string& text) {
+  return io::parse_detector_description(text, "some.json");
+}
+
+const std::string nanodet =
+    R"({"input": {"order": "bgr", "scale": 1, "mean": [103.53, 116.28, 123.675], )"
+    R"("std": [57.375, 57.12, 58.395], "fit": "stretch"}, "head": "nanodet", "strides": [8, 16, 32]})";
+}  // namespace
+
+TEST_CASE("a detector's description is read from JSON", "[io][detector_description_file]") {
+  CHECK(parsed(nanodet) == detect::known_description("nanodet"));
+  CHECK(parsed(R"({"head": "yolox", "strides": [8, 16, 32], "input":
+                   {"order": "bgr", "scale": 1, "fit": "letterbox_top_left", "fill": 114}})") ==
+        detect::known_description("yolox"));
+  CHECK(parsed(R"({"head": "yolox", "strides": [8, 16, 32], "input":
+                   {"order": "bgr", "scale": 1, "fit": "letterbox_top_left"}})") ==
+        detect::known_description("yolox"));
+  const tapestry::test::TemporaryFolder folder;
+  CHECK(io::read_detector_description(folder.write("nanodet.json", nanodet)) == parsed(nanodet));
+}
+
+TEST_CASE("what a description leaves out has its default", "[io][detector_description_file]") {
+  CHECK(parsed(R"({"head": "darknet"})") == detect::DetectorDescription{});
+  CHECK(parsed(R"({"head": "ultralytics", "input": {}})").head == detect::HeadKind::ultralytics);
+  const auto grey = parsed(R"({"head": "yolov8", "strides": [8], "input": {"fill": 114}})");
+  CHECK(grey.fit == tapestry::image::Fit{tapestry::image::FitKind::letterbox, 114.0 / 255});
+  CHECK(grey.encoding == detect::InputEncoding{});
+  CHECK(grey.strides == std::vector<std::size_t>{8});
+}
+
+TEST_CASE("N23: descriptions that make no sense are refused with the key",
+          "[io][detector_description_file]") {
+  const auto with_input = [](const std::string& input) {
+    return R"({"input": )" + input + R"(, "head": "darknet"})";
+  };
+  const auto with_strides = [](const std::string& strides) {
+    return R"({"head": "yolox", "strides": )" + strides + "}";
+  };
+  const auto bad = ErrorKind::malformed;
+  const std::string heads = "expected darknet, ultralytics, yolox, nanodet or yolov8";
+  const std::string counts =
+      "'strides' makes no sense; expected up to 16 whole numbers from 1 to 4096, each once";
+  const std::string fits = "'fit' makes no sense; expected letterbox, letterbox_top_left or stretch";
+  tapestry::test::check_bad_files(
+      {{"no object", "[]", bad, "", "not a detector's description; expected a JSON object, found array"},
+       {"no JSON", R"({"head": })", bad, "@9", "not valid JSON"},
+       {"no head", "{}", bad, "", "no 'head'; " + heads},
+       {"head", R"({"head": "detr"})", bad, "@9", "'head' makes no sense; " + heads + ", found 'detr'"},
+       {"head as a number", R"({"head": 3})", bad, "@9", "'head' makes no sense; " + heads + ", found '3'"},
+       {"key", R"({"head": "darknet", "anchors": []})", bad, "@31",
+        "unknown key; expected input, head, strides, found 'anchors'"},
+       {"input as a word", with_input("\"rgb\""), bad, "@10", "'input' makes no sense; expected an object"},
+       {"key of input", with_input(R"({"colour": "bgr"})"), bad, "@10",
+        "unknown key of 'input'; expected order, scale, mean, std, fit, fill, found 'colour'"},
+       {"order", with_input(R"({"order": "grb"})"), bad, "@10",
+        "'order' makes no sense; expected rgb or bgr, found 'grb'"},
+       {"scale 0", with_input(R"({"scale": 0})"), bad, "@10",
+        "'scale' makes no sense; expected a number from 1e-9 to 1e9, found '0'"},
+       {"scale below 0", with_input(R"({"scale": -1})"), bad, "@10", "'scale' makes no sense"},
+       {"scale as a word", with_input(R"({"scale": "1"})"), bad, "@10", "'scale' makes no sense"},
+       {"two means", with_input(R"({"mean": [1, 2]})"), bad, "@10",
+        "'mean' makes no sense; expected three numbers from -1e9 to 1e9, found '[1,2]'"},
+       {"a mean as a word", with_input(R"({"mean": [1, 2, "3"]})"), bad, "@10", "'mean' makes no sense"},
+       {"one mean", with_input(R"({"mean": 3})"), bad, "@10", "'mean' makes no sense"},
+       {"std 0", with_input(R"({"std": [1, 0, 1]})"), bad, "@10",
+        "'std' makes no sense; expected three numbers from 1e-9 to 1e9, found '0'"},
+       {"infinite std", with_input(R"({"std": [1, 1e999, 1]})"), bad, "@26", "not valid JSON"},
+       {"fit", with_input(R"({"fit": "crop"})"), bad, "@10", fits + ", found 'crop'"},
+       {"fill", with_input(R"({"fit": "letterbox", "fill": 256})"), bad, "@10",
+        "'fill' makes no sense; expected a number from 0 to 255, found '256'"},
+       {"fill of stretch", with_input(R"({"fit": "stretch", "fill": 0})"), bad, "@10",
+        "'fill' beside the fit stretch, which leaves nothing to fill"},
+       {"no strides", R"({"head": "nanodet"})", bad, "", "no 'strides', which heads without anchors need"},
+       {"strides as a number", with_strides("8"), bad, "@29", counts + ", found '8'"},
+       {"no stride", with_strides("[]"), bad, "@29", counts},
+       {"stride 0", with_strides("[8, 0]"), bad, "@29", counts + ", found '[8,0]'"},
+       {"stride below 0", with_strides("[-8]"), bad, "@29", counts},
+       {"half a stride", with_strides("[8.5]"), bad, "@29", counts},
+       {"large stride", with_strides("[4097]"), bad, "@29", counts},
+       {"stride twice", with_strides("[8, 16, 8]"), bad, "@29", counts},
+       {"17 strides", with_strides("[1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17]"), bad, "@29", counts},
+       {"deep", with_input(R"({"mean": [[1], 2, 3]})"), bad, "@20", "JSON nested too deep"},
+       {"key twice", R"({"head": "darknet", "head": "yolox"})", bad, "@20", "key given twice"}},
+      "some.json", parsed);
+}
