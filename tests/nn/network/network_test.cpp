@@ -51,3 +51,44 @@ TEST_CASE("an open extent takes the size that is asked for, and is an error with
   CHECK_THROWS_WITH(nn::Network<double>(description),
                     "net.onnx: input 'x' has an open extent at axis 2; state the input's size");
 }
+
+TEST_CASE("extents that a network asks for are worked out beforehand", "[nn][network]") {
+  nn::NetworkDescription description;
+  description.opset = 13;
+  description.inputs = {{"x", {std::nullopt, 6}}};
+  description.outputs = {"y", "count"};
+  const auto whole = [](std::vector<double> values) {
+    return nn::Constant{{values.size()}, nn::ElementType::integer, values};
+  };
+  description.constants = {{"first", whole({0})}, {"others", whole({2, -1})}};
+  description.nodes = {{"", "Shape", {"x"}, {"extents"}, {}},
+                       {"", "Gather", {"extents", "first"}, {"batch"}, {}},
+                       {"", "Concat", {"batch", "others"}, {"wanted"}, {{"axis", std::int64_t(0)}}},
+                       {"", "Reshape", {"x", "wanted"}, {"y"}, {}},
+                       {"", "Size", {"y"}, {"count"}, {}}};
+  const nn::Network<float> network(description, {{"x", {5, 6}}});
+  CHECK(network.output_shape(0) == nn::Shape{5, 2, 3});
+  nn::Buffer<float> x(30);
+  nn::NetworkPass<float> pass;
+  network.forward({x.data()}, pass);
+  CHECK(pass.output(1)[0] == 30.0F);
+}
+
+TEST_CASE("values that nothing makes are refused", "[nn][network]") {
+  auto description = one_node({"", "Relu"}, {2});
+  description.nodes[0].inputs = {"w"};
+  CHECK_THROWS_WITH(nn::Network<double>(description),
+                    "net.onnx: 1 node cannot be run: Relu \"y\": nothing makes its input 'w'");
+  description = one_node({"", "Relu"}, {2});
+  description.outputs = {"z"};
+  CHECK_THROWS_WITH(nn::Network<double>(description), "net.onnx: nothing makes the output 'z'");
+}
+
+TEST_CASE("results that are not supported are refused of constants, too", "[nn][network]") {
+  auto description = one_node({"", "Relu"}, {2});
+  description.constants["x"] = {{2}, nn::ElementType::floating, std::vector<float>{1, 2}};
+  description.inputs.clear();
+  description.nodes[0].outputs.push_back("z");
+  CHECK_THROWS_WITH(nn::Network<double>(description),
+                    "net.onnx: 1 node cannot be run: Relu \"y\" (opset 13): result 1 is not supported");
+}

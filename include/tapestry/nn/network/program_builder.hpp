@@ -46,6 +46,10 @@ class ProgramBuilder {
     for (const Node& node : description_.nodes) add_node(node);
     if (!problems_.empty()) refuse();
     for (const std::string& name : description_.outputs)
+      if (!known_.contains(name))
+        throw FileError(ErrorKind::mismatch,
+                        {description_.path, "", "nothing makes the output " + in_quotes(name)});
+    for (const std::string& name : description_.outputs)
       program_.outputs.push_back(value_of(name, known_.at(name), false, shape_of(known_.at(name)).size()));
     program_.constants.resize(program_.constants.size() + readable_past_end, T(0));
     return std::move(program_);
@@ -83,14 +87,19 @@ class ProgramBuilder {
     bool all_constant = true;
     for (const std::string& input : node.inputs) {
       if (input.empty()) continue;
-      const Known& known = known_.at(input);
-      if (known.failed) return fail(node);
-      all_constant = all_constant && known.constant != nullptr;
+      const auto known = known_.find(input);
+      if (known == known_.end()) {
+        problems_.push_back(label_of(node) + ": nothing makes its input " + in_quotes(input));
+        return fail(node);
+      }
+      if (known->second.failed) return fail(node);
+      all_constant = all_constant && known->second.constant != nullptr;
     }
     try {
+      const bool asks_extents = node.operation == "Shape" || node.operation == "Size";
       const auto found = operators<T>().find(node.operation);
-      if (found == operators<T>().end()) throw DomainError("the operator is not supported");
-      if (all_constant || node.operation == "Shape" || node.operation == "Size") return fold(node);
+      if (!asks_extents && found == operators<T>().end()) throw DomainError("the operator is not supported");
+      if (all_constant || asks_extents) return fold(node);
       make(node, found->second);
     } catch (const Error& error) {
       problems_.push_back(label_of(node) + " (opset " + std::to_string(description_.opset) +
@@ -114,11 +123,16 @@ class ProgramBuilder {
       operands.push_back({known.constant, shape_of(known), true});
     }
     auto results = fold_node(node, description_.opset, operands);
-    for (std::size_t i = 0; i < node.outputs.size() && i < results.size(); ++i) {
+    for (std::size_t i = 0; i < node.outputs.size(); ++i) {
       if (node.outputs[i].empty()) continue;
+      require_result(i, results.size());
       folded_.push_back(std::make_unique<Constant>(std::move(results[i])));
       known_[node.outputs[i]].constant = folded_.back().get();
     }
+  }
+
+  static void require_result(std::size_t i, std::size_t count) {
+    if (i >= count) throw DomainError("result " + std::to_string(i) + " is not supported");
   }
 
   /// Whether the node's tensors lie channels last.
@@ -170,7 +184,7 @@ class ProgramBuilder {
     const auto& results = step.operation->results();
     if (i >= results.size()) {
       if (name.empty()) return;
-      throw DomainError("result " + std::to_string(i) + " is not supported");
+      require_result(i, results.size());
     }
     const bool lies_last = is_last && results[i].shape.size() == 4;
     const Shape logical = lies_last ? logical_shape(results[i].shape) : results[i].shape;
