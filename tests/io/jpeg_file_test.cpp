@@ -162,10 +162,10 @@ TEST_CASE("a photograph taken on its side is read upright", "[io][jpeg]") {
     }
 }
 
-TEST_CASE("every cut of a JPEG is refused", "[io][jpeg][bad_input]") {
+TEST_CASE("I07: every cut of a JPEG is refused", "[io][jpeg][bad_input]") {
   for (const int flags : {0, TJFLAG_PROGRESSIVE}) {
     const std::string good = jpeg_of(smooth_picture(16, 16), flags);
-    INFO("I07 cut, progressive: " << (flags != 0));
+    INFO("progressive: " << (flags != 0));
     for (std::size_t length = 3; length + 2 < good.size(); ++length)
       check_refused(ErrorKind::malformed, "a.jpg",
                     [&] { (void)io::parse_jpeg(good.substr(0, length), "a.jpg"); });
