@@ -47,8 +47,8 @@ void describe(CLI::App& app, Options& options) {
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
 }
 
-/// Settings of the run, for those not given; a detector given here, as a cfg or as a converted file, replaces
-/// the run's altogether. Darknet weights alone are other weights for the run's cfg.
+/// Settings of the run, for those not given; a detector given here, as a cfg or as a file of its own,
+/// replaces the run's altogether. Darknet weights alone are other weights for the run's cfg.
 void adopt_run(const CLI::App& app, Options& options) {
   const std::string manifest = manifest_path(options.run);
   const Json saved = read_manifest(options.run);
@@ -58,7 +58,8 @@ void adopt_run(const CLI::App& app, Options& options) {
   options.other_frames = std::any_of(differing.begin(), differing.end(), is_frames);
   const bool other_detector =
       app.get_option("--cfg")->count() > 0 ||
-      (app.get_option("--weights")->count() > 0 && io::is_safetensors(options.detector.weights));
+      (app.get_option("--weights")->count() > 0 &&
+       (is_onnx(options.detector.weights) || io::is_safetensors(options.detector.weights)));
   if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
 }
 

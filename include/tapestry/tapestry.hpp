@@ -80,7 +80,9 @@
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
+#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/finite_logits.hpp>
+#include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/detect/input_encoding_variable.hpp>
@@ -89,6 +91,7 @@
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
+#include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>

@@ -122,7 +122,8 @@ class CamouflageRun {
   [[nodiscard]] std::vector<std::string> input_paths() const {
     std::vector<std::string> paths{options_.scene.mesh};
     const auto& detector = options_.detector;
-    for (const auto& optional : {detector.cfg, detector.weights, detector.names, options_.scene.faces})
+    for (const auto& optional :
+         {detector.cfg, detector.weights, detector.detector, detector.names, options_.scene.faces})
       if (!optional.empty()) paths.push_back(optional);
     paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
     if (inputs_.frames.held_out)

@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -10,21 +9,18 @@
 #include <string>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
-#include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/names_file.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <utility>
 #include <vector>
 
 #include "../../scenes/drawn_frames.hpp"
+#include "detector_inputs.hpp"
 #include "file_status.hpp"
 #include "mesh_inputs.hpp"
 #include "settings.hpp"
@@ -54,52 +50,6 @@ inline void fill_in_bundled(DetectorSettings& detector) {
     detector.weights = bundled.weights();
     if (detector.names.empty()) detector.names = bundled.names();
   }
-}
-
-/// A network with its weights and the names of its classes.
-struct Detector {
-  std::unique_ptr<detect::Detector<float>> network;
-  image::Fit fit;                  ///< of pictures in the network's input
-  std::vector<std::string> names;  ///< may be empty: classes are then known by number only
-  std::vector<std::string> warnings;
-};
-
-inline Detector load_detector(const DetectorSettings& settings) {
-  if (settings.cfg.empty() && !io::is_safetensors(settings.weights))
-    throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights +
-                                      " needs; only weights that convert_weights made hold their own");
-  std::optional<detect::DecodeFamily> decode;
-  if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
-  auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size, decode);
-  if (loaded.network.heads().empty())
-    throw FileError(ErrorKind::mismatch,
-                    {loaded.network.config().name, "", "the network has no [yolo] section"});
-  const auto fit =
-      settings.fit.empty() ? detect::fit_of(loaded.network.config()) : image::fit_by_name(settings.fit);
-  Detector detector{std::make_unique<detect::Network<float>>(std::move(loaded.network)),
-                    fit,
-                    {},
-                    std::move(loaded.warnings)};
-  if (!settings.names.empty())
-    detector.names = io::read_class_names(settings.names, detector.network->heads().front().classes);
-  return detector;
-}
-
-/// The class that is the car, by name or, without names, by number.
-inline std::size_t class_index_of(const DetectorSettings& settings, const Detector& detector) {
-  if (!detector.names.empty()) return io::class_index(detector.names, settings.class_name);
-  const std::string& text = settings.class_name;
-  const bool is_number =
-      !text.empty() && text.size() < 6 &&
-      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-  if (!is_number)
-    throw Error(ErrorKind::usage, "--class '" + text + "' needs --names; without them it must be a number");
-  const std::size_t index = std::stoul(text);
-  const std::size_t classes = detector.network->heads().front().classes;
-  if (index >= classes)
-    throw Error(ErrorKind::mismatch,
-                "--class " + text + ": the detector has " + std::to_string(classes) + " classes");
-  return index;
 }
 
 /// The car as painted, before any frame is known.

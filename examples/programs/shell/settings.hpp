@@ -35,6 +35,7 @@ struct DetectorSettings {
   std::string cfg;
   std::string weights;
   std::string decode;
+  std::string detector;
   std::string fit;
   std::string names;
   std::string class_name = "car";
@@ -83,19 +84,23 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit("cfg", s.cfg,
         "Darknet network description; left out, the one inside converted --weights, or the bundled one");
   visit("weights", s.weights,
-        "Darknet weights that belong to --cfg, or a detector that convert_weights made; the bundled one's "
-        "when both are left out");
+        "Darknet weights that belong to --cfg, a detector that convert_weights made, or an .onnx model; the "
+        "bundled one's when both are left out");
+  visit("detector", s.detector,
+        "JSON file that says how an .onnx detector takes pictures and what its outputs are; left out, YOLOX "
+        "and "
+        "NanoDet are recognised");
   visit("decode", s.decode,
         "how logits become boxes: darknet, ultralytics or scaled; left out, what converted --weights say, or "
         "of Darknet weights the cfg: scaled for new_coords=1, else darknet");
   visit("fit", s.fit,
         "how a picture goes into the network's input: letterbox, letterbox_top_left or stretch; left out, as "
-        "letter_box of the cfg says, else letterbox");
+        "letter_box of the cfg or the detector's description says, else letterbox");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, or for others none");
   visit("class", s.class_name,
         "name of the class that is the car; its number, from 0, when there are no names");
-  visit("size", s.size, "side of the network's square input, pixels; 0: as the cfg says");
+  visit("size", s.size, "side of the network's square input, pixels; 0: as the cfg or the model says");
   visit("confidence", s.confidence, "least objectness x class probability of a detection, 0 to 1");
   visit("nms", s.nms, "overlap (IoU) above which the weaker of two boxes of one class is dropped, 0 to 1");
 }
@@ -130,7 +135,9 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 }
 
 /// Settings that, left empty, leave the choice to the detector; a manifest then lacks them.
-inline bool is_open_choice(const std::string& name) { return name == "decode" || name == "fit"; }
+inline bool is_open_choice(const std::string& name) {
+  return name == "decode" || name == "fit" || name == "detector";
+}
 
 /// Adds the settings to a JSON object under their option names.
 template <class Settings>

@@ -7,6 +7,7 @@
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/mode.hpp>
+#include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <tapestry/nn/workspace.hpp>
 #include <utility>
@@ -42,6 +43,9 @@ struct Pass {
   std::vector<detail::LayerState<T>> layers{};  ///< one for each layer, then the image
   nn::Workspace<T> workspace{};
   nn::Buffer<T> partial_sums{};  ///< of weight gradients
+
+  std::vector<nn::NetworkPass<T>> graph{};  ///< of a GraphDetector: one for each image
+  std::vector<nn::Buffer<T>> inputs{};      ///< likewise: the image as the network takes it
 
   /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
   /// over the same network and images. A forward pass in float flips a few signs next to zero, each of which

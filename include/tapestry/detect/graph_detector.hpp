@@ -1,0 +1,135 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/detector_description.hpp>
+#include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/detect/raw_outputs.hpp>
+#include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/network/pruned.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::detect {
+
+/// A detector that is a network of operators, as ONNX files hold them. Its heads are read before the logistic
+/// function that exports end with, so that losses get raw logits. Pictures of a batch run one after another,
+/// each with all threads: a batch costs no more a picture than one.
+template <std::floating_point T>
+class GraphDetector final : public Detector<T> {
+ public:
+  /// \param network  as a file tells it, with one input [1, 3, H, W]
+  /// \param kind     how pictures go in and what the outputs mean
+  /// \param size     side of the square input, pixels; 0: as the network says
+  /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind
+  GraphDetector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0)
+      : kind_(std::move(kind)),
+        network_(nn::pruned(network, raw_outputs(network)), sizes(network, size), true),
+        heads_(exported_heads(network.path, kind_, output_shapes(), input_height(), input_width())) {}
+
+  [[nodiscard]] std::size_t input_height() const override { return network_.input_shape(0)[1]; }
+  [[nodiscard]] std::size_t input_width() const override { return network_.input_shape(0)[2]; }
+  [[nodiscard]] const std::vector<Head>& heads() const override { return heads_.heads; }
+  [[nodiscard]] const DetectorDescription& description() const { return kind_; }
+
+  void set_engine(nn::Engine engine) { network_.set_engine(engine); }
+
+  /// The network's constants, and which of them are weights.
+  [[nodiscard]] const nn::Network<T>& network() const { return network_; }
+  [[nodiscard]] nn::Network<T>& network() { return network_; }
+
+  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const override {
+    this->require_images(images);
+    pass.mode = mode;
+    pass.images = images.shape(0);
+    pass.graph.resize(pass.images);
+    pass.inputs.resize(pass.images);
+    pass.logits.resize(heads().size());
+    for (std::size_t h = 0; h < heads().size(); ++h)
+      pass.logits[h].resize(
+          {pass.images, heads()[h].channel_count(), heads()[h].grid_height, heads()[h].grid_width});
+    for (std::size_t n = 0; n < pass.images; ++n) {
+      pass.inputs[n].resize(image_size());
+      encode(images.data() + n * image_size(), image_size() / 3, kind_.encoding, pass.inputs[n].data());
+      network_.forward({pass.inputs[n].data()}, pass.graph[n], mode);
+      for (const HeadPiece& piece : heads_.pieces)
+        std::copy_n(pass.graph[n].output(piece.output), piece.size, at(piece, pass.logits[piece.head], n));
+    }
+  }
+
+  /// \param parameters_adjoint  in the order of network().constants(); only its weights are added to
+  void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
+                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const override {
+    this->require_logits_adjoint("GraphDetector::pull_back", pass, pass.graph.size() == pass.images,
+                                 logits_adjoint);
+    if (images_adjoint != nullptr)
+      require_shape("GraphDetector::pull_back", "images_adjoint", *images_adjoint,
+                    {pass.images, input_height(), input_width(), 3});
+    if (parameters_adjoint != nullptr)
+      require_shape("GraphDetector::pull_back", "parameters_adjoint", *parameters_adjoint,
+                    {network_.constants().size()});
+    nn::Buffer<T> input_adjoint;
+    for (std::size_t n = 0; n < pass.images; ++n) {
+      std::vector<const T*> of_outputs(network_.output_count(), nullptr);
+      for (const HeadPiece& piece : heads_.pieces)
+        if (const Array<T, 4>* adjoint = logits_adjoint[piece.head]; adjoint != nullptr)
+          of_outputs[piece.output] = at(piece, *adjoint, n);
+      if (images_adjoint != nullptr) {
+        input_adjoint.resize(image_size());
+        input_adjoint.fill_zero();
+      }
+      network_.adjoint(pass.graph[n], of_outputs,
+                       {images_adjoint != nullptr ? input_adjoint.data() : nullptr},
+                       parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
+      if (images_adjoint != nullptr)
+        encode_adjoint(input_adjoint.data(), image_size() / 3, kind_.encoding,
+                       images_adjoint->data() + n * image_size());
+    }
+  }
+
+ private:
+  [[nodiscard]] static std::map<std::string, nn::Shape> sizes(const nn::NetworkDescription& network,
+                                                              std::size_t size) {
+    const auto refuse = [&](const std::string& found) {
+      throw FileError(ErrorKind::mismatch,
+                      {network.path, "", "not a detector of pictures", "one input [1, 3, H, W]", found});
+    };
+    if (network.inputs.size() != 1) refuse(std::to_string(network.inputs.size()) + " inputs");
+    const auto& shape = network.inputs.front().shape;
+    if (shape.size() != 4 || shape[1].value_or(3) != 3 || shape[0].value_or(1) != 1)
+      refuse("input " + in_quotes(network.inputs.front().name) + " of other extents");
+    if (size == 0 && (!shape[2] || !shape[3]))
+      throw FileError(ErrorKind::mismatch,
+                      {network.path, "", "the input's size is open; state it with --size"});
+    return {
+        {network.inputs.front().name, {1, 3, size == 0 ? *shape[2] : size, size == 0 ? *shape[3] : size}}};
+  }
+
+  [[nodiscard]] std::vector<nn::Shape> output_shapes() const {
+    std::vector<nn::Shape> shapes;
+    for (std::size_t i = 0; i < network_.output_count(); ++i) shapes.push_back(network_.output_shape(i));
+    return shapes;
+  }
+
+  [[nodiscard]] std::size_t image_size() const { return 3 * input_height() * input_width(); }
+
+  /// Where a piece of image n begins within its head's logits.
+  template <class Logits>
+  [[nodiscard]] static auto* at(const HeadPiece& piece, Logits& logits, std::size_t n) {
+    const std::size_t cells = logits.shape(2) * logits.shape(3);
+    return logits.data() + (n * logits.shape(1) + piece.first_channel) * cells;
+  }
+
+  DetectorDescription kind_;
+  nn::Network<T> network_;
+  ExportedHeads heads_;
+};
+
+}  // namespace tapestry::detect

@@ -1,0 +1,265 @@
+#include <tapestry/detect/graph_detector.hpp>
+
+#include <cmath>
+#include <string>
+#include <tapestry/core/random.hpp>
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/detect/recognised_detector.hpp>
+#include <tapestry/loss/adversarial_variable.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/random_array.hpp"
+
+namespace detect = tapestry::detect;
+namespace nn = tapestry::nn;
+using tapestry::Array;
+
+namespace {
+
+/// Writes down small exports, as PyTorch leaves them.
+class Exporter {
+ public:
+  explicit Exporter(std::size_t size) {
+    description_.path = "net.onnx";
+    description_.opset = 11;
+    description_.inputs = {{"images", {1, 3, size, size}}};
+  }
+
+  /// A convolution of 3 × 3 taps.
+  std::string convolution(const std::string& from, std::size_t in, std::size_t out, std::int64_t stride) {
+    const std::string name = "conv" + std::to_string(description_.nodes.size());
+    std::vector<float> weights(out * in * 9), biases(out);
+    for (float& weight : weights)
+      weight = static_cast<float>(random_.normal() / std::sqrt(9.0 * static_cast<double>(in)));
+    for (float& bias : biases) bias = static_cast<float>(random_.uniform(-0.5, 0.5));
+    description_.constants[name + ".weight"] = {{out, in, 3, 3}, nn::ElementType::floating, weights};
+    description_.constants[name + ".bias"] = {{out}, nn::ElementType::floating, biases};
+    return add("Conv", {from, name + ".weight", name + ".bias"},
+               {{"kernel_shape", std::vector<std::int64_t>{3, 3}},
+                {"strides", std::vector<std::int64_t>{stride, stride}},
+                {"pads", std::vector<std::int64_t>{1, 1, 1, 1}}});
+  }
+
+  std::string add(const std::string& operation, std::vector<std::string> inputs,
+                  std::map<std::string, nn::Attribute> attributes = {}) {
+    const std::string output = "v" + std::to_string(description_.nodes.size());
+    description_.nodes.push_back({"", operation, std::move(inputs), {output}, std::move(attributes)});
+    return output;
+  }
+
+  std::string integers(std::vector<double> values) {
+    const std::string name = "shape" + std::to_string(description_.constants.size());
+    const std::size_t count = values.size();
+    description_.constants[name] = {{count}, nn::ElementType::integer, std::move(values)};
+    return name;
+  }
+
+  nn::NetworkDescription finish(std::vector<std::string> outputs) {
+    description_.outputs = std::move(outputs);
+    return description_;
+  }
+
+  /// Features of stride 8, 16 and 32.
+  std::vector<std::string> backbone() {
+    const auto sigmoid = [&](const std::string& from) { return add("Sigmoid", {from}); };
+    const std::string four = sigmoid(convolution(sigmoid(convolution("images", 3, 4, 2)), 4, 6, 2));
+    std::vector<std::string> levels{sigmoid(convolution(four, 6, 8, 2))};
+    while (levels.size() < 3) levels.push_back(sigmoid(convolution(levels.back(), 8, 8, 2)));
+    return levels;
+  }
+
+ private:
+  nn::NetworkDescription description_;
+  tapestry::Random random_{7};
+};
+
+constexpr std::size_t classes = 5;
+
+/// As YOLOX: boxes, objectness and classes from convolutions of their own, joined, laid flat, joined again.
+nn::NetworkDescription yolox_like(std::size_t size) {
+  Exporter exporter(size);
+  std::vector<std::string> flat;
+  const std::map<std::string, nn::Attribute> channels{{"axis", std::int64_t(1)}};
+  for (const std::string& level : exporter.backbone()) {
+    const std::string scores = exporter.convolution(level, 8, classes, 1);
+    const std::string boxes = exporter.convolution(level, 8, 4, 1);
+    const std::string objectness = exporter.convolution(level, 8, 1, 1);
+    const std::string joined = exporter.add(
+        "Concat", {boxes, exporter.add("Sigmoid", {objectness}), exporter.add("Sigmoid", {scores})},
+        channels);
+    flat.push_back(exporter.add("Reshape", {joined, exporter.integers({1, 5 + classes, -1})}));
+  }
+  const std::string all = exporter.add("Concat", flat, {{"axis", std::int64_t(2)}});
+  return exporter.finish({exporter.add("Transpose", {all}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}})});
+}
+
+/// As NanoDet: one convolution a level, split in two outputs.
+nn::NetworkDescription nanodet_like(std::size_t size) {
+  Exporter exporter(size);
+  std::vector<std::string> scores, distances;
+  const std::vector<std::int64_t> transposed{0, 2, 1};
+  for (const std::string& level : exporter.backbone()) {
+    const std::string both = exporter.convolution(level, 8, classes + 32, 1);
+    const auto part = [&](std::int64_t first, std::int64_t end) {
+      const std::string cut =
+          exporter.add("Slice", {both, exporter.integers({static_cast<double>(first)}),
+                                 exporter.integers({static_cast<double>(end)}), exporter.integers({1})});
+      return cut;
+    };
+    const auto flat = [&](const std::string& from, double count) {
+      const std::string shaped = exporter.add("Reshape", {from, exporter.integers({1, count, -1})});
+      return exporter.add("Transpose", {shaped}, {{"perm", transposed}});
+    };
+    scores.push_back(flat(exporter.add("Sigmoid", {part(0, classes)}), classes));
+    distances.push_back(flat(part(classes, classes + 32), 32));
+  }
+  scores.insert(scores.end(), distances.begin(), distances.end());
+  return exporter.finish(scores);
+}
+
+template <class T>
+Array<T, 4> pictures(std::size_t count, std::size_t size) {
+  auto images = tapestry::test::random_array<T, 4>({count, size, size, 3}, 3);
+  for (T& value : images.storage()) value = (value + 1) / 2;
+  return images;
+}
+
+}  // namespace
+
+TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores",
+          "[detect][graph_detector]") {
+  const auto description = yolox_like(64);
+  const detect::GraphDetector<double> detector(description, detect::known_description("yolox"));
+  REQUIRE(detector.heads().size() == 3);
+  CHECK(detector.heads()[0].classes == classes);
+  CHECK(detector.heads()[2].grid_width == 2);
+
+  const auto images = pictures<double>(2, 64);
+  detect::Pass<double> pass;
+  detector.forward(images, pass);
+
+  // The export itself, fed with the second picture as it asks for it: BGR, 0 to 255.
+  const nn::Network<double> whole(description, {}, true);
+  nn::Buffer<double> input(64 * 64 * 3);
+  for (std::size_t i = 0; i < input.size(); ++i)
+    input.data()[i] = 255 * images.data()[input.size() + i / 3 * 3 + 2 - i % 3];
+  nn::NetworkPass<double> exported;
+  whole.forward({input.data()}, exported);
+  std::size_t candidate = 0;
+  for (std::size_t h = 0; h < 3; ++h) {
+    const auto& logits = pass.logits[h];
+    const std::size_t cells = logits.shape(2) * logits.shape(3);
+    for (std::size_t cell = 0; cell < cells; ++cell, ++candidate)
+      for (std::size_t c = 0; c < 5 + classes; ++c) {
+        const double logit = logits.data()[(logits.shape(1) + c) * cells + cell];
+        const double shown = exported.output(0)[candidate * (5 + classes) + c];
+        CHECK(shown == Approx(c < 4 ? logit : nn::logistic(logit)).epsilon(1e-12));
+      }
+  }
+}
+
+TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detect][graph_detector]") {
+  const detect::GraphDetector<float> detector(nanodet_like(96), detect::known_description("nanodet"));
+  REQUIRE(detector.heads().size() == 3);
+  CHECK(detector.heads()[0].channel_count() == classes + 32);
+  detect::Pass<float> pass;
+  detector.forward(pictures<float>(1, 96), pass);
+  for (std::size_t h = 0; h < 3; ++h) CHECK(pass.logits[h].shape(1) == classes + 32);
+  CHECK_FALSE(detect::decode(detector.heads(), pass.logits, 0, 0.01, 96, 96).empty());
+}
+
+TEST_CASE("the loss of a graph detector is differentiable to its pictures",
+          "[detect][graph_detector][gradient]") {
+  for (const char* kind : {"yolox", "nanodet"}) {
+    INFO(kind);
+    const bool is_yolox = std::string(kind) == "yolox";
+    const detect::GraphDetector<double> detector(is_yolox ? yolox_like(64) : nanodet_like(64),
+                                                 detect::known_description(kind));
+    const auto images = pictures<double>(2, 64);
+    const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}, {3, {40, 20, 30, 30}}};
+    const auto value = [&](const Array<double, 4>& at) {
+      const tapestry::ArrayVariable<double, 4> passive = at;
+      return tapestry::loss::adversarial<detect::Detector<double>, double>(
+                 detector, detect::forward(detector, passive), targets,
+                 tapestry::loss::AdversarialLoss::max_score)
+          .total.value();
+    };
+    tapestry::Tape<double> tape;
+    const auto scope = tape.activate();
+    const auto input = tape.input(images);
+    tape.reverse(
+        tapestry::loss::adversarial<detect::Detector<double>, double>(
+            detector, detect::forward(detector, input), targets, tapestry::loss::AdversarialLoss::max_score)
+            .total);
+    const auto direction = tapestry::test::random_direction<double, 4>({2, 64, 64, 3}, 5);
+    const double slope = tapestry::test::dot(input.adjoint(), direction);
+    CHECK(std::abs(slope) > 1e-8);
+    CHECK(slope == Approx(tapestry::test::central_difference(value, images, direction)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("weights of a graph detector get their gradient", "[detect][graph_detector][gradient]") {
+  detect::GraphDetector<double> detector(yolox_like(64), detect::known_description("yolox"));
+  const auto images = pictures<double>(1, 64);
+  detect::Pass<double> pass;
+  detector.forward(images, pass, detect::Mode::training);
+  std::vector<Array<double, 4>> seeds;
+  std::vector<const Array<double, 4>*> pointers;
+  for (std::size_t h = 0; h < 3; ++h)
+    seeds.push_back(tapestry::test::random_array<double, 4>(
+        {1, 5 + classes, pass.logits[h].shape(2), pass.logits[h].shape(3)}, 20 + h));
+  for (const auto& seed : seeds) pointers.push_back(&seed);
+  auto gradient = tapestry::zeros<double, 1>({detector.network().constants().size()});
+  detector.pull_back(pass, pointers, nullptr, &gradient);
+
+  const auto value = [&] {
+    detect::Pass<double> fresh;
+    detector.forward(images, fresh);
+    double sum = 0;
+    for (std::size_t h = 0; h < 3; ++h)
+      for (std::size_t i = 0; i < seeds[h].size(); ++i) sum += seeds[h].data()[i] * fresh.logits[h].data()[i];
+    return sum;
+  };
+  const auto constants = detector.network().constants();
+  REQUIRE_FALSE(detector.network().weights().empty());
+  for (const nn::WeightBlock& block : detector.network().weights()) {
+    auto moved = constants;
+    constexpr double step = 1e-6;
+    moved[block.offset] = constants[block.offset] + step;
+    detector.network().set_constants(moved);
+    const double above = value();
+    moved[block.offset] = constants[block.offset] - step;
+    detector.network().set_constants(moved);
+    const double below = value();
+    INFO(block.name);
+    CHECK(gradient(block.offset) == Approx((above - below) / (2 * step)).epsilon(1e-6).margin(1e-7));
+  }
+}
+
+TEST_CASE("detectors that are known are recognised by what is behind their outputs",
+          "[detect][graph_detector]") {
+  CHECK(detect::recognised_detector(yolox_like(64)) == detect::known_description("yolox"));
+  CHECK(detect::recognised_detector(nanodet_like(64)) == detect::known_description("nanodet"));
+  Exporter exporter(64);
+  CHECK_FALSE(detect::recognised_detector(exporter.finish(exporter.backbone())).has_value());
+}
+
+TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector]") {
+  const auto yolox = detect::known_description("yolox");
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), detect::known_description("nanodet")),
+                    Catch::Contains("net.onnx: ") && Catch::Contains("outputs of 10 channels"));
+  auto two = yolox;
+  two.strides = {8, 16};
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), two),
+                    Catch::Contains("expected 2, found 3"));
+  auto description = yolox_like(64);
+  description.inputs.push_back({"more", {1}});
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), Catch::Contains("found 2 inputs"));
+  description = yolox_like(64);
+  description.inputs[0].shape = {1, 3, std::nullopt, std::nullopt};
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), Catch::Contains("--size"));
+  CHECK(detect::GraphDetector<float>(description, yolox, 96).input_width() == 96);
+}

@@ -1,0 +1,129 @@
+#include <tapestry/detect/graph_detector.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/recognised_detector.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/resize.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+namespace detect = tapestry::detect;
+namespace nn = tapestry::nn;
+using tapestry::Array;
+
+namespace {
+/// What ONNX Runtime finds: confidence, then the box's centre and extents in pixels of the frame.
+struct Expected {
+  const char* frame;
+  double confidence, cx, cy, w, h;
+};
+
+const std::string data = std::string(TAPESTRY_SHARED) + "/data/";
+constexpr std::size_t car = 2, size = 416;
+
+const std::vector<std::pair<std::string, std::vector<Expected>>> table = {
+    {"yolox_nano",
+     {{"data1", .833, 398.6, 403.6, 418.4, 179.3},
+      {"data12501", .879, 397.3, 400.2, 419.4, 160.0},
+      {"data12502", .860, 399.6, 433.1, 246.9, 274.9},
+      {"data12503", .857, 392.3, 401.0, 409.9, 168.7},
+      {"data12504", .871, 402.7, 434.8, 224.9, 233.9},
+      {"data12505", .872, 352.0, 426.7, 356.3, 241.7}}},
+    {"nanodet_m",
+     {{"data1", .723, 398.9, 403.5, 428.3, 174.6},
+      {"data12501", .726, 402.3, 404.9, 422.3, 155.0},
+      {"data12502", .427, 401.5, 423.5, 239.3, 287.4},
+      {"data12503", .690, 398.5, 400.6, 426.7, 162.7},
+      {"data12504", .353, 400.9, 421.2, 232.3, 265.7},
+      {"data12505", .744, 360.6, 427.6, 365.3, 236.7}}},
+};
+
+/// A frame of 800 × 800 as both networks take it, [1, size, size, 3], rounded to bytes as in the table.
+template <class T>
+Array<T, 4> network_input(const std::string& frame) {
+  const auto picture = tapestry::io::read_frame(data + "carla/" + frame + ".npz").image;
+  Array<double, 3> colours(picture.shape());
+  for (std::size_t i = 0; i < picture.size(); ++i) colours.data()[i] = static_cast<double>(picture.data()[i]);
+  Array<T, 3> resized = tapestry::cast<T>(tapestry::image::resize_bilinear(colours, size, size));
+  for (T& value : resized.storage()) value = std::round(value) / 255;
+  return tapestry::image::batch_of(resized);
+}
+
+bool has_data() { return std::filesystem::exists(data + "detectors/yolox_nano.onnx"); }
+
+template <class T>
+detect::GraphDetector<T> load(const std::string& name) {
+  const auto network = tapestry::io::read_onnx(data + "detectors/" + name + ".onnx");
+  const auto kind = detect::recognised_detector(network);
+  REQUIRE(kind);
+  return detect::GraphDetector<T>(network, *kind);
+}
+
+template <class T>
+detect::Detection best_car(const detect::GraphDetector<T>& detector, const Array<T, 4>& input,
+                           detect::Pass<T>& pass) {
+  detector.forward(input, pass);
+  detect::Detection best{};
+  for (const auto& found : detect::decode(detector.heads(), pass.logits, 0, 0.1, size, size))
+    if (found.class_index == car && found.confidence > best.confidence) best = found;
+  return best;
+}
+
+double relative_distance(const Array<float, 4>& a, const Array<double, 4>& b) {
+  double difference = 0, length = 0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    difference += std::pow(static_cast<double>(a.data()[i]) - b.data()[i], 2);
+    length += b.data()[i] * b.data()[i];
+  }
+  return std::sqrt(difference / length);
+}
+}  // namespace
+
+TEST_CASE("trained networks from ONNX files find the cars that ONNX Runtime finds", "[detect][onnx][real]") {
+  if (!has_data()) {
+    WARN("skipped: no detectors in TAPESTRY_SHARED");
+    return;
+  }
+  for (const auto& [name, cars] : table) {
+    const auto detector = load<float>(name);
+    detect::Pass<float> pass;
+    for (const Expected& expected : cars) {
+      const auto found = best_car(detector, network_input<float>(expected.frame), pass);
+      INFO(name << " " << expected.frame << ": " << found.confidence << " " << found.box.cx * 800 / size
+                << "," << found.box.cy * 800 / size << " " << found.box.w * 800 / size << " x "
+                << found.box.h * 800 / size);
+      CHECK(std::abs(found.confidence - expected.confidence) <= .002);
+      CHECK(std::abs(found.box.cx * 800 / size - expected.cx) <= 1);
+      CHECK(std::abs(found.box.cy * 800 / size - expected.cy) <= 1);
+      CHECK(std::abs(found.box.w * 800 / size - expected.w) <= 1);
+      CHECK(std::abs(found.box.h * 800 / size - expected.h) <= 1);
+    }
+  }
+}
+
+TEST_CASE("float follows double through trained ONNX networks", "[detect][onnx][real]") {
+  if (!has_data()) {
+    WARN("skipped: no detectors in TAPESTRY_SHARED");
+    return;
+  }
+  for (const auto& [name, cars] : table) {
+    const auto single = load<float>(name);
+    const auto twice = load<double>(name);
+    detect::Pass<float> pass;
+    detect::Pass<double> reference;
+    single.forward(network_input<float>("data1"), pass);
+    twice.forward(network_input<double>("data1"), reference);
+    for (std::size_t h = 0; h < pass.logits.size(); ++h) {
+      const double distance = relative_distance(pass.logits[h], reference.logits[h]);
+      INFO(name << " head " << h << ": " << distance);
+      CHECK(distance <= 5e-6);
+    }
+  }
+}
