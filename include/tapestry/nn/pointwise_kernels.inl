@@ -144,18 +144,18 @@ void max_pool_pixel(const MaxPoolArguments<T>& a) {
   max_pool_window<T, true>(a);
 }
 
-/// out[2i] = even[i] and out[2i + 1] = odd[i], for elements begin … end − 1 of `out`
+/// Elements begin … end − 1 of even[0], odd[0], even[1], odd[1], …, which are read by whole vectors.
 template <class T>
 void interleave(const T* even, const T* odd, std::size_t begin, std::size_t end, T* out) {
   std::size_t i = begin;
   if (i % 2 != 0 && i < end) out[i - begin] = odd[i / 2], ++i;
   constexpr std::size_t lanes = Vector<T>::lanes;
-  for (; i + 2 * lanes <= end; i += 2 * lanes) {
+  for (; i < end; i += 2 * lanes) {
+    const std::size_t left = end - i;
     const Register<T> a = load(even + i / 2), b = load(odd + i / 2);
     Register<T> low, high;
     interleave_lanes<T>(a, b, low, high);
-    store(out + (i - begin), low);
-    store(out + (i - begin) + lanes, high);
+    store_lanes<T>(low, out + (i - begin), left);
+    if (left > lanes) store_lanes<T>(high, out + (i - begin) + lanes, left - lanes);
   }
-  for (; i < end; ++i) out[i - begin] = i % 2 == 0 ? even[i / 2] : odd[i / 2];
 }

@@ -231,6 +231,87 @@ TEST_CASE("channels that are shuffled by three nodes are by one", "[nn][network]
   check(b, {"Reshape", "Transpose", "Reshape", "Conv"});
 }
 
+TEST_CASE("joined, shuffled and cut channels are interleaved", "[nn][network][simplify]") {
+  Builder b;
+  b.convolution("x", 6, 7, "p");
+  b.node("Relu", {"p"}, "r");
+  b.node("Sin", {"p"}, "q");
+  b.node("Concat", {"r", "q"}, "j", {{"axis", std::int64_t(1)}});
+  b.node("Reshape", {"j", b.numbers("five", {2, 2, 7, 7, 8})}, "a");
+  b.node("Transpose", {"a"}, "b", {{"perm", Integers{0, 2, 1, 3, 4}}});
+  b.node("Reshape", {"b", b.numbers("four", {2, 14, 7, 8})}, "c");
+  b.node("Sin", {"c"}, "whole");
+  b.network.outputs = {"whole"};
+  check(b, {"Conv", "Relu", "Sin", "InterleaveChannels", "Sin"});
+  b.network.nodes.pop_back();
+  b.network.nodes.push_back(
+      {"", "Split", {"c", b.numbers("sizes", {5, 9})}, {"d", "e"}, {{"axis", std::int64_t(-3)}}});
+  b.node("Sin", {"d"}, "y");
+  b.network.outputs = {"y", "e"};
+  check(b, {"Conv", "Relu", "Sin", "InterleaveChannels", "Sin"});
+}
+
+TEST_CASE("rows and columns that are taken in steps are blocks of pixels", "[nn][network][simplify]") {
+  Builder b;
+  const auto slice = [&](const std::string& x, double first, double axis, double step, const std::string& y) {
+    std::vector<std::string> inputs{x};
+    for (const double value : {first, 1e9, axis, step})
+      inputs.push_back(b.numbers(y + std::to_string(inputs.size()), {value}));
+    return b.node("Slice", inputs, y);
+  };
+  b.node("Pad", {"x", b.numbers("pads", {0, 0, 0, 0, 0, 0, 1, 0})}, "p");  // [2, 6, 8, 8]
+  b.node("Sin", {"p"}, "s");
+  slice(slice("s", 0, 2, 2, "r0"), 0, 3, 2, "a");
+  slice(slice("s", 0, 2, 2, "r1"), 1, 3, 2, "b");
+  slice(slice("s", 1, -2, 2, "r2"), 0, -1, 2, "c");
+  slice(slice("s", 1, 2, 2, "r3"), 1, 3, 2, "d");
+  b.node("Concat", {"a", "c", "b", "d"}, "y", {{"axis", std::int64_t(1)}});
+  b.network.outputs = {"y"};
+  check(b, {"Pad", "Sin", "PixelUnshuffle"});
+  b.numbers("r31", {-7});  // counted from the end
+  CHECK(operations(simple(b.network)).size() > 3);
+}
+
+TEST_CASE("pictures that become rows of pixels stay as they lie", "[nn][network][simplify]") {
+  Builder b;
+  b.convolution("x", 6, 5, "a");
+  b.node("Reshape", {"a", b.numbers("flat", {2, 5, -1})}, "b");
+  SECTION("one") {
+    b.node("Transpose", {"b"}, "y", {{"perm", Integers{0, 2, 1}}});
+    b.network.outputs = {"y"};
+    check(b, {"Conv", "FlattenPixels"});
+  }
+  SECTION("several that are joined") {
+    b.node("MaxPool", {"a"}, "c", {{"kernel_shape", Integers{2, 2}}});
+    b.node("Reshape", {"c", "flat"}, "d");
+    b.node("Concat", {"b", "d"}, "e", {{"axis", std::int64_t(-1)}});
+    b.node("Transpose", {"e"}, "y", {{"perm", Integers{0, 2, 1}}});
+    b.network.outputs = {"y"};
+    check(b, {"Conv", "FlattenPixels", "MaxPool", "FlattenPixels", "Concat"});
+  }
+}
+
+TEST_CASE("operations of simplified networks pull adjoints back to what is fresh and what is not",
+          "[nn][network][simplify][gradient]") {
+  OperatorNetwork test;
+  test.operands = {given({2, 19, 4, 6}, 1)};
+  SECTION("PixelUnshuffle") {
+    test.node.operation = "PixelUnshuffle";
+    test.node.attributes = {{"block", Integers{2, 3}}, {"places", Integers{1, 2, 0, 0, 1, 1}}};
+  }
+  SECTION("FlattenPixels") { test.node.operation = "FlattenPixels"; }
+  SECTION("InterleaveChannels") {
+    test.node.operation = "InterleaveChannels";
+    test.operands.push_back(given({2, 19, 4, 6}, 2));
+  }
+  SECTION("ChannelShuffle") {
+    test.node.operation = "ChannelShuffle";
+    test.operands = {given({2, 18, 4, 6}, 1)};
+    test.node.attributes["group"] = std::int64_t(3);
+  }
+  check_adjoints(test);
+}
+
 TEST_CASE("zeros around a picture go into the padding behind them", "[nn][network][simplify]") {
   Builder b;
   b.node("Pad", {"x", b.numbers("pads", {0, 0, 1, 2, 0, 0, 3, 0})}, "a");

@@ -13,6 +13,7 @@
 #include <tapestry/nn/network/operators/gemm.hpp>
 #include <tapestry/nn/network/operators/generators.hpp>
 #include <tapestry/nn/network/operators/group_normalization.hpp>
+#include <tapestry/nn/network/operators/interleave_channels.hpp>
 #include <tapestry/nn/network/operators/layer_normalization.hpp>
 #include <tapestry/nn/network/operators/local_response_normalization.hpp>
 #include <tapestry/nn/network/operators/matmul.hpp>
@@ -21,6 +22,7 @@
 #include <tapestry/nn/network/operators/order.hpp>
 #include <tapestry/nn/network/operators/pad.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
+#include <tapestry/nn/network/operators/pixel_unshuffle.hpp>
 #include <tapestry/nn/network/operators/reduce.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/resize.hpp>
@@ -42,6 +44,8 @@ const OperatorTable<T>& operators() {
     add_pass_on(all);
     add_convolution(all);
     add_channel_shuffle(all);
+    add_pixel_unshuffle(all);
+    add_interleave_channels(all);
     add_unary_operators(all);
     add_binary_operators(all);
     add_variadic_operators(all);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/window_attributes.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <utility>
 #include <vector>
@@ -62,13 +63,19 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Identity and Dropout.
+/// Identity and Dropout; and FlattenPixels, which simplified() makes of Reshape and Transpose: a picture
+/// [N, C, H, W] as [N, H · W, C].
 template <std::floating_point T>
 void add_pass_on(OperatorTable<T>& table) {
   const auto identity = [](OperatorContext& context) {
     return std::make_unique<PassOn<T>>(context.input(0).shape, context.input(0).type);
   };
   table["Identity"] = {LayoutRule::any, 1, false, identity};
+  table["FlattenPixels"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+                              const Shape& shape = picture_shape(context);
+                              return std::make_unique<PassOn<T>>(
+                                  Shape{shape[0], shape[1] * shape[2], shape[3]}, context.input(0).type);
+                            }};
   table["Dropout"] = {LayoutRule::any, 1, false, detail::make_dropout<T>};
 }
 
