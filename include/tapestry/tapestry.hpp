@@ -93,10 +93,16 @@
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/evaluate/best_confidence.hpp>
+#include <tapestry/evaluate/chart_colours.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/matched_noise.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <tapestry/evaluate/shuffled_patches.hpp>
 #include <tapestry/evaluate/survey.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
@@ -117,6 +123,7 @@
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/crop_variable.hpp>
+#include <tapestry/image/fourier_transform.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/letterbox_variable.hpp>
 #include <tapestry/image/over.hpp>
@@ -229,6 +236,7 @@
 #include <tapestry/raster/silhouette_variable.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
+#include <tapestry/raster/texture_charts.hpp>
 #include <tapestry/raster/texture_cube.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/texture_operator.hpp>

@@ -52,6 +52,28 @@ TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[e
   CHECK(counts > 0);
 }
 
+TEST_CASE("a meter tells the best confidence of the car below any threshold", "[evaluate][meter]") {
+  Fixture fixture;
+  evaluate::Meter<float> strict(fixture.network, 1, {0.9, 0.45, {}});
+  std::size_t counts = 0;
+  for (std::size_t i = 0; i < fixture.store.size(); ++i) {
+    auto view = *fixture.store.view(i);
+    detect::Pass<float> pass;
+    fixture.network.forward(tapestry::image::batch_of(view.background), pass);
+    const auto all = detect::decode(fixture.network.heads(), pass.logits, 0, 0, 48, 48);
+    view.target = all[all.size() / 2].box;
+    double expected = 0;
+    for (const auto& found : all)
+      if (found.class_index == 1 && detect::iou(found.box, view.target) >= 0.5)
+        expected = std::max(expected, found.confidence);
+    const auto result = strict.examine(view.background, view);
+    CHECK(result.best_confidence == expected);
+    CHECK(!result.found);
+    counts += expected > 0 && expected < 0.9 ? 1U : 0U;
+  }
+  CHECK(counts > 0);
+}
+
 TEST_CASE("a meter's detections are those above its confidence, the most confident first",
           "[evaluate][meter]") {
   Fixture fixture;

@@ -5,6 +5,8 @@
 #include <stdexcept>
 
 #include "../support/catch.hpp"
+#include "../support/charts.hpp"
+#include "../support/random_array.hpp"
 #include "../support/tiny_scene.hpp"
 
 namespace camouflage = tapestry::camouflage;
@@ -21,21 +23,52 @@ struct Fixture {
   evaluate::SurveyedTextures<float> textures{
       camouflage::own_colours<float>(car),
       {},
-      evaluate::make_controls<float>(car.layout.texel_count(car.mesh), 3)};
+      evaluate::plain_controls<float>(car.layout.texel_count(car.mesh), 3)};
 };
 using Measured = evaluate::MeasuredPicture<float>;
 }  // namespace
 
-TEST_CASE("controls are noise that follows from the seed, and five solid colours", "[evaluate][controls]") {
-  const auto controls = evaluate::make_controls<float>(5, 7);
+TEST_CASE("plain controls are noise that follows from the seed, and five solid colours",
+          "[evaluate][controls]") {
+  const auto controls = evaluate::plain_controls<float>(5, 7);
   REQUIRE(controls.size() == 6);
-  CHECK(controls[0].colours == evaluate::make_controls<float>(5, 7)[0].colours);
-  CHECK(controls[0].colours != evaluate::make_controls<float>(5, 8)[0].colours);
+  CHECK((controls[0].colours == evaluate::plain_controls<float>(5, 7)[0].colours));
+  CHECK((controls[0].colours != evaluate::plain_controls<float>(5, 8)[0].colours));
   CHECK(controls[3].name == "red");
   for (std::size_t texel = 0; texel < 5; ++texel) {
     CHECK(controls[3].colours(texel, 0) == 0.75F);
     CHECK(controls[3].colours(texel, 2) == 0.08F);
   }
+}
+
+TEST_CASE("the controls of a camouflage are matched noise and shuffled patches of it, then plain ones",
+          "[evaluate][controls]") {
+  const auto kind = GENERATE(tapestry::raster::TextureKind::atlas, tapestry::raster::TextureKind::cube);
+  const auto car = test::tiny_car(12, kind);
+  const std::size_t texels = car.layout.texel_count(car.mesh);
+  const auto colours = test::random_array<float>({texels, 3}, 9);
+  const auto controls = evaluate::make_controls(car, colours, 3);
+  std::vector<std::string> names;
+  for (const auto& control : controls) {
+    names.push_back(control.name);
+    CHECK(control.colours.shape(0) == texels);
+  }
+  CHECK(names == std::vector<std::string>{"matched noise", "shuffled", "random", "white", "black", "red",
+                                          "green", "blue"});
+  const auto again = evaluate::make_controls(car, colours, 3);
+  const auto other = evaluate::make_controls(car, colours, 4);
+  for (const std::size_t i : {0U, 1U, 2U}) {
+    CHECK((controls[i].colours == again[i].colours));
+    CHECK((controls[i].colours != other[i].colours));
+  }
+  for (const std::size_t i : {0U, 1U})  // other places, the same values
+    for (std::size_t c = 0; c < 3; ++c) {
+      CHECK((controls[i].colours != colours));
+      for (const auto& chart : tapestry::raster::texture_charts(car))
+        CHECK(test::sorted_values(controls[i].colours, chart, c) == test::sorted_values(colours, chart, c));
+    }
+  CHECK_THROWS_AS(evaluate::matched_controls(car, test::random_array<float>({texels - 1, 3}, 9), 3),
+                  tapestry::ShapeError);
 }
 
 TEST_CASE("a survey shows each texture in each view, and the photo as it is", "[evaluate][survey]") {
@@ -61,6 +94,46 @@ TEST_CASE("a survey shows each texture in each view, and the photo as it is", "[
   REQUIRE(survey.controls.size() == 6);
   CHECK(survey.controls[0].found == survey.adversarial->found);  // the same colours
   CHECK(survey.asr.views == survey.clean.rate.detected);
+}
+
+TEST_CASE("a survey tells the best confidence of each view, and its mean", "[evaluate][survey]") {
+  Fixture fixture;
+  const auto survey =
+      evaluate::survey(fixture.meter, fixture.store, fixture.views, fixture.textures, [](const Measured&) {});
+  double sum = 0;
+  REQUIRE(survey.clean.best_confidence.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto view = fixture.store.view(fixture.views[i]);
+    const auto result = fixture.meter.examine(camouflage::picture_of(*view, fixture.textures.clean), *view);
+    CHECK(survey.clean.best_confidence[i] == result.best_confidence);
+    sum += result.best_confidence;
+  }
+  CHECK(survey.clean.mean_best_confidence == sum / 2);
+  CHECK(!survey.effect);
+}
+
+TEST_CASE("the effect of a camouflage is what its matched noise leaves over", "[evaluate][survey]") {
+  Fixture fixture;
+  fixture.views = {0, 1, 2};
+  const auto colours = test::random_array<float>({fixture.textures.clean.shape(0), 3}, 2);
+  fixture.textures.controls = evaluate::make_controls(fixture.car, colours, 3);
+  const auto measure = [&] {
+    return evaluate::survey(fixture.meter, fixture.store, fixture.views, fixture.textures,
+                            [](const Measured&) {});
+  };
+  CHECK(!measure().effect);  // of nothing
+  fixture.textures.adversarial = colours;
+  const auto survey = measure();
+  REQUIRE(survey.effect);
+  CHECK(survey.effect->control == "matched noise");
+  const auto& noise = survey.controls.front();
+  CHECK(survey.effect->best_confidence.pairs == 3);
+  CHECK(survey.effect->best_confidence.mean ==
+        Approx(noise.mean_best_confidence - survey.adversarial->mean_best_confidence).margin(1e-15));
+  CHECK(survey.effect->p_at_50.mean ==
+        Approx(noise.rate.p_at_50 - survey.adversarial->rate.p_at_50).margin(1e-15));
+  CHECK(survey.effect->best_confidence.interval ==
+        evaluate::paired_bootstrap(noise.best_confidence, survey.adversarial->best_confidence).interval);
 }
 
 TEST_CASE("a survey without a camouflage has no success to tell", "[evaluate][survey]") {

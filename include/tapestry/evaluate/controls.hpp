@@ -1,11 +1,17 @@
 #pragma once
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/evaluate/matched_noise.hpp>
+#include <tapestry/evaluate/shuffled_patches.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/texture_charts.hpp>
 #include <utility>
 #include <vector>
 
@@ -19,9 +25,29 @@ struct Control {
   Array<T, 2> colours;  ///< [texel, 3]
 };
 
-/// Random noise and five solid colours; the same for the same seed.
+/// The control that an attack's effect is stated against.
+inline constexpr const char* matched_noise_name = "matched noise";
+
+/// The controls that a camouflage is taken apart into: "matched noise" has its colours and its spectrum and
+/// "shuffled" its parts, neither its design; see matched_noise() and shuffled_patches(). The same for the
+/// same seed.
+///
+/// \param colours  of the camouflage, [texel, 3]
+/// \throws ShapeError unless colours are of the car's texels; as raster::texture_charts(), matched_noise()
+template <std::floating_point T>
+[[nodiscard]] std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car,
+                                                       const Array<T, 2>& colours, std::uint64_t seed) {
+  require_shape("matched_controls", "colours", colours, {car.layout.texel_count(car.mesh), 3});
+  const auto charts = raster::texture_charts(car);
+  return {{matched_noise_name, matched_noise(colours, charts, Random(seed).fork(0x6D617463686564ULL))},
+          {"shuffled", shuffled_patches(colours, charts, patch_extents(car.layout),
+                                        Random(seed).fork(0x73687566666C65ULL))}};
+}
+
+/// Controls that know nothing of a camouflage: random noise and five solid colours; the same for the same
+/// seed.
 template <class T>
-[[nodiscard]] std::vector<Control<T>> make_controls(std::size_t texel_count, std::uint64_t seed) {
+[[nodiscard]] std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t seed) {
   Random random = Random(seed).fork(0x636F6E74726F6CULL);
   std::vector<Control<T>> controls;
   controls.push_back({"random", camouflage::random_colours<T>(texel_count, random)});
@@ -32,6 +58,15 @@ template <class T>
                                                                           {"blue", {0.1, 0.2, 0.7}}};
   for (const auto& [name, colour] : solids)
     controls.push_back({name, camouflage::solid_colours<T>(texel_count, colour)});
+  return controls;
+}
+
+/// All controls of a camouflage: the matched ones, then the plain ones; parameters as for matched_controls().
+template <std::floating_point T>
+[[nodiscard]] std::vector<Control<T>> make_controls(const raster::PaintedMesh& car,
+                                                    const Array<T, 2>& colours, std::uint64_t seed) {
+  auto controls = matched_controls(car, colours, seed);
+  for (auto& control : plain_controls<T>(colours.shape(0), seed)) controls.push_back(std::move(control));
   return controls;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
@@ -14,8 +15,10 @@ namespace tapestry::evaluate {
 /// How a set of views fares with one texture.
 struct Measurement {
   std::string name;
-  std::vector<bool> found{};  ///< one entry a view: the car found at IoU ≥ ½
+  std::vector<bool> found{};              ///< one entry a view: the car found at IoU ≥ ½
+  std::vector<double> best_confidence{};  ///< one entry a view, see best_confidence()
   DetectionRate rate{};
+  double mean_best_confidence = 0;     ///< over the views, 0 without any: a rate hides what a mean shows
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
 };
 
@@ -45,11 +48,16 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
         colours != nullptr ? camouflage::picture_of(*view, *colours) : view->background;
     const ViewResult result = meter.examine(picture, *view);
     measurement.found.push_back(result.found);
+    measurement.best_confidence.push_back(result.best_confidence);
     for (std::size_t i = 0; i < found_in_sweep.size(); ++i)
       found_in_sweep[i].push_back(result.found_in_sweep[i]);
     visit(MeasuredPicture<T>{name, picture, *view, result});
   }
   measurement.rate = detection_rate(measurement.found);
+  const auto& confidences = measurement.best_confidence;
+  if (!confidences.empty())
+    measurement.mean_best_confidence = std::accumulate(confidences.begin(), confidences.end(), 0.0) /
+                                       static_cast<double>(confidences.size());
   for (const auto& found : found_in_sweep) measurement.sweep.push_back(detection_rate(found));
   return measurement;
 }

@@ -8,8 +8,10 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/evaluate/best_confidence.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/image/batch.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <utility>
 #include <vector>
 
@@ -22,11 +24,13 @@ struct MeterSettings {
   std::vector<double> sweep{};  ///< further thresholds of confidence
 };
 
-/// The detections in the picture of a view, and whether the car is among them.
+/// The detections in the picture of a view, whether the car is among them, and how sure the detector is of
+/// it.
 struct ViewResult {
   std::vector<detect::Detection> detections{};  ///< above the confidence, most confident first
   bool found = false;
   std::vector<bool> found_in_sweep{};  ///< at each threshold of the sweep
+  double best_confidence = 0;          ///< of the car, whatever the thresholds; see best_confidence()
 };
 
 /// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
@@ -59,6 +63,9 @@ class Meter {
     result.found = shows_car(result.detections, view);
     for (const double threshold : settings_.sweep)
       result.found_in_sweep.push_back(shows_car(above(threshold, kept), view));
+    result.best_confidence = best_confidence<T>({detector_.heads(), loss::to_read(pass_.logits), 0,
+                                                 detector_.input_height(), detector_.input_width()},
+                                                {class_index_, view.target});
     return result;
   }
 

@@ -6,6 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <utility>
@@ -30,7 +31,8 @@ struct Survey {
   Measurement clean;
   std::optional<Measurement> adversarial;
   std::vector<Measurement> controls;
-  AttackSuccess asr;  ///< of the views found in `clean`, those not found in `adversarial`
+  AttackSuccess asr;             ///< of the views found in `clean`, those not found in `adversarial`
+  std::optional<Effect> effect;  ///< beyond matched noise, where that is among the controls
 };
 
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
@@ -46,8 +48,11 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
     survey.adversarial = measure("adversarial", meter, store, views, &*textures.adversarial, visit);
     survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found);
   }
-  for (const Control<T>& control : textures.controls)
+  for (const Control<T>& control : textures.controls) {
     survey.controls.push_back(measure(control.name, meter, store, views, &control.colours, visit));
+    if (survey.adversarial && control.name == matched_noise_name)
+      survey.effect = effect_beyond(survey.controls.back(), *survey.adversarial);
+  }
   return survey;
 }
 

@@ -78,26 +78,16 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, st
     }
 }
 
-}  // namespace detail
-
-/// Which texels of an atlas a painted face refers to, seen from wherever: those that some bilinear lookup
-/// within the face takes from. The mask that losses over a texture count steps in.
-///
-/// \returns  [height, width], 1 where used and 0 elsewhere; row 0 on top
-/// \throws DomainError unless the layout is that of an atlas; ShapeError, DomainError, Error (mismatch) as
-///         texture_operator() does; Error (limit) if a painted face spans over more than 8 repetitions of the
-///         atlas along an axis, or all of them over more than 2³⁰ texels
-template <std::floating_point T>
-[[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& body) {
+/// Calls visit(face, row, column) for the texels that lookups in each painted face take from.
+/// \param body   with an atlas, and past require_layout()
+/// \throws Error (limit) as used_texels()
+template <class Visit>
+void for_each_used_texel(const PaintedMesh& body, Visit visit) {
   const TextureLayout& layout = body.layout;
-  if (layout.kind != TextureKind::atlas)
-    throw DomainError("used_texels: expected an atlas, found a texture of another kind");
-  detail::require_layout("used_texels", body);
-  auto used = zeros<T, 2>({layout.height, layout.width});
   std::uint64_t work = 0;
   for (std::size_t face = 0; face < body.painted.size(); ++face) {
     if (body.painted[face] == 0) continue;
-    detail::UvTriangle corner{};
+    UvTriangle corner{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto& uv = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
       corner[k] = {uv[0] / layout.u_extent, 1 - uv[1]};
@@ -110,9 +100,28 @@ template <std::floating_point T>
                                           " repetitions of the atlas, expected at most 8");
       for (auto& point : corner) point[axis] *= static_cast<double>(axis == 0 ? layout.width : layout.height);
     }
-    detail::for_each_texel_of(corner, layout, work,
-                              [&](std::size_t row, std::size_t column) { used(row, column) = T(1); });
+    for_each_texel_of(corner, layout, work,
+                      [&](std::size_t row, std::size_t column) { visit(face, row, column); });
   }
+}
+
+}  // namespace detail
+
+/// Which texels of an atlas a painted face refers to, seen from wherever: those that some bilinear lookup
+/// within the face takes from. The mask that losses over a texture count steps in.
+///
+/// \returns  [height, width], 1 where used and 0 elsewhere; row 0 on top
+/// \throws DomainError unless the layout is that of an atlas; ShapeError, DomainError, Error (mismatch) as
+///         texture_operator() does; Error (limit) if a painted face spans over more than 8 repetitions of the
+///         atlas along an axis, or all of them over more than 2³⁰ texels
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& body) {
+  if (body.layout.kind != TextureKind::atlas)
+    throw DomainError("used_texels: expected an atlas, found a texture of another kind");
+  detail::require_layout("used_texels", body);
+  auto used = zeros<T, 2>({body.layout.height, body.layout.width});
+  detail::for_each_used_texel(
+      body, [&](std::size_t, std::size_t row, std::size_t column) { used(row, column) = T(1); });
   return used;
 }
 

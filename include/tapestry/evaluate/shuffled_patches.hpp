@@ -1,0 +1,112 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/evaluate/chart_colours.hpp>
+#include <tapestry/raster/texture_charts.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::evaluate {
+
+/// Extents of the patches that shuffled_patches() moves, in texels of a chart.
+struct PatchExtents {
+  std::size_t height = 1, width = 1;
+};
+
+/// atlas: squares of an eighth of its height; cube: the whole of a face; other kinds: single texels.
+[[nodiscard]] inline PatchExtents patch_extents(const raster::TextureLayout& layout) {
+  if (layout.kind == raster::TextureKind::atlas) {
+    const std::size_t edge = std::max<std::size_t>(1, layout.height / 8);
+    return {edge, edge};
+  }
+  if (layout.kind == raster::TextureKind::cube)
+    return {1, raster::detail::used_cube_texels(layout.texels_per_edge).size()};
+  return {};
+}
+
+namespace detail {
+
+inline constexpr std::size_t no_texel = std::numeric_limits<std::size_t>::max();
+
+/// A chart of which patch after patch is taken away.
+class PatchCutter {
+ public:
+  explicit PatchCutter(const raster::TextureChart& chart)
+      : height_(chart.height), width_(chart.width), texels_(chart.height * chart.width, no_texel) {
+    for (const raster::ChartTexel& texel : chart.texels)
+      texels_[texel.row * width_ + texel.column] = texel.texel;
+  }
+
+  /// Takes the patches of a grid from the upper left corner of the box whose places all still have a texel.
+  /// \returns  the texels of each, row by row
+  [[nodiscard]] std::vector<std::vector<std::size_t>> cut(const PatchExtents& extents) {
+    std::vector<std::vector<std::size_t>> patches;
+    for (std::size_t top = 0; top + extents.height <= height_; top += extents.height)
+      for (std::size_t left = 0; left + extents.width <= width_; left += extents.width) {
+        std::vector<std::size_t> patch;
+        for_each_place(top, left, extents, [&](std::size_t& texel) { patch.push_back(texel); });
+        if (std::find(patch.begin(), patch.end(), no_texel) != patch.end()) continue;
+        for_each_place(top, left, extents, [&](std::size_t& texel) { texel = no_texel; });
+        patches.push_back(std::move(patch));
+      }
+    return patches;
+  }
+
+ private:
+  template <class Visit>
+  void for_each_place(std::size_t top, std::size_t left, const PatchExtents& extents, Visit visit) {
+    for (std::size_t row = top; row < top + extents.height; ++row)
+      for (std::size_t column = left; column < left + extents.width; ++column)
+        visit(texels_[row * width_ + column]);
+  }
+
+  std::size_t height_, width_;
+  std::vector<std::size_t> texels_;
+};
+
+}  // namespace detail
+
+/// The control that keeps the parts of an optimised texture and not their arrangement: in each chart, patches
+/// that lie wholly in it change places at random. What is left over between them and the chart's outline is
+/// cut into patches of half the extents, which change places among themselves, and so on down to single
+/// texels, so that nothing stays for want of room. Each texel keeps its colour, somewhere in its chart.
+///
+/// \param colours  [texel, 3]
+/// \param charts   of the texture, see raster::texture_charts(); no texel in two of them
+/// \param patch    extents of the largest patches, see patch_extents()
+/// \param random   not advanced; the same places for the same state
+/// \returns        [texel, 3]; texels of no chart as they are
+/// \throws DomainError for a patch without texels; ShapeError unless colours are [texel, 3] with the charts'
+///         texels; NumericError for a colour in a chart that is not finite
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> shuffled_patches(const Array<T, 2>& colours,
+                                           const std::vector<raster::TextureChart>& charts,
+                                           PatchExtents patch, const Random& random) {
+  detail::require_chart_colours("shuffled_patches", colours, charts);
+  if (patch.height == 0 || patch.width == 0)
+    throw DomainError("shuffled_patches: a patch must have rows and columns");
+  Array<T, 2> shuffled = colours;
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    Random of_chart = random.fork(i);
+    detail::PatchCutter cutter(charts[i]);
+    for (PatchExtents extents = patch;; extents = {std::max<std::size_t>(1, extents.height / 2),
+                                                   std::max<std::size_t>(1, extents.width / 2)}) {
+      const auto places = cutter.cut(extents);
+      auto sources = places;
+      of_chart.shuffle(sources);
+      for (std::size_t p = 0; p < places.size(); ++p)
+        for (std::size_t k = 0; k < places[p].size(); ++k)
+          for (std::size_t c = 0; c < 3; ++c) shuffled(places[p][k], c) = colours(sources[p][k], c);
+      if (extents.height == 1 && extents.width == 1) break;
+    }
+  }
+  return shuffled;
+}
+
+}  // namespace tapestry::evaluate
