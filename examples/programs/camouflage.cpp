@@ -66,7 +66,8 @@ int camouflage_main(int argc, char** argv) {
   CamouflageOptions options;
   CLI::App app(
       "Optimises a full-coverage camouflage for a car against a detector, for robustness research, and "
-      "measures it beside the untouched photo, the clean car, random noise and solid colours.");
+      "measures it beside the untouched photo, the clean car, noise matched to it, random noise and solid "
+      "colours.");
   describe(app, options);
   return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
 }

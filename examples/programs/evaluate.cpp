@@ -41,8 +41,9 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
       ->capture_default_str();
   app.add_option("--output", options.output,
-                 "folder for metrics.json and contact sheets; nothing is written when left out");
-  app.add_option("--seed", options.seed, "seed of the random-noise control")->capture_default_str();
+                 "folder for metrics.json, metrics.csv and contact sheets; nothing is written when left out");
+  app.add_option("--seed", options.seed, "seed of the random controls; that of a run gives its own again")
+      ->capture_default_str();
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
 }
@@ -94,20 +95,18 @@ Array<float, 2> read_colours(const std::string& path, std::size_t texel_count) {
 
 /// Prints how often the car was found at each threshold of the sweep, and adds it to the metrics.
 void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json& metrics) {
-  std::printf("P@0.5 by confidence threshold\n  %-12s", "");
+  std::printf("P@0.5 by confidence threshold\n  %-13s", "");
   for (const double threshold : sweep) std::printf(" %7.2f", threshold);
   std::printf("\n");
   const auto print_row = [&](const evaluate::Measurement& row) {
-    std::printf("  %-12s", row.name.c_str());
+    std::printf("  %-13s", row.name.c_str());
     for (std::size_t i = 0; i < sweep.size(); ++i) {
       std::printf(" %5.1f %%", 100 * row.sweep[i].p_at_50);
       metrics["sweep"][row.name].push_back({{"confidence", sweep[i]}, {"p_at_50", row.sweep[i].p_at_50}});
     }
     std::printf("\n");
   };
-  print_row(report.survey.photo);
-  print_row(report.survey.clean);
-  if (report.survey.adversarial) print_row(*report.survey.adversarial);
+  for (const auto* row : rows_of(report)) print_row(*row);
 }
 
 int run(const CLI::App& app, Options& options) {
@@ -129,8 +128,9 @@ int run(const CLI::App& app, Options& options) {
   if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
   evaluate::SurveyedTextures<float> textures{camouflage::own_colours<float>(car), {}, {}};
   const std::size_t texel_count = textures.clean.shape(0);
-  textures.controls = evaluate::make_controls<float>(texel_count, options.seed);
   if (!options.clean_only) textures.adversarial = read_colours(options.run + "/texture.npz", texel_count);
+  textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
+                                           : evaluate::plain_controls<float>(texel_count, options.seed);
   if (!options.output.empty()) make_writable_folder(options.output);
   evaluate::Meter<float> meter(network, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});
@@ -149,6 +149,7 @@ int run(const CLI::App& app, Options& options) {
   if (options.output.empty()) return 0;
   io::write_image(options.output + (options.clean_only ? "/clean.png" : "/adversarial.png"),
                   contact_sheet(sheet, sheet.size() > 12 ? 8 : 3));
+  write_text(options.output + "/metrics.csv", metrics_csv(report));
   write_text(options.output + "/metrics.json", report_text(metrics));
   std::cout << "written: " << options.output << "/metrics.json\n";
   return 0;

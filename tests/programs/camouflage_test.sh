@@ -8,15 +8,37 @@ quick=(--scenes 40 --texels 32 --epochs 2 --checkpoint-steps 3)
 expect_exit 0 "a short run" "$camouflage" "${quick[@]}" --threads 2 --output two
 grep -Eq '^measuring blue: picture ([0-9]+) of \1, ' command.err && pass || fail "no word on how far the measurement is"
 grep -q $'\r' command.err && fail "a line is rewritten where there is no terminal" || pass
-for file in manifest.json history.csv texture.png texture.npz painted.obj painted.glb before.png after.png checkpoint.npz \
-  metrics.json report.html; do expect_file "two/$file"; done
-for key in photo clean adversarial controls asr seconds peak_mib seed options; do
+for file in manifest.json history.csv texture.png matched_noise.png shuffled.png texture.npz painted.obj painted.glb \
+  before.png after.png checkpoint.npz metrics.json metrics.csv report.html; do expect_file "two/$file"; done
+for key in photo clean adversarial controls "matched noise" shuffled random blue mean_best_confidence asr effect beyond \
+  seconds peak_mib seed options; do
   grep -q "\"$key\"" two/metrics.json && pass || fail "metrics.json lacks $key"
+done
+
+# The same rows in the same order everywhere, and the effect beyond matched noise under them.
+rows="photo clean adversarial matched_noise shuffled random white black red green blue"
+listed() { tr '\n' ' ' | sed 's/ $//'; }
+[ "$(tail -n +2 two/metrics.csv | cut -d, -f1 | tr ' ' _ | listed)" = "$rows" ] && pass || fail "the rows of metrics.csv"
+[ "$(sed -n 's/^  \(.*[^ ]\) *found in.*mean best confidence [01]\.[0-9]*$/\1/p' command.out | tr ' ' _ | listed)" = "$rows" ] &&
+  pass || fail "the rows of the printed table"
+[ "$(sed -n 's/^<tr><td>\([^<]*\)<.*$/\1/p' two/report.html | tr ' ' _ | listed)" = "$rows" ] && pass || fail "the rows of report.html"
+effect='effect beyond matched noise: mean best confidence -?[0-9.]+ \[-?[0-9.]+, -?[0-9.]+\], P@0.5 -?[0-9.]+ points \[-?[0-9.]+, -?[0-9.]+\]'
+for file in command.out two/report.html; do
+  grep -Eq "$effect" "$file" && pass || fail "no effect beyond matched noise in $file"
 done
 
 expect_exit 0 "the same seed again, one thread" "$camouflage" "${quick[@]}" --threads 1 --output one
 expect_same one/texture.npz two/texture.npz
 expect_same one/history.csv two/history.csv
+expect_same one/metrics.csv two/metrics.csv
+expect_exit 0 "evaluate gives the run's figures again" "$programs/evaluate" --run two --output again
+expect_same again/metrics.csv two/metrics.csv
+expect_exit 0 "evaluate without a camouflage" "$programs/evaluate" --clean-only --output plain
+[ "$(tail -n +2 plain/metrics.csv | cut -d, -f1 | listed)" = "photo clean random white black red green blue" ] && pass ||
+  fail "controls of nothing"
+grep -q '"effect": null' plain/metrics.json && pass || fail "an effect of nothing"
+expect_exit 0 "cubes have matched controls, too" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 --output cubes
+grep -q '^matched noise,80,' cubes/metrics.csv && pass || fail "no matched noise of cubes"
 expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --output other
 if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the same texture"; else pass; fi
 

@@ -197,7 +197,7 @@ class CamouflageRun {
     const auto colours = camouflage::texture_colours(training.parameter());
     const evaluate::SurveyedTextures<float> textures{
         camouflage::own_colours<float>(inputs_.car.painted), colours,
-        evaluate::make_controls<float>(colours.shape(0), options_.optimisation.seed)};
+        evaluate::make_controls<float>(inputs_.car.painted, colours, options_.optimisation.seed)};
     evaluate::Meter<float> meter(*inputs_.detector.network, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<Bitmap> before;
@@ -208,6 +208,7 @@ class CamouflageRun {
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
     write_textures(training.parameter(), colours);
+    write_matched_controls(textures.controls);
     const std::size_t columns = before.size() > 12 ? 8 : 3;
     StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
     io::write_image(path("before.png"), contact_sheet(before, columns));
@@ -219,6 +220,7 @@ class CamouflageRun {
     report.history = training.history();
     report.options = settings_json(options_);
     write_text(path("report.html"), report_html(report));
+    write_text(path("metrics.csv"), metrics_csv(report));
     write_text(path("metrics.json"), report_text(metrics_json(report)));
     std::cout << summary_text(report) << "report: " << path("report.html") << '\n';
   }
@@ -233,6 +235,17 @@ class CamouflageRun {
     io::write_image(path("texture.png"), atlas);
     io::write_painted_obj(path("painted.obj"), car, atlas);
     io::write_painted_glb(path("painted.glb"), car, atlas);
+  }
+
+  /// As atlases, beside the texture that they are made from.
+  void write_matched_controls(const std::vector<evaluate::Control<float>>& controls) const {
+    const auto write = [&](const char* control, const char* name) {
+      for (const auto& [control_name, colours] : controls)
+        if (control_name == control)
+          io::write_image(path(name), camouflage::atlas_of<float>(inputs_.car.painted, colours));
+    };
+    write(evaluate::matched_noise_name, "matched_noise.png");
+    write(evaluate::shuffled_patches_name, "shuffled.png");
   }
 
   CamouflageOptions options_;

@@ -5,7 +5,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/loss/prediction.hpp>  // Target
@@ -13,48 +13,64 @@
 
 namespace tapestry::evaluate {
 
-/// How sure a detector is of a target at best: the largest confidence, objectness times the probability of
-/// the target's class, among all candidates whose box has an IoU with the target's of at least
-/// `iou_threshold`; 0 if there is none. Candidates count however low their confidence, and before
-/// suppression: one that is_found() finds counts, but one that counts need not survive a surer box that lies
-/// elsewhere.
+namespace detail {
+
+template <std::floating_point T>
+void require_logits(const loss::Predictions<T>& predictions) {
+  const auto& [heads, logits, image, height, width] = predictions;
+  if (logits.size() != heads.size())
+    throw ShapeError("best_confidence: logits of " + std::to_string(logits.size()) + " heads, expected " +
+                     std::to_string(heads.size()));
+  for (std::size_t h = 0; h < heads.size(); ++h) {
+    detect::require_layout("best_confidence", heads[h]);
+    require_shape("best_confidence", "logits", *logits[h],
+                  {logits[h]->shape(0), heads[h].channel_count(), heads[h].grid_height, heads[h].grid_width});
+    if (image >= logits[h]->shape(0))
+      throw DomainError("best_confidence: image " + std::to_string(image) + " of a batch of " +
+                        std::to_string(logits[h]->shape(0)));
+  }
+}
+
+}  // namespace detail
+
+/// How sure a detector is of a target at best: the largest confidence among all candidates whose box has an
+/// IoU with the target's of at least `iou_threshold`; 0 if there is none. The confidence is objectness times
+/// the probability of the target's class, or of heads without objectness the latter. Candidates count however
+/// low it is, and before suppression: one that is_found() finds counts, but one that counts need not survive
+/// a surer box that lies elsewhere.
 ///
 /// \param predictions    of the picture, by heads of any decode family
 /// \param target         the box in pixels of the network's input
 /// \param iou_threshold  0.5 as for P@0.5; met exactly counts
-/// \returns  in [0, 1]; candidates with a NaN among their logits do not count
-/// \throws ShapeError if the logits do not fit the heads; DomainError if there is no such image or class
+/// \returns  in [0, 1]; candidates do not count whose box, objectness or probability is NaN
+/// \throws ShapeError if the logits do not fit the heads; DomainError if there is no such image or class, or
+///         as detect::require_layout()
 template <std::floating_point T>
 [[nodiscard]] double best_confidence(const loss::Predictions<T>& predictions, const loss::Target& target,
                                      double iou_threshold = 0.5) {
-  const auto& [heads, logits, image, input_height, input_width] = predictions;
-  detect::require_class("best_confidence", heads, target.class_index);
-  if (logits.size() != heads.size())
-    throw ShapeError("best_confidence: logits of " + std::to_string(logits.size()) + " heads, expected " +
-                     std::to_string(heads.size()));
+  detect::require_class("best_confidence", predictions.heads, target.class_index);
+  detail::require_logits(predictions);
+  const auto height = static_cast<double>(predictions.input_height);
+  const auto width = static_cast<double>(predictions.input_width);
   double best = 0;
-  for (std::size_t h = 0; h < heads.size(); ++h) {
-    const detect::Head& head = heads[h];
+  for (std::size_t h = 0; h < predictions.heads.size(); ++h) {
+    const detect::Head& head = predictions.heads[h];
+    const auto objectness_channel = head.objectness_channel();
+    const std::size_t class_channel = head.class_channel(target.class_index);
     const std::size_t cells = head.grid_height * head.grid_width;
-    require_shape("best_confidence", "logits", *logits[h],
-                  {logits[h]->shape(0), head.channel_count(), head.grid_height, head.grid_width});
-    if (image >= logits[h]->shape(0))
-      throw DomainError("best_confidence: image " + std::to_string(image) + " of a batch of " +
-                        std::to_string(logits[h]->shape(0)));
-    const T* of_image = logits[h]->data() + image * head.channel_count() * cells;
+    const T* of_image = predictions.logits[h]->data() + predictions.image * head.channel_count() * cells;
     for (std::size_t candidate = 0; candidate < head.candidate_count(); ++candidate) {
       const std::size_t anchor = candidate / cells, cell = candidate % cells;
-      const T* first = of_image + anchor * (5 + head.classes) * cells + cell;
+      const T* first = of_image + anchor * head.candidate_channel_count() * cells + cell;
       const auto logit = [&](std::size_t channel) { return static_cast<double>(first[channel * cells]); };
-      const double objectness = detect::probability(head, logit(4));
-      if (!(objectness > best)) continue;  // the class factor is at most 1
-      const double confidence = objectness * detect::probability(head, logit(5 + target.class_index));
+      const double objectness =
+          objectness_channel ? detect::probability(head, logit(*objectness_channel)) : 1.0;
+      if (!(objectness > best)) continue;  // the other factor is at most 1
+      const double confidence = objectness * detect::probability(head, logit(class_channel));
       if (!(confidence > best)) continue;
-      const detect::Box box =
-          detect::decode_box(head, anchor, cell / head.grid_width, cell % head.grid_width,
-                             {logit(0), logit(1), logit(2), logit(3)}, static_cast<double>(input_width),
-                             static_cast<double>(input_height));
-      if (detect::iou(box, target.box) >= iou_threshold) best = confidence;
+      const detect::CandidatePlace place{anchor, cell / head.grid_width, cell % head.grid_width, width,
+                                         height};
+      if (detect::iou(detect::decode_box(head, place, logit), target.box) >= iou_threshold) best = confidence;
     }
   }
   return best;

@@ -27,6 +27,7 @@ struct Control {
 
 /// The control that an attack's effect is stated against.
 inline constexpr const char* matched_noise_name = "matched noise";
+inline constexpr const char* shuffled_patches_name = "shuffled";
 
 /// The controls that a camouflage is taken apart into: "matched noise" has its colours and its spectrum and
 /// "shuffled" its parts, neither its design; see matched_noise() and shuffled_patches(). The same for the
@@ -40,7 +41,7 @@ template <std::floating_point T>
   require_shape("matched_controls", "colours", colours, {car.layout.texel_count(car.mesh), 3});
   const auto charts = raster::texture_charts(car);
   return {{matched_noise_name, matched_noise(colours, charts, Random(seed).fork(0x6D617463686564ULL))},
-          {"shuffled", shuffled_patches(colours, charts, patch_extents(car.layout),
+          {shuffled_patches_name, shuffled_patches(colours, charts, patch_extents(car.layout),
                                         Random(seed).fork(0x73687566666C65ULL))}};
 }
 

@@ -70,12 +70,20 @@ class PatchCutter {
   std::vector<std::size_t> texels_;
 };
 
+/// A random permutation of a single cycle: with two items or more, each goes to another's place. Source:
+/// Sattolo, "An algorithm to generate a random cyclic permutation" (Information Processing Letters 22, 1986).
+template <class Item>
+void shuffle_in_a_cycle(std::vector<Item>& items, Random& random) {
+  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random.index(i - 1)]);
+}
+
 }  // namespace detail
 
 /// The control that keeps the parts of an optimised texture and not their arrangement: in each chart, patches
-/// that lie wholly in it change places at random. What is left over between them and the chart's outline is
-/// cut into patches of half the extents, which change places among themselves, and so on down to single
-/// texels, so that nothing stays for want of room. Each texel keeps its colour, somewhere in its chart.
+/// that lie wholly in it change places, in one random cycle, so that none stays where it is but a single one.
+/// What is left over between them and the chart's outline is cut into patches of half the extents, which
+/// change places among themselves, and so on down to single texels. Each texel keeps its colour, somewhere in
+/// its chart.
 ///
 /// \param colours  [texel, 3]
 /// \param charts   of the texture, see raster::texture_charts(); no texel in two of them
@@ -99,7 +107,7 @@ template <std::floating_point T>
                                                    std::max<std::size_t>(1, extents.width / 2)}) {
       const auto places = cutter.cut(extents);
       auto sources = places;
-      of_chart.shuffle(sources);
+      detail::shuffle_in_a_cycle(sources, of_chart);
       for (std::size_t p = 0; p < places.size(); ++p)
         for (std::size_t k = 0; k < places[p].size(); ++k)
           for (std::size_t c = 0; c < 3; ++c) shuffled(places[p][k], c) = colours(sources[p][k], c);
