@@ -53,18 +53,31 @@ TEST_CASE("patches of a chart change places as a whole", "[evaluate][shuffled_pa
 }
 
 TEST_CASE("what patches leave over changes places among its like", "[evaluate][shuffled_patches]") {
-  // One square of 2 × 2, and five texels around it, whose patches of half the edge are single texels.
-  const auto chart = test::rectangle_chart(3, 3);
-  std::vector<std::set<std::size_t>> seen(9);
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    const auto from = sources(evaluate::shuffled_patches(numbered(9), {chart}, {2, 2}, Random(seed)));
-    for (std::size_t i = 0; i < 9; ++i) seen[i].insert(from[i]);
+  // Two squares of 2 × 2, and seven texels around them, whose patches of half the edge are single texels.
+  const auto chart = test::rectangle_chart(3, 5);
+  std::vector<std::set<std::size_t>> seen(15);
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const auto from = sources(evaluate::shuffled_patches(numbered(15), {chart}, {2, 2}, Random(seed)));
+    for (std::size_t i = 0; i < 15; ++i) seen[i].insert(from[i]);
   }
-  for (const std::size_t i : {0U, 1U, 3U, 4U}) CHECK(seen[i] == std::set<std::size_t>{i});
-  for (const std::size_t i : {2U, 5U, 6U, 7U, 8U}) {
-    std::set<std::size_t> others{2, 5, 6, 7, 8};
+  for (const std::size_t i : {0U, 1U, 5U, 6U}) {
+    CHECK(seen[i] == std::set<std::size_t>{i + 2});
+    CHECK(seen[i + 2] == std::set<std::size_t>{i});
+  }
+  for (const std::size_t i : {4U, 9U, 10U, 11U, 12U, 13U, 14U}) {
+    std::set<std::size_t> others{4, 9, 10, 11, 12, 13, 14};
     others.erase(i);
     CHECK(seen[i] == others);
+  }
+}
+
+TEST_CASE("a chart with room for one patch is cut into smaller ones", "[evaluate][shuffled_patches]") {
+  const auto chart = test::rectangle_chart(5, 5);  // one of 4 × 4, four of 2 × 2 and nine texels
+  const auto from = sources(evaluate::shuffled_patches(numbered(25), {chart}, {4, 4}, Random(2)));
+  for (std::size_t i = 0; i < 25; ++i) CHECK(from[i] != i);
+  for (const std::size_t corner : {0U, 2U, 10U, 12U}) {
+    CHECK(from[corner + 1] == from[corner] + 1);
+    CHECK(from[corner + 5] == from[corner] + 5);
   }
 }
 

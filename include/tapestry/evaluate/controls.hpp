@@ -30,8 +30,9 @@ inline constexpr const char* matched_noise_name = "matched noise";
 inline constexpr const char* shuffled_patches_name = "shuffled";
 
 /// The controls that a camouflage is taken apart into: "matched noise" has its colours and its spectrum and
-/// "shuffled" its parts, neither its design; see matched_noise() and shuffled_patches(). The same for the
-/// same seed.
+/// "shuffled" its parts, neither its design; see matched_noise() and shuffled_patches(). Texels that no view
+/// has shown to the optimisation have kept their first colour, which moves about in their chart like others.
+/// The same for the same seed.
 ///
 /// \param colours  of the camouflage, [texel, 3]
 /// \throws ShapeError unless colours are of the car's texels; as raster::texture_charts(), matched_noise()
@@ -42,7 +43,7 @@ template <std::floating_point T>
   const auto charts = raster::texture_charts(car);
   return {{matched_noise_name, matched_noise(colours, charts, Random(seed).fork(0x6D617463686564ULL))},
           {shuffled_patches_name, shuffled_patches(colours, charts, patch_extents(car.layout),
-                                        Random(seed).fork(0x73687566666C65ULL))}};
+                                                   Random(seed).fork(0x73687566666C65ULL))}};
 }
 
 /// Controls that know nothing of a camouflage: random noise and five solid colours; the same for the same

@@ -43,29 +43,30 @@ class PatchCutter {
       texels_[texel.row * width_ + texel.column] = texel.texel;
   }
 
-  /// Takes the patches of a grid from the upper left corner of the box whose places all still have a texel.
+  /// Takes the patches of a grid from the upper left corner of the box whose places all still have a texel;
+  /// none if there are not two of them.
   /// \returns  the texels of each, row by row
   [[nodiscard]] std::vector<std::vector<std::size_t>> cut(const PatchExtents& extents) {
     std::vector<std::vector<std::size_t>> patches;
+    std::vector<std::size_t> places;
     for (std::size_t top = 0; top + extents.height <= height_; top += extents.height)
       for (std::size_t left = 0; left + extents.width <= width_; left += extents.width) {
         std::vector<std::size_t> patch;
-        for_each_place(top, left, extents, [&](std::size_t& texel) { patch.push_back(texel); });
-        if (std::find(patch.begin(), patch.end(), no_texel) != patch.end()) continue;
-        for_each_place(top, left, extents, [&](std::size_t& texel) { texel = no_texel; });
+        for (std::size_t row = top; row < top + extents.height; ++row)
+          for (std::size_t column = left; column < left + extents.width; ++column)
+            patch.push_back(row * width_ + column);
+        if (std::any_of(patch.begin(), patch.end(), [&](std::size_t at) { return texels_[at] == no_texel; }))
+          continue;
+        places.insert(places.end(), patch.begin(), patch.end());
+        for (std::size_t& at : patch) at = texels_[at];
         patches.push_back(std::move(patch));
       }
+    if (patches.size() < 2) return {};
+    for (const std::size_t at : places) texels_[at] = no_texel;
     return patches;
   }
 
  private:
-  template <class Visit>
-  void for_each_place(std::size_t top, std::size_t left, const PatchExtents& extents, Visit visit) {
-    for (std::size_t row = top; row < top + extents.height; ++row)
-      for (std::size_t column = left; column < left + extents.width; ++column)
-        visit(texels_[row * width_ + column]);
-  }
-
   std::size_t height_, width_;
   std::vector<std::size_t> texels_;
 };
@@ -80,10 +81,10 @@ void shuffle_in_a_cycle(std::vector<Item>& items, Random& random) {
 }  // namespace detail
 
 /// The control that keeps the parts of an optimised texture and not their arrangement: in each chart, patches
-/// that lie wholly in it change places, in one random cycle, so that none stays where it is but a single one.
-/// What is left over between them and the chart's outline is cut into patches of half the extents, which
-/// change places among themselves, and so on down to single texels. Each texel keeps its colour, somewhere in
-/// its chart.
+/// that lie wholly in it change places in one random cycle, so that none stays where it is. What is left over
+/// between them and the chart's outline, and all of a chart with room for one patch only, is cut into patches
+/// of half the extents, which change places among themselves, and so on down to single texels. Each texel
+/// keeps its colour, somewhere in its chart.
 ///
 /// \param colours  [texel, 3]
 /// \param charts   of the texture, see raster::texture_charts(); no texel in two of them
