@@ -168,29 +168,38 @@ __attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Registe
 #define TAPESTRY_FOR_EACH_SUM \
   _Pragma("GCC unroll 16") for (int p = 0; p < P; ++p) _Pragma("GCC unroll 2") for (int v = 0; v < V; ++v)
 
+/// Whatever is not the short way of store_tile().
+template <class T>
+__attribute__((noinline)) void store_otherwise(const Epilogue<T>& end, const Register<T>* sums,
+                                               std::size_t rows, std::size_t registers, std::size_t first,
+                                               T* out, std::ptrdiff_t step, std::size_t count) {
+  if (end.curve.kind != CurveKind::none)
+    return store_curved<T>(end, sums, rows, registers, first, out, step, count);
+  const bool is_whole = count >= registers * Vector<T>::lanes;
+  if (is_whole && end.gate != nullptr && end.positive == nullptr && end.addend == nullptr)
+    return store_whole<T, true, false, false>(end, sums, rows, registers, first, out, step);
+  if (is_whole && end.gate == nullptr && end.positive != nullptr && end.addend == nullptr)
+    return store_whole<T, false, true, false>(end, sums, rows, registers, first, out, step);
+  if (is_whole && end.gate == nullptr && end.positive != nullptr)
+    return store_whole<T, false, true, true>(end, sums, rows, registers, first, out, step);
+  if (is_whole && end.gate == nullptr)
+    return store_whole<T, false, false, true>(end, sums, rows, registers, first, out, step);
+  store_any<T>(end, sums, rows, registers, first, out, step, count);
+}
+
 /// Finishes sums of P outputs, `step` apart, and writes their `count` leading values, or all that there are,
-/// as the epilogue says. In the short way the sums stay in registers.
+/// as the epilogue says. In the short way the sums stay in registers, for which it must be inlined.
 template <class T, int P, int V>
-inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V], std::size_t first, T* out,
-                       std::ptrdiff_t step, std::size_t count) {
+__attribute__((always_inline)) inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V],
+                                                      std::size_t first, T* out, std::ptrdiff_t step,
+                                                      std::size_t count) {
   constexpr std::ptrdiff_t lanes = Vector<T>::lanes;
   const bool is_short = (has_masks || count >= V * lanes) && end.gate == nullptr && end.positive == nullptr &&
                         end.addend == nullptr && end.curve.kind == CurveKind::none;
   if (!is_short) {
     Register<T> copy[P][V];
     TAPESTRY_FOR_EACH_SUM copy[p][v] = sum[p][v];
-    const Register<T>* const sums = &copy[0][0];
-    if (end.curve.kind != CurveKind::none) return store_curved<T>(end, sums, P, V, first, out, step, count);
-    const bool is_whole = count >= V * lanes;
-    if (is_whole && end.gate != nullptr && end.positive == nullptr && end.addend == nullptr)
-      return store_whole<T, true, false, false>(end, sums, P, V, first, out, step);
-    if (is_whole && end.gate == nullptr && end.positive != nullptr && end.addend == nullptr)
-      return store_whole<T, false, true, false>(end, sums, P, V, first, out, step);
-    if (is_whole && end.gate == nullptr && end.positive != nullptr)
-      return store_whole<T, false, true, true>(end, sums, P, V, first, out, step);
-    if (is_whole && end.gate == nullptr)
-      return store_whole<T, false, false, true>(end, sums, P, V, first, out, step);
-    return store_any<T>(end, sums, P, V, first, out, step, count);
+    return store_otherwise<T>(end, &copy[0][0], P, V, first, out, step, count);
   }
   if (end.bias != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(end.bias + first + v * lanes);
   if (has_masks && count < V * lanes) {

@@ -10,6 +10,7 @@
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/operators/resize_attributes.hpp>
 #include <tapestry/nn/network/operators/resize_axis.hpp>
+#include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/upsample.hpp>
 #include <utility>
 #include <vector>
