@@ -3,6 +3,7 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/network/loop_nest.hpp>
@@ -126,6 +127,12 @@ struct SumStep {
   static double join(double sum, double part) { return sum + part; }
 };
 
+/// NaN before everything.
+struct LargestStep {
+  static double first() { return -std::numeric_limits<double>::infinity(); }
+  static double next(double best, double value) { return value > best || value != value ? value : best; }
+  static double join(double best, double part) { return best != best ? best : next(best, part); }
+};
 /// to[place] = scale · Σ of its values, or that added.
 template <std::floating_point T>
 void sum_to(const AxisReduction& plan, const T* from, double scale, bool is_fresh, T* to) {

@@ -30,11 +30,6 @@ struct ProductStep {
   static double next(double product, double value) { return product * value; }
   static double join(double product, double part) { return product * part; }
 };
-struct LargestStep {
-  static double first() { return -std::numeric_limits<double>::infinity(); }
-  static double next(double best, double value) { return value > best || value != value ? value : best; }
-  static double join(double best, double part) { return best != best ? best : next(best, part); }
-};
 struct SmallestStep {
   static double first() { return std::numeric_limits<double>::infinity(); }
   static double next(double best, double value) { return value < best || value != value ? value : best; }
@@ -102,9 +97,11 @@ class Reduce : public Operation<T> {
     }
     const T *const x = call.inputs[0].values, *const y = call.outputs[0].values;
     T* const dx = call.input_adjoints[0].values;
-    const bool is_fresh = call.is_fresh[0];
+    const bool is_fresh = call.is_fresh[0], is_linear = kind_ == Reduction::sum || kind_ == Reduction::mean;
     const std::ptrdiff_t step = nest_.loops.back().strides[1];
+    const T scale = kind_ == Reduction::mean ? 1 / static_cast<T>(plan_.count) : T(1);
     parallel_for_each_run(nest_, [&](const auto& at, std::size_t count) {
+      if (is_linear) return spread(dy + at[1], step, scale, is_fresh, dx + at[0], count);
       for (std::size_t i = 0; i < count; ++i) {
         const auto from = at[0] + static_cast<std::ptrdiff_t>(i);
         const auto to = at[1] + static_cast<std::ptrdiff_t>(i) * step;
@@ -161,11 +158,18 @@ class Reduce : public Operation<T> {
     });
   }
 
-  /// ∂y[to]/∂x[from]
+  /// dx = scale · dy, or that added, where dy is `step` apart.
+  static void spread(const T* dy, std::ptrdiff_t step, T scale, bool is_fresh, T* dx, std::size_t count) {
+    if (is_fresh) {
+      for (std::size_t i = 0; i < count; ++i, dy += step) dx[i] = scale * *dy;
+    } else {
+      for (std::size_t i = 0; i < count; ++i, dy += step) dx[i] += scale * *dy;
+    }
+  }
+
+  /// ∂y[to]/∂x[from] of the others than sums and means.
   [[nodiscard]] T slope(const T* x, const T* y, std::ptrdiff_t from, std::ptrdiff_t to) const {
     switch (kind_) {
-      case Reduction::mean:
-        return 1 / static_cast<T>(plan_.count);
       case Reduction::product:
         return x[from] != 0 ? y[to] / x[from] : product_of_others(x, from, to);
       case Reduction::l1:

@@ -68,17 +68,11 @@ class Softmax : public Operation<T> {
     T* const dx = call.input_adjoints[0].values;
     const bool is_fresh = call.is_fresh[0];
     runs_.for_each_group([&](std::size_t place, std::size_t lanes) {
-      double sums[detail::lane_block] = {};
-      const std::size_t end = place + runs_.count * runs_.inner;
-      for (std::size_t i = place; i < end; i += runs_.inner)
-        for (std::size_t l = 0; l < lanes; ++l)
-          sums[l] += static_cast<double>(dy[i + l]) * (is_log_ ? 1 : static_cast<double>(y[i + l]));
-      for (std::size_t i = place; i < end; i += runs_.inner)
-        for (std::size_t l = 0; l < lanes; ++l) {
-          const T sum = static_cast<T>(sums[l]);
-          const T pulled = is_log_ ? dy[i + l] - std::exp(y[i + l]) * sum : y[i + l] * (dy[i + l] - sum);
-          dx[i + l] = pulled + (is_fresh ? T(0) : dx[i + l]);
-        }
+      if (runs_.inner == 1) {
+        pull_row(y + place, dy + place, is_fresh, dx + place);
+      } else {
+        pull_lanes(y + place, dy + place, lanes, is_fresh, dx + place);
+      }
     });
     call.is_fresh[0] = false;
   }
@@ -103,31 +97,34 @@ class Softmax : public Operation<T> {
     }
   };
 
-  [[nodiscard]] static T larger(T best, T value) { return value > best || value != value ? value : best; }
+  [[nodiscard, gnu::always_inline]] static T larger(T best, T value) {
+    return value > best || value != value ? value : best;
+  }
+  [[nodiscard]] T pulled(T y, T dy, T sum) const { return is_log_ ? dy - std::exp(y) * sum : y * (dy - sum); }
 
   void take_row(const T* x, T* y) const {
-    T largest = *x;
-    for (std::size_t i = 1; i < runs_.count; ++i) largest = larger(largest, x[i]);
+    const std::size_t count = runs_.count;
+    const T largest = static_cast<T>(detail::reduce_run<LargestStep>(x, 0, LargestStep::first(), count));
     if (is_log_) {
       double sum = 0;
-      for (std::size_t i = 0; i < runs_.count; ++i) sum += static_cast<double>(std::exp(x[i] - largest));
+      for (std::size_t i = 0; i < count; ++i) sum += static_cast<double>(std::exp(x[i] - largest));
       const T scale = static_cast<T>(std::log(sum));
-      for (std::size_t i = 0; i < runs_.count; ++i) y[i] = x[i] - largest - scale;
+      for (std::size_t i = 0; i < count; ++i) y[i] = x[i] - largest - scale;
       return;
     }
-    tapestry::detail::for_block<16>(runs_.count, Exponential{x, y, largest});
-    const double sum = detail::reduce_run<SumStep>(y, 0, 0, runs_.count);
-    const T scale = static_cast<T>(1 / sum);
-    for (std::size_t i = 0; i < runs_.count; ++i) y[i] *= scale;
+    tapestry::detail::for_block<16>(count, Exponential{x, y, largest});
+    const T scale = static_cast<T>(1 / detail::reduce_run<SumStep>(y, 0, 0, count));
+    for (std::size_t i = 0; i < count; ++i) y[i] *= scale;
   }
 
   void take_lanes(const T* x, T* y, std::size_t lanes) const {
+    using tapestry::detail::plain_block;
     T largest[detail::lane_block], scale[detail::lane_block];
     double sums[detail::lane_block] = {};
     const std::size_t step = runs_.inner, end = runs_.count * step;
     std::copy_n(x, lanes, largest);
     for (std::size_t i = step; i < end; i += step)
-      for (std::size_t l = 0; l < lanes; ++l) largest[l] = larger(largest[l], x[i + l]);
+      plain_block<16>(lanes, [&](std::size_t l) { largest[l] = larger(largest[l], x[i + l]); });
     for (std::size_t i = 0; i < end; i += step) {
       if (is_log_) {
         for (std::size_t l = 0; l < lanes; ++l)
@@ -135,13 +132,41 @@ class Softmax : public Operation<T> {
         continue;
       }
       tapestry::detail::for_block<16>(lanes, Exponentials{x + i, largest, y + i});
-      for (std::size_t l = 0; l < lanes; ++l) sums[l] += static_cast<double>(y[i + l]);
+      plain_block<16>(lanes, [&](std::size_t l) { sums[l] += static_cast<double>(y[i + l]); });
     }
     for (std::size_t l = 0; l < lanes; ++l)
       scale[l] = static_cast<T>(is_log_ ? std::log(sums[l]) : 1 / sums[l]);
     for (std::size_t i = 0; i < end; i += step)
+      if (is_log_) {
+        plain_block<16>(lanes, [&](std::size_t l) { y[i + l] = x[i + l] - largest[l] - scale[l]; });
+      } else {
+        plain_block<16>(lanes, [&](std::size_t l) { y[i + l] *= scale[l]; });
+      }
+  }
+
+  void pull_row(const T* y, const T* dy, bool is_fresh, T* dx) const {
+    double parts[16] = {}, sum = 0;
+    std::size_t i = 0;
+    const auto term = [&](std::size_t k) {
+      return static_cast<double>(dy[k]) * (is_log_ ? 1 : static_cast<double>(y[k]));
+    };
+    for (; i + 16 <= runs_.count; i += 16)
+      for (std::size_t k = 0; k < 16; ++k) parts[k] += term(i + k);
+    for (const double part : parts) sum += part;
+    for (; i < runs_.count; ++i) sum += term(i);
+    const T whole = static_cast<T>(sum);
+    for (i = 0; i < runs_.count; ++i) dx[i] = pulled(y[i], dy[i], whole) + (is_fresh ? T(0) : dx[i]);
+  }
+
+  void pull_lanes(const T* y, const T* dy, std::size_t lanes, bool is_fresh, T* dx) const {
+    double sums[detail::lane_block] = {};
+    const std::size_t step = runs_.inner, end = runs_.count * step;
+    for (std::size_t i = 0; i < end; i += step)
       for (std::size_t l = 0; l < lanes; ++l)
-        y[i + l] = is_log_ ? x[i + l] - largest[l] - scale[l] : y[i + l] * scale[l];
+        sums[l] += static_cast<double>(dy[i + l]) * (is_log_ ? 1 : static_cast<double>(y[i + l]));
+    for (std::size_t i = 0; i < end; i += step)
+      for (std::size_t l = 0; l < lanes; ++l)
+        dx[i + l] = pulled(y[i + l], dy[i + l], static_cast<T>(sums[l])) + (is_fresh ? T(0) : dx[i + l]);
   }
 
   AxisRuns runs_;
