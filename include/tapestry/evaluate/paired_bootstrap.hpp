@@ -13,6 +13,7 @@
 
 namespace tapestry::evaluate {
 
+/// How an interval is drawn.
 struct BootstrapSettings {
   std::size_t resamples = 2000;
   std::uint64_t seed = 1;

@@ -27,9 +27,11 @@ struct Fit {
   bool operator==(const Fit&) const = default;
 };
 
+/// All of them, for messages.
 inline constexpr std::array<FitKind, 3> fit_kinds{FitKind::letterbox, FitKind::letterbox_top_left,
                                                   FitKind::stretch};
 
+/// The name that fit_by_name() takes.
 [[nodiscard]] constexpr std::string_view name_of(FitKind kind) {
   constexpr std::array<std::string_view, 3> names{"letterbox", "letterbox_top_left", "stretch"};
   return names[static_cast<std::size_t>(kind)];

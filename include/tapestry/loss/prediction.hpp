@@ -164,6 +164,7 @@ struct CandidateLogits {
   }
 };
 
+/// All numbers of a candidate, by channel.
 template <class T>
 [[nodiscard]] CandidateLogits<T> logits_of(const Predictions<T>& predictions, const Candidate& candidate) {
   const auto& head = predictions.heads[candidate.head];

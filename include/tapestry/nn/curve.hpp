@@ -14,6 +14,7 @@ namespace tapestry::nn {
 /// within 6 ε · |value| + 3 · max(1, |x|) · (the smallest normal number).
 enum class CurveKind : std::uint8_t { none, logistic, swish, mish, hard_logistic, hard_swish, clip };
 
+/// A curved activation with its settings.
 template <class T>
 struct Curve {
   CurveKind kind = CurveKind::none;

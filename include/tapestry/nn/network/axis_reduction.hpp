@@ -121,6 +121,7 @@ void reduce(const AxisReduction& plan, const T* from, const T* shifts, const Fin
   });
 }
 
+/// Σ x.
 struct SumStep {
   static double first() { return 0; }
   static double next(double sum, double value) { return sum + value; }

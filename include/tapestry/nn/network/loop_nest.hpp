@@ -22,6 +22,7 @@ namespace tapestry::nn {
 template <std::size_t Tensors>
 struct LoopNest {
   using Places = std::array<std::ptrdiff_t, Tensors>;
+  /// One loop: how often it runs, and how far each operand moves.
   struct Loop {
     std::size_t extent = 1;
     Places strides{};

@@ -12,15 +12,18 @@ struct Discrete {
   static constexpr bool is_vector = false;
   static constexpr bool has_derivative = false;
 };
+/// What functions of two operands have by default.
 struct Function {
   static constexpr bool is_vector = false;
   static constexpr bool has_derivative = true;
 };
+/// What those of them have that are computed by vectors.
 struct VectorFunction {
   static constexpr bool is_vector = true;
   static constexpr bool has_derivative = true;
 };
 
+/// x + y.
 struct Add : VectorFunction {
   template <class T>
   [[gnu::always_inline]] static T value(T a, T b) {
@@ -36,6 +39,7 @@ struct Add : VectorFunction {
   }
 };
 
+/// x − y.
 struct Sub : VectorFunction {
   template <class T>
   [[gnu::always_inline]] static T value(T a, T b) {
@@ -51,6 +55,7 @@ struct Sub : VectorFunction {
   }
 };
 
+/// x · y.
 struct Mul : VectorFunction {
   template <class T>
   [[gnu::always_inline]] static T value(T a, T b) {
@@ -66,6 +71,7 @@ struct Mul : VectorFunction {
   }
 };
 
+/// x / y.
 struct Div : VectorFunction {
   template <class T>
   [[gnu::always_inline]] static T value(T a, T b) {
@@ -106,6 +112,7 @@ struct Pow : Function {
   }
 };
 
+/// x^y of integers.
 struct IntegerPow : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -154,6 +161,7 @@ struct PRelu : VectorFunction {
   }
 };
 
+/// 1 if x = y.
 struct Equal : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -161,6 +169,7 @@ struct Equal : Discrete {
   }
 };
 
+/// 1 if x > y.
 struct Greater : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -168,6 +177,7 @@ struct Greater : Discrete {
   }
 };
 
+/// 1 if x ≥ y.
 struct GreaterOrEqual : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -175,6 +185,7 @@ struct GreaterOrEqual : Discrete {
   }
 };
 
+/// 1 if x < y.
 struct Less : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -182,6 +193,7 @@ struct Less : Discrete {
   }
 };
 
+/// 1 if x ≤ y.
 struct LessOrEqual : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -189,6 +201,7 @@ struct LessOrEqual : Discrete {
   }
 };
 
+/// 1 if both are not 0.
 struct And : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -196,6 +209,7 @@ struct And : Discrete {
   }
 };
 
+/// 1 if one is not 0.
 struct Or : Discrete {
   template <class T>
   static T value(T a, T b) {
@@ -203,6 +217,7 @@ struct Or : Discrete {
   }
 };
 
+/// 1 if exactly one is not 0.
 struct Xor : Discrete {
   template <class T>
   static T value(T a, T b) {

@@ -18,6 +18,7 @@ namespace tapestry::nn {
 template <std::floating_point T>
 class LocalResponseNormalization : public Operation<T> {
  public:
+  /// Its settings, as ONNX names them.
   struct Numbers {
     std::size_t size = 1;
     double alpha = 1e-4, beta = 0.75, bias = 1;

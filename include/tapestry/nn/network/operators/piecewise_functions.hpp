@@ -142,6 +142,7 @@ struct Abs : Function<Reads::input> {
   }
 };
 
+/// −x.
 struct Neg : Function<Reads::nothing> {
   template <class T>
   static T value(T x, T, T) {
@@ -155,6 +156,7 @@ struct Neg : Function<Reads::nothing> {
 
 // Steps, whose derivative is 0 or not defined.
 
+/// The largest integer not above x.
 struct Floor : Function<Reads::no_derivative> {
   template <class T>
   static T value(T x, T, T) {
@@ -162,6 +164,7 @@ struct Floor : Function<Reads::no_derivative> {
   }
 };
 
+/// The least integer not below x.
 struct Ceil : Function<Reads::no_derivative> {
   template <class T>
   static T value(T x, T, T) {
@@ -179,6 +182,7 @@ struct Round : Function<Reads::no_derivative> {
   }
 };
 
+/// −1, 0 or 1 by the sign of x.
 struct Sign : Function<Reads::no_derivative> {
   template <class T>
   static T value(T x, T, T) {
@@ -202,6 +206,7 @@ struct IsTrue : Function<Reads::no_derivative> {
   }
 };
 
+/// 1 if x is 0.
 struct Not : Function<Reads::no_derivative> {
   template <class T>
   static T value(T x, T, T) {
@@ -209,6 +214,7 @@ struct Not : Function<Reads::no_derivative> {
   }
 };
 
+/// 1 if x is NaN.
 struct IsNan : Function<Reads::no_derivative> {
   template <class T>
   static T value(T x, T, T) {

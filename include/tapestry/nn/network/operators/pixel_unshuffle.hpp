@@ -18,6 +18,7 @@ namespace tapestry::nn {
 /// Pixels of blocks of a picture as channels of one pixel: channels j · C … of pixel (y, x) are pixel
 /// (y · rows + row_j, x · columns + column_j).
 struct PixelBlocks {
+  /// Of a pixel within its block.
   struct Place {
     std::size_t row, column;
   };
@@ -25,6 +26,7 @@ struct PixelBlocks {
   std::vector<Place> places{};
 };
 
+/// Blocks of pixels laid side by side as channels.
 template <std::floating_point T>
 class PixelUnshuffle : public Operation<T> {
  public:

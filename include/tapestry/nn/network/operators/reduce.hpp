@@ -16,20 +16,25 @@
 
 namespace tapestry::nn {
 
+/// Σ |x|.
 struct AbsoluteStep : SumStep {
   static double next(double sum, double value) { return sum + (value < 0 ? -value : value); }
 };
+/// Σ x².
 struct SquareStep : SumStep {
   static double next(double sum, double value) { return sum + value * value; }
 };
+/// Σ e^x.
 struct ExponentialStep : SumStep {
   static double next(double sum, double value) { return sum + std::exp(value); }
 };
+/// Π x.
 struct ProductStep {
   static double first() { return 1; }
   static double next(double product, double value) { return product * value; }
   static double join(double product, double part) { return product * part; }
 };
+/// The smallest x.
 struct SmallestStep {
   static double first() { return std::numeric_limits<double>::infinity(); }
   static double next(double best, double value) { return value < best || value != value ? value : best; }

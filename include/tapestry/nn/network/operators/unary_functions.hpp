@@ -18,17 +18,20 @@ using tapestry::detail::vector_exp;
 /// What the derivative of a function is computed from, beside its parameters.
 enum class Reads { nothing, input, output, no_derivative };
 
+/// What functions of one operand have by default.
 template <Reads From>
 struct Function {
   static constexpr Reads reads = From;
   static constexpr bool is_vector = false;
 };
+/// What those of them have that are computed by vectors.
 template <Reads From>
 struct VectorFunction {
   static constexpr Reads reads = From;
   static constexpr bool is_vector = true;
 };
 
+/// |x|.
 template <class T>
 [[nodiscard, gnu::always_inline]] inline T magnitude(T x) {
   return x < 0 ? -x : x;
@@ -59,6 +62,7 @@ template <std::size_t I, std::size_t Last, class T, std::size_t Count>
   }
 }
 
+/// σ(x) = 1 / (1 + e^−x).
 struct Sigmoid : VectorFunction<Reads::input> {
   template <class T>
   [[gnu::always_inline]] static T value(T x, T, T) {
@@ -100,6 +104,7 @@ struct Mish : VectorFunction<Reads::input> {
   }
 };
 
+/// e^x.
 struct Exp : VectorFunction<Reads::output> {
   template <class T>
   [[gnu::always_inline]] static T value(T x, T, T) {
@@ -189,6 +194,7 @@ struct GeluTanh : Function<Reads::input> {
   }
 };
 
+/// 2/√π · ∫ e^(−t²) from 0 to x.
 struct Erf : Function<Reads::input> {
   template <class T>
   static T value(T x, T, T) {
@@ -200,6 +206,7 @@ struct Erf : Function<Reads::input> {
   }
 };
 
+/// log x.
 struct Log : Function<Reads::input> {
   template <class T>
   static T value(T x, T, T) {
@@ -223,6 +230,7 @@ struct Sqrt : Function<Reads::output> {
   }
 };
 
+/// 1 / x.
 struct Reciprocal : Function<Reads::output> {
   template <class T>
   static T value(T x, T, T) {
@@ -234,6 +242,7 @@ struct Reciprocal : Function<Reads::output> {
   }
 };
 
+/// sin x.
 struct Sin : Function<Reads::input> {
   template <class T>
   static T value(T x, T, T) {
@@ -245,6 +254,7 @@ struct Sin : Function<Reads::input> {
   }
 };
 
+/// cos x.
 struct Cos : Function<Reads::input> {
   template <class T>
   static T value(T x, T, T) {
@@ -256,6 +266,7 @@ struct Cos : Function<Reads::input> {
   }
 };
 
+/// arctan x.
 struct Atan : Function<Reads::input> {
   template <class T>
   static T value(T x, T, T) {
