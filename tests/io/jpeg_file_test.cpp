@@ -21,18 +21,6 @@ namespace {
 using Picture = tapestry::Array<std::uint8_t, 3>;
 using namespace std::string_literals;
 
-/// Smooth, so that a JPEG keeps it within a few levels, and different in every corner.
-Picture smooth_picture(std::size_t height, std::size_t width) {
-  Picture picture(tapestry::Extents<3>{height, width, 3});
-  for (std::size_t y = 0; y < height; ++y)
-    for (std::size_t x = 0; x < width; ++x) {
-      picture(y, x, 0) = static_cast<std::uint8_t>(250 * y / height);
-      picture(y, x, 1) = static_cast<std::uint8_t>(250 * x / width);
-      picture(y, x, 2) = static_cast<std::uint8_t>(60 + 100 * (x + y) / (width + height));
-    }
-  return picture;
-}
-
 /// An EXIF segment that says nothing but the orientation.
 std::string exif_segment(int orientation, bool is_little) {
   const auto number = [&](int value, int bytes) {
@@ -115,6 +103,18 @@ TEST_CASE("eight orientations are turned upright", "[io][jpeg]") {
 
 #if defined(TAPESTRY_JPEG)
 namespace {
+/// Smooth, so that a JPEG keeps it within a few levels, and different in every corner.
+Picture smooth_picture(std::size_t height, std::size_t width) {
+  Picture picture(tapestry::Extents<3>{height, width, 3});
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0; x < width; ++x) {
+      picture(y, x, 0) = static_cast<std::uint8_t>(250 * y / height);
+      picture(y, x, 1) = static_cast<std::uint8_t>(250 * x / width);
+      picture(y, x, 2) = static_cast<std::uint8_t>(60 + 100 * (x + y) / (width + height));
+    }
+  return picture;
+}
+
 std::string jpeg_of(const Picture& picture, int flags = 0, int sampling = TJSAMP_444) {
   const tjhandle encoder = tjInitCompress();
   unsigned char* bytes = nullptr;
