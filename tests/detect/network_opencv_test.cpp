@@ -14,6 +14,7 @@
 #include "../support/temporary_folder.hpp"
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 using namespace tapestry::test;
 
 namespace {

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
+#include <numeric>
 #include <string>
+#include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/image/batch.hpp>
@@ -124,6 +127,79 @@ TEST_CASE("float follows double through trained ONNX networks", "[detect][onnx][
       const double distance = relative_distance(pass.logits[h], reference.logits[h]);
       INFO(name << " head " << h << ": " << distance);
       CHECK(distance <= 5e-6);
+    }
+  }
+}
+
+namespace {
+/// Where the logit of the surest car lies.
+struct CarLogit {
+  std::size_t head = 0, index = 0;
+};
+
+template <class T>
+CarLogit surest_car(const std::vector<Array<T, 4>>& logits) {
+  CarLogit best;
+  T largest = -std::numeric_limits<T>::infinity();
+  for (std::size_t h = 0; h < logits.size(); ++h) {
+    const std::size_t cells = logits[h].shape(2) * logits[h].shape(3);
+    const std::size_t plane = logits[h].shape(1) - 80 + car;  // the classes come last
+    for (std::size_t i = plane * cells; i < (plane + 1) * cells; ++i)
+      if (logits[h].data()[i] > largest) {
+        largest = logits[h].data()[i];
+        best = {h, i};
+      }
+  }
+  return best;
+}
+
+template <class T>
+Array<T, 4> gradient_of(const detect::GraphDetector<T>& detector, const Array<T, 4>& input,
+                        CarLogit car_logit) {
+  detect::Pass<T> pass;
+  detector.forward(input, pass, nn::Mode::input_gradient);
+  std::vector<Array<T, 4>> adjoints;
+  for (const auto& logits : pass.logits) adjoints.push_back(tapestry::zeros<T, 4>(logits.shape()));
+  adjoints[car_logit.head].data()[car_logit.index] = 1;
+  auto gradient = tapestry::zeros<T, 4>(input.shape());
+  detector.input_adjoint(pass, adjoints, gradient);
+  return gradient;
+}
+}  // namespace
+
+TEST_CASE("a car's gradient through trained ONNX networks is that of central differences",
+          "[detect][onnx][real]") {
+  if (!has_data()) {
+    WARN("skipped: no detectors in TAPESTRY_SHARED");
+    return;
+  }
+  for (const auto& [name, cars] : table) {
+    const auto twice = load<double>(name);
+    const auto input = network_input<double>("data1");
+    detect::Pass<double> pass;
+    twice.forward(input, pass);
+    const CarLogit car_logit = surest_car(pass.logits);
+    const auto gradient = gradient_of(twice, input, car_logit);
+    const double distance =
+        relative_distance(gradient_of(load<float>(name), network_input<float>("data1"), car_logit), gradient);
+    INFO(name << ": float differs by " << distance);
+    CHECK(distance <= 2e-5);  // no kink is held
+    tapestry::Random random(5);
+    for (int direction = 0; direction < 4; ++direction) {
+      Array<double, 4> along(input.shape());
+      for (double& part : along.storage()) part = random.normal();
+      const double slope =
+          std::inner_product(along.storage().begin(), along.storage().end(), gradient.data(), 0.0);
+      const auto logit = [&](double distance_along) {
+        twice.forward(Array<double, 4>(input + distance_along * along), pass);
+        return pass.logits[car_logit.head].data()[car_logit.index];
+      };
+      // Of some steps one crosses no kink of a Leaky ReLU and no tie of a pool.
+      double error = std::numeric_limits<double>::infinity();
+      for (const double step : {1e-7, 3e-8, 1e-8, 3e-9})
+        error = std::min(error, std::abs((logit(step) - logit(-step)) / (2 * step) - slope));
+      INFO("slope " << slope << ", off by " << error);
+      CHECK(error <= 1e-6 * std::max(1.0, std::abs(slope)));
     }
   }
 }

@@ -1,0 +1,77 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <vector>
+
+#include "../../examples/programs/shell/program.hpp"
+#include "../support/serve.hpp"
+
+namespace tapestry::benchmarks {
+
+/// What each program that runs a network is told.
+struct NetworkOptions {
+  std::string model{};  ///< an ONNX file of one input, a picture [1, 3, size, size]
+  std::string input{};  ///< its values, floats of this machine one after the other
+  std::size_t size = 416;
+  int threads = 1;
+  bool wants_gradient = false;
+  double seconds = 0;
+};
+
+/// Weights of the sum of all outputs whose gradient is asked for; the same numbers in every program.
+template <class T>
+[[nodiscard]] std::vector<T> weighting(std::size_t count) {
+  Random random(2);
+  std::vector<T> weights(count);
+  for (T& weight : weights) weight = static_cast<T>(random.normal());
+  return weights;
+}
+
+/// Floats of a file that a program wrote.
+[[nodiscard]] inline std::vector<float> read_floats(const std::string& path) {
+  const auto bytes = io::read_file(path);
+  std::vector<float> values(bytes.size() / sizeof(float));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
+  return values;
+}
+
+inline void write_floats(const std::string& path, const std::vector<float>& values) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(values.data()),
+             static_cast<std::streamsize>(sizeof(float) * values.size()));
+  if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
+}
+
+/// The main function of a program that runs one library on one network.
+template <Engine E>
+int run_network_worker(int argc, char** argv) {
+  CLI::App app(
+      "Runs a network again and again, for the benchmark that starts it. Reads requests from the "
+      "standard input unless told how many seconds to run.");
+  NetworkOptions options;
+  app.add_option("--model", options.model, "ONNX file")->required();
+  app.add_option("--input", options.input, "File of the picture's values, floats [1, 3, size, size]")
+      ->required();
+  app.add_option("--size", options.size, "Width and height of the picture, in pixels")->capture_default_str();
+  app.add_option("--threads", options.threads, "Threads")->capture_default_str();
+  app.add_flag("--gradient", options.wants_gradient, "Compute the gradient to the picture, too");
+  app.add_option("--seconds", options.seconds, "Run that long, print the times and leave");
+  return shell::run_program(app, argc, argv, [&] {
+    Replies replies;
+    E engine(options);
+    if (options.seconds > 0) {
+      replies.send(timed_reply(engine, options.seconds));
+    } else {
+      serve(engine, replies);
+    }
+    return 0;
+  });
+}
+
+}  // namespace tapestry::benchmarks
