@@ -1,4 +1,6 @@
 #pragma once
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -42,6 +44,7 @@ class ThreadPool {
   /// smallest index reaches the caller; the others are dropped.
   void run(const Loop& loop, std::size_t helpers) {
     Job job{loop, helpers};
+    adapt_patience();
     {
       const std::lock_guard lock(mutex_);
       start_threads(helpers);
@@ -76,17 +79,35 @@ class ThreadPool {
     std::size_t failed_at = std::numeric_limits<std::size_t>::max();
   };
 
-  /// Turns for which a thread looks out for work before it sleeps, about ten microseconds: loops often follow
-  /// one another closely, and to be woken takes longer than that.
-  static constexpr int patience = 500;
+  /// Turns for which a thread looks out for work before it sleeps, about ten microseconds or forty: loops
+  /// often follow one another closely, and to be woken takes longer than that. But where other processes want
+  /// the processors, a thread that looks out takes one from the threads that work.
+  static constexpr int short_patience = 500, long_patience = 2000;
+  static constexpr int loops_between_looks = 32, calm_looks = 16;
 
   template <class Condition>
-  static void spin_until(Condition condition) {
+  void spin_until(Condition condition) const {
+    const int patience = patience_.load(std::memory_order_relaxed);
     for (int turn = 0; turn < patience && !condition(); ++turn) {
 #if defined(__x86_64__) || defined(__i386__)
       __builtin_ia32_pause();
 #endif
     }
+  }
+
+  /// Becomes impatient when the system has taken the processor from a calling thread, and patient again when
+  /// it has not for a while.
+  void adapt_patience() {
+#if defined(RUSAGE_THREAD)
+    static thread_local int loops = 0, calm = 0;
+    static thread_local long interruptions = 0;
+    if (++loops % loops_between_looks != 0) return;
+    rusage usage{};
+    if (::getrusage(RUSAGE_THREAD, &usage) != 0) return;
+    calm = usage.ru_nivcsw == interruptions ? std::min(calm + 1, calm_looks) : 0;
+    interruptions = usage.ru_nivcsw;
+    patience_.store(calm == calm_looks ? long_patience : short_patience, std::memory_order_relaxed);
+#endif
   }
 
   /// As many as can be had: without them loops still run, on fewer.
@@ -157,6 +178,7 @@ class ThreadPool {
   std::atomic<std::size_t> posted_{0};  ///< loops so far
   std::size_t thread_count_ = 0;
   std::size_t sleeping_ = 0;
+  std::atomic<int> patience_{short_patience};
 };
 
 }  // namespace tapestry::detail
