@@ -81,7 +81,7 @@ void initialise(detect::Network<float>& network, std::uint64_t seed) {
   const auto& layers = network.config().layers;
   auto head = network.heads().begin();
   for (std::size_t i = 1; i < layers.size(); ++i) {
-    if (layers[i].kind != detect::LayerKind::yolo) continue;
+    if (!detect::is_head(layers[i].kind)) continue;
     for (std::size_t anchor = 0; anchor < head->anchor_count(); ++anchor)
       network.parameters()[network.layout().layers[i - 1].bias + anchor * head->candidate_channel_count() +
                            head->objectness_channel().value()] = -4.6F;

@@ -77,6 +77,7 @@
 #include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
@@ -173,6 +174,7 @@
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
 #include <tapestry/loss/anchor_match.hpp>
+#include <tapestry/loss/class_entropy.hpp>
 #include <tapestry/loss/classification.hpp>
 #include <tapestry/loss/logistic.hpp>
 #include <tapestry/loss/max_score.hpp>
@@ -206,6 +208,7 @@
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/pooling.hpp>
 #include <tapestry/nn/reduction.hpp>
+#include <tapestry/nn/reorg.hpp>
 #include <tapestry/nn/upsample.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <tapestry/nn/winograd.hpp>

@@ -25,6 +25,12 @@ detect::Head head_of(DecodeFamily family) {
   return head;
 }
 
+detect::Head exclusive_head() {
+  auto head = head_of(DecodeFamily::darknet);
+  head.exclusive_classes = true;
+  return head;
+}
+
 /// Two images' outputs as the family gives them.
 template <class T>
 Array<T, 4> outputs(DecodeFamily family) {
@@ -33,15 +39,16 @@ Array<T, 4> outputs(DecodeFamily family) {
                          is_activation ? 0.95 : 2);
 }
 
-DecodeFamily any_family() {
-  return GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::scaled, DecodeFamily::yolox,
-                  DecodeFamily::distance);
+detect::Head any_head() {
+  return GENERATE(head_of(DecodeFamily::darknet), exclusive_head(), head_of(DecodeFamily::ultralytics),
+                  head_of(DecodeFamily::scaled), head_of(DecodeFamily::yolox),
+                  head_of(DecodeFamily::distance));
 }
 }  // namespace
 
 TEST_CASE("decode on the tape gives the boxes and scores of decode()", "[detect][decode]") {
-  const auto family = any_family();
-  const auto head = head_of(family);
+  const auto head = any_head();
+  const auto family = head.decode;
   const auto logits = outputs<double>(family);
   const auto decoded = detect::decode<double>(head, logits, height, width);
   for (std::size_t image = 0; image < 2; ++image) {
@@ -62,8 +69,8 @@ TEST_CASE("decode on the tape gives the boxes and scores of decode()", "[detect]
 
 TEMPLATE_TEST_CASE("the adjoint of decoded heads agrees with central differences", "[detect][gradient]",
                    float, double) {
-  const auto family = any_family();
-  const auto head = head_of(family);
+  const auto head = any_head();
+  const auto family = head.decode;
   const auto start = outputs<TestType>(family);
   const auto direction = tapestry::test::random_direction<TestType>({2, head.channel_count(), 2, 3}, 2);
   const std::size_t count = head.candidate_count();

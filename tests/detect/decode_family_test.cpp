@@ -213,6 +213,17 @@ TEST_CASE("a decode family that contradicts the cfg is refused", "[detect][decod
       [&] { (void)with(two_convolutions, DecodeFamily::yolox); });
 }
 
+TEST_CASE("a [region] is of the family darknet alone", "[detect][decode_family]") {
+  const std::string text = tapestry::test::cfg_text("region_layers");
+  CHECK(detect::decode_family_of(parsed(text)) == DecodeFamily::darknet);
+  CHECK(detect::decode_family_of(detect::with_decode(parsed(text), DecodeFamily::darknet)) ==
+        DecodeFamily::darknet);
+  tapestry::test::check_refused(ErrorKind::mismatch,
+                                "layer 7 (region): a [region] contradicts the decode family asked for; "
+                                "expected darknet, found ultralytics",
+                                [&] { (void)detect::with_decode(parsed(text), DecodeFamily::ultralytics); });
+}
+
 TEST_CASE("σ taken twice is remarked on", "[detect][decode_family]") {
   CHECK(detect::decode_warnings(parsed(two_convolutions)).empty());
   const auto warnings = detect::decode_warnings(parsed(with_logistic("")));

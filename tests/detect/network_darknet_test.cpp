@@ -1,10 +1,12 @@
 #pragma GCC diagnostic ignored "-Wshadow"  // darknet.h has global names such as image and layer
 
+#include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -23,7 +25,39 @@ namespace io = tapestry::io;
 using namespace tapestry::test;
 
 namespace {
-/// Raw inputs of Darknet's yolo layers for the same files and pictures, compared head by head.
+/// Every box and probability that Darknet makes of a [region]'s input, compared with detect::decode() of the
+/// same logits: σ, e^t and softmax in float.
+void check_region_boxes(const detect::Network<float>& network, const float* raw, ::network* darknet) {
+  const detect::Head& head = network.heads()[0];
+  tapestry::Array<float, 4> logits({1, head.channel_count(), head.grid_height, head.grid_width});
+  std::copy_n(raw, logits.size(), logits.data());
+  const auto decoded = detect::decode<float>(head, logits, network.input_height(), network.input_width());
+  const auto width = static_cast<double>(network.input_width()),
+             height = static_cast<double>(network.input_height());
+  const std::size_t count = head.candidate_count(), classes = head.classes;
+  int found = 0;
+  detection* const detections = get_network_boxes(darknet, darknet->w, darknet->h, 0, 0, nullptr, 1, &found);
+  REQUIRE(static_cast<std::size_t>(found) == count);
+  std::vector<float> ours, theirs, our_scores, their_scores;
+  const auto scores = detect::confidences(decoded);
+  for (std::size_t i = 0; i < count; ++i) {
+    const ::box& box = detections[i].bbox;
+    for (std::size_t k = 0; k < 4; ++k)
+      ours.push_back(static_cast<float>(static_cast<double>(decoded.boxes.value()(0, i, k)) /
+                                        (k % 2 == 0 ? width : height)));
+    theirs.insert(theirs.end(), {box.x, box.y, box.w, box.h});
+    for (std::size_t k = 0; k < classes; ++k) our_scores.push_back(scores.value()(0, i, k));
+    their_scores.insert(their_scores.end(), detections[i].prob, detections[i].prob + classes);
+  }
+  free_detections(detections, found);
+  const double box_distance = relative_distance(ours.data(), theirs.data(), ours.size());
+  const double score_distance = relative_distance(our_scores.data(), their_scores.data(), our_scores.size());
+  INFO("boxes " << box_distance << ", scores " << score_distance);
+  CHECK(box_distance <= 1e-6);
+  CHECK(score_distance <= 1e-6);
+}
+
+/// Raw inputs of Darknet's heads for the same files and pictures, compared head by head.
 ///
 /// Darknet on a CPU divides by √variance + 1e-6 where Tapestry takes √(variance + 1e-5); with variances of
 /// at least ½ the factor differs by at most 1e-5, so the written variances are moved to make up for it.
@@ -53,13 +87,14 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
   network_predict(darknet, planes.data());
   std::size_t head = 0;
   for (int i = 0; i < darknet->n; ++i) {
-    if (darknet->layers[i].type != YOLO) continue;
+    if (darknet->layers[i].type != YOLO && darknet->layers[i].type != REGION) continue;
     const ::layer& before = darknet->layers[i - 1];  // a linear convolution, whose output are the logits
     REQUIRE(static_cast<std::size_t>(before.outputs) == pass.logits[head].size());
     const double distance =
         relative_distance(pass.logits[head].data(), before.output, pass.logits[head].size());
     INFO("head " << head << ": relative L2 distance " << distance);
     CHECK(distance <= tolerance);
+    if (darknet->layers[i].type == REGION) check_region_boxes(network, before.output, darknet);
     ++head;
   }
   CHECK(head == pass.logits.size());
@@ -81,8 +116,20 @@ TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[de
   check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
-TEST_CASE("logits of yolov3-tiny equal those of Darknet", "[detect][darknet]") {
-  const std::string path = "/usr/share/darknet/cfg/yolov3-tiny.cfg";
+TEST_CASE("reorg and region equal those of Darknet, box by box", "[detect][darknet]") {
+  const TemporaryFolder folder;
+  std::string cfg = region_layers;
+  if (GENERATE(true, false)) cfg.replace(cfg.find("softmax=1"), 9, "softmax=0");
+  cfg.replace(cfg.find("width=16"), 8, "width=80");  // not square
+  cfg.replace(cfg.find("height=16"), 9, "height=48");
+  const std::string path = folder.write("some.cfg", cfg);
+  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+}
+
+TEST_CASE("logits of Debian's cfg files equal those of Darknet", "[detect][darknet]") {
+  const std::string path = std::string("/usr/share/darknet/cfg/") +
+                           GENERATE("yolov3-tiny", "yolov2-tiny", "yolov2-tiny-voc", "yolov2", "yolov2-voc") +
+                           ".cfg";
   if (!std::filesystem::exists(path)) {
     WARN("skipped: no " << path);
     return;

@@ -25,6 +25,7 @@ namespace {
 const std::string every_layer = tapestry::test::cfg_text("every_layer");
 const std::string unequal_layers = tapestry::test::cfg_text("unequal_shortcuts");
 const std::string fused_layers = tapestry::test::cfg_text("fused_layers");
+const std::string region_layers = tapestry::test::cfg_text("region_layers");
 const std::string real_layers = tapestry::test::cfg_text("real_layers");
 const std::string wide_layers = tapestry::test::cfg_text("wide_layers");
 
@@ -65,7 +66,7 @@ double central_difference(Function f, double h) {
 }  // namespace
 
 TEST_CASE("the input gradient agrees with central differences", "[detect][network][gradient]") {
-  const auto network = random_network<double>(GENERATE(every_layer, unequal_layers));
+  const auto network = random_network<double>(GENERATE(every_layer, unequal_layers, region_layers));
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   for (const auto mode : {detect::Mode::input_gradient, detect::Mode::training}) {
     detect::Pass<double> pass;
@@ -117,7 +118,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
 }
 
 TEST_CASE("the parameter gradient agrees with central differences", "[detect][network][gradient]") {
-  auto network = random_network<double>(GENERATE(every_layer, unequal_layers));
+  auto network = random_network<double>(GENERATE(every_layer, unequal_layers, region_layers));
   const auto images = random_array<double>({3, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);

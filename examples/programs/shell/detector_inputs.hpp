@@ -42,7 +42,7 @@ inline Detector load_darknet(const DetectorSettings& settings) {
   auto loaded = io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size, decode);
   if (loaded.network.heads().empty())
     throw FileError(ErrorKind::mismatch,
-                    {loaded.network.config().name, "", "the network has no [yolo] section"});
+                    {loaded.network.config().name, "", "the network has no [yolo] or [region] section"});
   const auto fit =
       settings.fit.empty() ? detect::fit_of(loaded.network.config()) : image::fit_by_name(settings.fit);
   Detector detector{std::make_unique<detect::Network<float>>(std::move(loaded.network)),

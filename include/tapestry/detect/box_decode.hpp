@@ -7,6 +7,7 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/head.hpp>
 #include <vector>
 
@@ -31,10 +32,10 @@ template <std::invocable<std::size_t> Logits>
 void add_detections(const Head& head, const CandidatePlace& place, Logits logit, double confidence_threshold,
                     Detection detection, std::vector<Detection>& detections) {
   const double factor = head.has_objectness() ? detection.objectness : 1;
-  const std::size_t first_class = head.class_channel(0);
+  const ClassScores scores(head, logit);
   bool has_box = false;  // most candidates have no class that asks for it
   for (std::size_t k = 0; k < head.classes; ++k) {
-    detection.confidence = factor * probability(head, logit(first_class + k));
+    detection.confidence = factor * scores(k);
     if (!(detection.confidence > confidence_threshold)) continue;
     if (!has_box) detection.box = decode_box(head, place, logit);
     has_box = true;

@@ -60,12 +60,12 @@ template <class T>
     const auto logit = [&](std::size_t channel) {
       return static_cast<double>(logits.data()[first + channel * cells]);
     };
-    const auto score = [&](std::size_t channel) { return static_cast<T>(probability(head, logit(channel))); };
     const Box box = decode_box(head, place, logit);
     const std::array<double, 4> values{box.cx, box.cy, box.w, box.h};
     for (std::size_t i = 0; i < 4; ++i) arrays[0](n, candidate, i) = static_cast<T>(values[i]);
-    arrays[1](n, candidate, 0) = score(surest_channel(head, logit));
-    for (std::size_t k = 0; k < head.classes; ++k) arrays[2](n, candidate, k) = score(head.class_channel(k));
+    arrays[1](n, candidate, 0) = static_cast<T>(probability(head, logit(surest_channel(head, logit))));
+    const ClassScores scores(head, logit);
+    for (std::size_t k = 0; k < head.classes; ++k) arrays[2](n, candidate, k) = static_cast<T>(scores(k));
   };
   for_each_decoded(head, images, input_height, input_width, decode_one);
   return arrays;
@@ -94,8 +94,9 @@ void decoded_arrays_adjoint(const Head& head, const Array<T, 4>& logits, double 
       decode_box_adjoint(head, place, logit, {of_box(0), of_box(1), of_box(2), of_box(3)}, add);
     }
     if (adjoints[1] != nullptr) add_score(surest_channel(head, logit), (*adjoints[1])(n, candidate, 0));
-    for (std::size_t k = 0; adjoints[2] != nullptr && k < head.classes; ++k)
-      add_score(head.class_channel(k), (*adjoints[2])(n, candidate, k));
+    if (adjoints[2] == nullptr) return;
+    ClassScores(head, logit)
+        .adjoint([&](std::size_t k) { return static_cast<double>((*adjoints[2])(n, candidate, k)); }, add);
   };
   for_each_decoded(head, logits.shape(0), input_height, input_width, add_one);
 }

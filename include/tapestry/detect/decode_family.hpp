@@ -27,7 +27,8 @@ namespace tapestry::detect {
 ///
 /// scaled is new_coords=1 of a cfg: t has been through σ already, in the convolution before the head, which
 /// has activation=logistic. With s = 2 it puts boxes where ultralytics does for the logits before that σ.
-/// The ultralytics family has 2 for s always, whatever a cfg says.
+/// The ultralytics family has 2 for s always, whatever a cfg says. YOLOv2's [region] is darknet with s = 1;
+/// its classes, and no others, can be exclusive: a softmax in the place of σ(class), see ClassScores.
 ///
 /// Sources: darknet, Redmon and Farhadi, "YOLOv3" (2018), section 2.1, and for s Bochkovskiy et al., "YOLOv4"
 /// (2020); ultralytics, the Detect layer of YOLOv5 and of its YOLOv3; scaled, Wang et al.,

@@ -34,6 +34,8 @@ struct Head {
   ChannelOrder order = ChannelOrder::box_first;  ///< distance
   std::size_t stride = 0;  ///< pixels between cells; 0: the input's extent over the grid's. It matters where
                            ///< the input is no multiple of it, so that the last cells reach over the border
+  bool exclusive_classes = false;  ///< darknet: the classes' probabilities are a softmax, as in YOLOv2,
+                                   ///< instead of one σ each
 
   /// A; a cell of a head without anchors has one candidate.
   [[nodiscard]] std::size_t anchor_count() const { return has_anchors(decode) ? anchors.size() : 1; }
@@ -68,8 +70,8 @@ struct Head {
 
 inline constexpr std::size_t largest_bin_count = 256;  ///< of a side of a box
 
-/// \throws DomainError if a head of a family without anchors has some, or one of the family distance no class
-///         or not 1 to 256 bins
+/// \throws DomainError if a head of a family without anchors has some, one of the family distance no class
+///         or not 1 to 256 bins, or one of another family than darknet exclusive classes
 inline void require_layout(const char* operation, const Head& head) {
   const std::string of_family =
       std::string(operation) + ": a head of the decode family " + std::string(name_of(head.decode));
@@ -80,6 +82,8 @@ inline void require_layout(const char* operation, const Head& head) {
                       std::to_string(largest_bin_count));
   if (!head.has_objectness() && head.classes == 0)
     throw DomainError(of_family + " has no classes, expected at least 1");
+  if (head.exclusive_classes && head.decode != DecodeFamily::darknet)
+    throw DomainError(of_family + " has exclusive classes, expected those of the family darknet alone");
 }
 
 /// \throws DomainError if a head has no class of that index

@@ -22,8 +22,8 @@
 
 namespace tapestry::detect {
 
-/// A detector of the YOLO-V3 family as Darknet describes it: forward, and backward to its input or to its
-/// parameters. Batch normalisation adds config().batch_norm_epsilon inside the root; dropout passes
+/// A YOLO detector, version 2 to 4 and relatives, as Darknet describes it: forward, and backward to its input
+/// or to its parameters. Batch normalisation adds config().batch_norm_epsilon inside the root; dropout passes
 /// everything on in every mode. Results are the same bits for any number of threads.
 template <std::floating_point T>
 class Network final : public Detector<T> {

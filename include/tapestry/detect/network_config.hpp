@@ -14,18 +14,18 @@ namespace detail {
 inline void check_heads(const NetworkConfig& config, const std::vector<FeatureShape>& shapes) {
   std::vector<std::size_t> heads;
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
-    if (config.layers[i].kind != LayerKind::yolo) continue;
+    if (!is_head(config.layers[i].kind)) continue;
     for (const std::size_t earlier : heads) {
       if (shapes[earlier].row_reduction == shapes[i].row_reduction) {
-        throw misfit(config, i, "another [yolo] layer has the same grid", "one head for each scale",
+        throw misfit(config, i, "another head has the same grid", "one head for each scale",
                      "the one on line " + std::to_string(config.layers[earlier].line));
       }
     }
     heads.push_back(i);
   }
   if (heads.empty()) {
-    throw cfg_error(config.name, config.line, "no [yolo] section, so this is not a YOLO-V3 detector", "", "",
-                    ErrorKind::mismatch);
+    throw cfg_error(config.name, config.line, "no [yolo] or [region] section, so this is not a detector", "",
+                    "", ErrorKind::mismatch);
   }
 }
 }  // namespace detail

@@ -7,6 +7,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/loss/prediction.hpp>  // Target
 #include <vector>
@@ -56,7 +57,6 @@ template <std::floating_point T>
   for (std::size_t h = 0; h < predictions.heads.size(); ++h) {
     const detect::Head& head = predictions.heads[h];
     const auto objectness_channel = head.objectness_channel();
-    const std::size_t class_channel = head.class_channel(target.class_index);
     const std::size_t cells = head.grid_height * head.grid_width;
     const T* of_image = predictions.logits[h]->data() + predictions.image * head.channel_count() * cells;
     for (std::size_t candidate = 0; candidate < head.candidate_count(); ++candidate) {
@@ -66,7 +66,7 @@ template <std::floating_point T>
       const double objectness =
           objectness_channel ? detect::probability(head, logit(*objectness_channel)) : 1.0;
       if (!(objectness > best)) continue;  // the other factor is at most 1
-      const double confidence = objectness * detect::probability(head, logit(class_channel));
+      const double confidence = objectness * detect::ClassScores(head, logit)(target.class_index);
       if (!(confidence > best)) continue;
       const detect::CandidatePlace place{anchor, cell / head.grid_width, cell % head.grid_width, width,
                                          height};

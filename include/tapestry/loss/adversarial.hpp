@@ -28,7 +28,8 @@ namespace tapestry::loss {
 ///
 /// The objectness of a head that has none, of the decode family distance, is its score of the target's class:
 /// paper and as_coded take that for their objectness term, too, while in the score of a candidate, by which
-/// paper and max_score choose, it counts once.
+/// paper and max_score choose, it counts once. Of exclusive classes (YOLOv2) paper and max_score take the
+/// softmax for the probability of a class, while as_coded, which takes none, keeps to the raw logit.
 enum class AdversarialLoss { paper, as_coded, max_score };
 
 /// \throws DomainError for any other name than paper, as_coded or max_score
@@ -87,12 +88,13 @@ void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target
     const auto found = responsible(predictions, head, target);
     if (!found) continue;
     const auto& layout = predictions.heads[head];
-    const auto add_probability = [&](std::size_t channel, double probability_adjoint) {
-      const double slope = logistic_slope(logit(predictions, found->candidate, channel));
-      add_to_logit(predictions, found->candidate, channel, probability_adjoint * slope, logits_adjoint);
-    };
-    add_probability(objectness_channel(layout, target.class_index), adjoint.objectness);
-    add_probability(layout.class_channel(target.class_index), adjoint.classification);
+    const std::size_t objectness = objectness_channel(layout, target.class_index);
+    add_to_logit(predictions, found->candidate, objectness,
+                 adjoint.objectness * logistic_slope(logit(predictions, found->candidate, objectness)),
+                 logits_adjoint);
+    const double of_class = class_logit(predictions, found->candidate, target.class_index);
+    class_logit_adjoint(predictions, found->candidate, target.class_index,
+                        adjoint.classification * logistic_slope(of_class), logits_adjoint);
     detect::Box box_adjoint{0, 0, 0, 0};
     add(box_adjoint, found->overlap.gradient, adjoint.iou);
     decoded_box_adjoint(predictions, found->candidate, box_adjoint, logits_adjoint);

@@ -13,12 +13,9 @@ namespace detail {
 template <class T>
 [[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target) {
   const auto& head = predictions.heads[best.candidate.head];
-  const auto complement = [&](std::size_t channel) {
-    return nn::logistic(-logit(predictions, best.candidate, channel));
-  };
-  double unsure = complement(head.class_channel(target.class_index));
+  double unsure = nn::logistic(-class_logit(predictions, best.candidate, target.class_index));
   if (const auto objectness = head.objectness_channel())
-    unsure = complement(*objectness) + best.objectness * unsure;
+    unsure = nn::logistic(-logit(predictions, best.candidate, *objectness)) + best.objectness * unsure;
   const double value = unsure + best.confidence * (1 - best.overlap.iou);
   return value < std::numeric_limits<double>::min() ? std::numeric_limits<double>::min()
                                                     : value;  // NaN stays
@@ -52,14 +49,19 @@ void max_score_adjoint(const Predictions<T>& predictions, const Target& target, 
   if (!best) return;
   const auto& head = predictions.heads[best->candidate.head];
   const double missed = detail::miss(predictions, *best, target);
-  const auto add_probability = [&](std::size_t channel, double others) {
-    const double slope = logistic_slope(logit(predictions, best->candidate, channel)) * others / missed;
-    add_to_logit(predictions, best->candidate, channel, loss_adjoint * slope, logits_adjoint);
+  const auto slope = [&](double at, double others) {
+    return loss_adjoint * (logistic_slope(at) * others / missed);
   };
   const auto objectness = head.objectness_channel();
-  if (objectness) add_probability(*objectness, best->class_probability * best->overlap.iou);
-  add_probability(head.class_channel(target.class_index),
-                  (objectness ? best->objectness : 1) * best->overlap.iou);
+  if (objectness)
+    add_to_logit(
+        predictions, best->candidate, *objectness,
+        slope(logit(predictions, best->candidate, *objectness), best->class_probability * best->overlap.iou),
+        logits_adjoint);
+  class_logit_adjoint(predictions, best->candidate, target.class_index,
+                      slope(class_logit(predictions, best->candidate, target.class_index),
+                            (objectness ? best->objectness : 1) * best->overlap.iou),
+                      logits_adjoint);
   detect::Box box_adjoint{0, 0, 0, 0};
   const double scale = best->confidence / std::max(missed, std::numeric_limits<double>::epsilon() / 2);
   detail::add(box_adjoint, best->overlap.gradient, loss_adjoint * scale);

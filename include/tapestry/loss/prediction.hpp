@@ -6,6 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/box_formula.hpp>
+#include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/loss/logistic.hpp>
 #include <tapestry/loss/overlap.hpp>
@@ -207,6 +208,25 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
   Array<T, 4>* const adjoint = logits_adjoint[candidate.head];
   if (adjoint == nullptr) return;
   adjoint->data()[logit_index(predictions, candidate, channel)] += static_cast<T>(slope);
+}
+
+/// The number of which a candidate's probability of a class is σ; see detect::class_logit().
+template <class T>
+[[nodiscard]] double class_logit(const Predictions<T>& predictions, const Candidate& candidate,
+                                 std::size_t class_index) {
+  return detect::class_logit(predictions.heads[candidate.head], class_index,
+                             logits_of(predictions, candidate));
+}
+
+/// Adds the pullback of class_logit().
+template <class T>
+void class_logit_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
+                         std::size_t class_index, double adjoint, const LogitsAdjoint<T>& logits_adjoint) {
+  detect::class_logit_adjoint(predictions.heads[candidate.head], class_index,
+                              logits_of(predictions, candidate), adjoint,
+                              [&](std::size_t channel, double slope) {
+                                add_to_logit(predictions, candidate, channel, slope, logits_adjoint);
+                              });
 }
 
 /// Adds the pullback of decoded_box(), see detect::decode_box_adjoint().

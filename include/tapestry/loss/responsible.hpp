@@ -12,7 +12,7 @@ namespace tapestry::loss {
 struct Responsible {
   Candidate candidate;
   double objectness = 0;         ///< σ(objectness logit); of a head without objectness class_probability
-  double class_probability = 0;  ///< σ(logit of the target's class)
+  double class_probability = 0;  ///< of the target's class, σ(class_logit())
   double confidence = 0;         ///< objectness times class_probability; without objectness the latter alone
   Overlap overlap;               ///< of its box with the target
 
@@ -26,7 +26,7 @@ template <class T>
                                 const Target& target) {
   const auto& head = predictions.heads[candidate.head];
   const auto logits = logits_of(predictions, candidate);
-  const double of_class = nn::logistic(logits(head.class_channel(target.class_index)));
+  const double of_class = nn::logistic(detect::class_logit(head, target.class_index, logits));
   const auto channel = head.objectness_channel();
   const double objectness = channel ? nn::logistic(logits(*channel)) : of_class;
   const detect::Box box = detect::decode_box(head, detail::place_of(predictions, candidate), logits);
@@ -85,6 +85,20 @@ struct CellsOfClasses {
   }
 };
 
+/// The same of a head with objectness and exclusive classes, of which a logit alone bounds nothing.
+template <class T>
+struct CellsOfExclusiveClasses {
+  const T *box, *objectness;
+  std::size_t count, channels;
+
+  [[nodiscard]] T bound(std::size_t cell) const { return std::min(objectness[cell], T(0)); }
+  [[nodiscard]] T sum(std::size_t cell) const {
+    T total = 0;
+    for (std::size_t channel = 0; channel < channels; ++channel) total += box[channel * count + cell];
+    return total;
+  }
+};
+
 /// The best of the candidates looked at.
 template <class T>
 struct BestCandidate {
@@ -133,7 +147,13 @@ template <class T>
     const T* const first = predictions.logits[head_index]->data() + logit_index(predictions, candidate, 0);
     const T* const box = first + head.box_channel() * cells;
     const T* const of_class = first + head.class_channel(target.class_index) * cells;
-    if (const auto objectness = head.objectness_channel())
+    const auto objectness = head.objectness_channel();
+    if (objectness && head.exclusive_classes)
+      detail::search_cells(predictions, candidate, target,
+                           detail::CellsOfExclusiveClasses<T>{box, first + *objectness * cells, cells,
+                                                              head.candidate_channel_count()},
+                           best);
+    else if (objectness)
       detail::search_cells(predictions, candidate, target,
                            detail::CellsWithObjectness<T>{box, first + *objectness * cells, of_class, cells},
                            best);

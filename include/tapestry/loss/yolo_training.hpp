@@ -6,6 +6,7 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/anchor_match.hpp>
+#include <tapestry/loss/class_entropy.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <tuple>
 #include <vector>
@@ -169,9 +170,7 @@ YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vect
         goal.weight * (cross_entropy(at(x_channel), goal.x) + cross_entropy(at(y_channel), goal.y) +
                        extent_loss(head, at(w_channel), goal.w) + extent_loss(head, at(h_channel), goal.h));
     terms.objectness += cross_entropy(at(*head.objectness_channel()), 1);
-    for (std::size_t k = 0; k < head.classes; ++k)
-      terms.classification +=
-          cross_entropy(at(head.class_channel(k)), k == assignment.truth->class_index ? 1 : 0);
+    terms.classification += class_entropy(predictions, assignment.candidate, assignment.truth->class_index);
   }
   for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
     const std::size_t channel = *predictions.heads[candidate.head].objectness_channel();
@@ -198,9 +197,8 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
     add(w_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.w); });
     add(h_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.h); });
     add(*head.objectness_channel(), options.objectness, [](double at) { return cross_entropy_slope(at, 1); });
-    for (std::size_t k = 0; k < head.classes; ++k)
-      add(head.class_channel(k), options.classification,
-          [&](double at) { return cross_entropy_slope(at, k == assignment.truth->class_index ? 1 : 0); });
+    class_entropy_adjoint(predictions, assignment.candidate, assignment.truth->class_index,
+                          adjoint * options.classification, logits_adjoint);
   }
   for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
     const std::size_t channel = *predictions.heads[candidate.head].objectness_channel();
@@ -218,8 +216,9 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
 ///
 /// H(t, p) being the cross entropy of σ(t) with the wanted p, x and y the truth's place within its cell
 /// (corrected for scale_x_y), w and h the log of its size over the anchor's. Classes are independent of each
-/// other. Which candidates are matched and which are ignored is not differentiated.
-/// Source: Redmon and Farhadi, "YOLOv3" (2018), section 2, with the cross entropy for x and y too.
+/// other; exclusive ones (YOLOv2) have −log of the softmax of the truth's class in place of Σ_k. Which
+/// candidates are matched and which are ignored is not differentiated. Source: Redmon and Farhadi, "YOLOv3"
+/// (2018), section 2, with the cross entropy for x and y too.
 ///
 /// Heads of the ultralytics family have H(tw, w) + H(th, h) instead of the squares, w and h being half the
 /// root of the truth's size over the anchor's, at most 1, which is where their boxes end: at 4 anchors. That

@@ -1,6 +1,8 @@
+#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,8 @@ const std::string head = "[convolutional]\nfilters=18\nsize=1\nactivation=linear
 const std::string logistic_head = "[convolutional]\nfilters=18\nsize=1\nactivation=logistic\n";
 const std::string yolo = "[yolo]\nmask=0,1,2\nanchors=10,13, 16,30, 33,23\nclasses=1\nnum=3\n";
 const std::string good = net + conv + head + yolo;
+const std::string region = "[region]\nanchors=1,1.3, 1.6,3, 3.3,2.3\nclasses=1\ncoords=4\nnum=3\nsoftmax=1\n";
+const std::string good_region = net + conv + head + region;
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
@@ -59,7 +63,18 @@ std::vector<BadFile> syntax_rows() {
       {"G14 comma alone", good + "[route]\nlayers=,\n", malformed, "21:8", "''"},
       {"G14 no list", good + "[route]\n", malformed, "20", "lacks 'layers'"},
       {"G30 [crop]", good + "[crop]\n", malformed, "20", "[crop]"},
-      {"G30 [reorg]", good + "[reorg]\n", malformed, "20", "[reorg]"},
+      {"G30 [reorg3d]", good + "[reorg3d]\n", malformed, "20", "[reorg3d]"},
+      {"G33 masks", replaced(good_region, "coords=4", "coords=14"), malformed, "18:8", "4: a box, found 14"},
+      {"G33 background", good_region + "background=1\n", malformed, "21:12", "'background'"},
+      {"G33 tree", good_region + "tree=coco.tree\n", malformed, "21:6", "'tree'"},
+      {"G33 map", good_region + "map=coco9k.map\n", malformed, "21:5", "'map'"},
+      {"G33 softmax=2", replaced(good_region, "softmax=1", "softmax=2"), malformed, "20:9", "0 to 1"},
+      {"G33 no anchors", replaced(good_region, "anchors", "#"), malformed, "15", "lacks 'anchors'"},
+      {"G33 fewer anchors", replaced(good_region, ", 3.3,2.3", ""), malformed, "16:9", "found 4"},
+      {"G34 reverse", good + "[reorg]\nstride=2\nreverse=1\n", malformed, "22:9", "'reverse'"},
+      {"G34 flatten", good + "[reorg]\nflatten=1\n", malformed, "21:9", "'flatten'"},
+      {"G34 extra", good + "[reorg]\nextra=8\n", malformed, "21:7", "'extra'"},
+      {"G34 stride 0", good + "[reorg]\nstride=0\n", malformed, "21:8", ""},
       {"G30 [implicit]", good + "[implicit]\n", malformed, "20", "[implicit]"},
       {"G30 [Gaussian_yolo]", good + "[Gaussian_yolo]\n", malformed, "20", "[Gaussian_yolo]"},
       {"option that changes the result", replaced(good, "pad=1", "pad=1\nxnor=1"), malformed, "10:6",
@@ -130,7 +145,15 @@ std::vector<BadFile> fit_rows() {
       {"G24 unsorted", replaced(good, "mask=0,1,2", "mask=0,2,1"), mismatch, "16:6", "1"},
       {"G26 classes", replaced(good, "classes=1", "classes=2"), mismatch, "15",
        "expected 21 channels, found 18"},
-      {"G27 no yolo", net + conv, mismatch, "1", "no [yolo]"},
+      {"G27 no yolo", net + conv, mismatch, "1", "no [yolo] or [region]"},
+      {"G26 region's classes", replaced(good_region, "classes=1", "classes=2"), mismatch, "15",
+       "expected 21 channels, found 18"},
+      {"G27 region on yolo's grid", good + "[route]\nlayers=1\n" + region, mismatch, "22", "same grid"},
+      {"reads from region", good_region + head, mismatch, "21", "[region] layer, which has no output"},
+      {"G34 channels", net + conv + "[reorg]\nstride=4\n", mismatch, "11",
+       "channels that are a multiple of 16, height and width of 4, found [8, 32, 32]"},
+      {"G34 odd height", replaced(net, "height=64", "height=66") + conv + "[reorg]\nstride=2\n", mismatch,
+       "11", "found [8, 33, 32]"},
       {"G27 same grid", good + "[route]\nlayers=1\n" + yolo, mismatch, "22", "same grid"},
       {"new_coords without logistic", good + "new_coords=1\n", mismatch, "15", "activation=logistic"},
       {"two decode families",
@@ -203,6 +226,26 @@ TEST_CASE("training options are ignored in their own sections only", "[io][darkn
       io::parse_network_config(good + "[route]\nlayers=0\n[upsample]\nscale=-.5\n", "some.cfg");
   CHECK(scaled.warnings.empty());
   CHECK(scaled.layers.back().scale == -0.5);
+}
+
+TEST_CASE("a [region] is a head of anchors in cells, its training options are passed over", "[io][darknet]") {
+  const auto config = io::parse_network_config(
+      good_region +
+          "bias_match=1\njitter=.3\nrescore=1\nobject_scale=5\nnoobject_scale=1\nclass_scale=1\n"
+          "coord_scale=1\nabsolute=1\nthresh = .6\nrandom=1\n",
+      "some.cfg");
+  CHECK(config.warnings.empty());
+  const detect::Network<float> network(config);
+  REQUIRE(network.heads().size() == 1);
+  const detect::Head& head_of_region = network.heads()[0];
+  CHECK(head_of_region.exclusive_classes);
+  CHECK(head_of_region.decode == detect::DecodeFamily::darknet);
+  CHECK(head_of_region.anchors[1] == std::array<double, 2>{3.2, 6});  // cells of 2 px
+  CHECK(network.resized(96, 128).heads()[0].anchors == head_of_region.anchors);
+  CHECK(!detect::Network<float>(
+             io::parse_network_config(replaced(good_region, "softmax=1", "softmax=0"), "some.cfg"))
+             .heads()[0]
+             .exclusive_classes);
 }
 
 TEST_CASE("letter_box says how pictures go in", "[io][darknet]") {

@@ -31,7 +31,7 @@ class BackwardPass {
     parameters_adjoint_ = parameters_adjoint;
     std::size_t head = graph_.heads.size();
     for (std::size_t i = graph_.image(); i-- > 0;) {
-      if (graph_.config.layers[i].kind == LayerKind::yolo) {
+      if (is_head(graph_.config.layers[i].kind)) {
         --head;
         if (logits_adjoint[head] != nullptr) read_logits(graph_.head_values[head], *logits_adjoint[head]);
       }
@@ -162,7 +162,11 @@ class BackwardPass {
         nn::softmax_adjoint(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature,
                             pass_.layers[i].output.data(), adjoint, summed_adjoint(input));
         break;
+      case LayerKind::reorg:
+        nn::reorg_adjoint(graph_.reorganisation(i), pass_.images, adjoint, summed_adjoint(input));
+        break;
       case LayerKind::yolo:
+      case LayerKind::region:
       case LayerKind::dropout:
         break;  // makes no value
     }

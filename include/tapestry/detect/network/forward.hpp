@@ -50,7 +50,7 @@ class ForwardPass {
     std::size_t head = 0;
     for (std::size_t i = 0; i < graph_.config.layers.size(); ++i) {
       if (graph_.makes_value(i)) run_layer(i);
-      if (graph_.config.layers[i].kind == LayerKind::yolo) write_logits(i, head++);
+      if (is_head(graph_.config.layers[i].kind)) write_logits(i, head++);
       for (const std::size_t value : graph_.inputs[i]) release_if_done(value, i);
       if (graph_.makes_value(i) && graph_.last_use[i] == 0) release_if_done(i, 0);
     }
@@ -121,9 +121,13 @@ class ForwardPass {
         nn::softmax(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature, from,
                     to);
         break;
+      case LayerKind::reorg:
+        nn::reorg(graph_.reorganisation(i), pass_.images, from, to);
+        break;
       case LayerKind::convolutional:
       case LayerKind::shortcut:
       case LayerKind::yolo:
+      case LayerKind::region:
       case LayerKind::dropout:
         break;  // made above, or makes no value
     }

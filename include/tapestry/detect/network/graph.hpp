@@ -6,11 +6,12 @@
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/pooling.hpp>
+#include <tapestry/nn/reorg.hpp>
 #include <vector>
 
 namespace tapestry::detect::detail {
 
-/// A network at one input size, with layers that only pass something on (dropout, yolo, a route of one
+/// A network at one input size, with layers that only pass something on (dropout, heads, a route of one
 /// whole layer) seen through. Values are numbered by the layer that makes them; the image comes last.
 struct Graph {
   NetworkConfig config;
@@ -47,6 +48,11 @@ struct Graph {
     return {in.height,   in.width,   out.height,   out.width,
             in.channels, layer.size, layer.stride, layer.padding / 2};
   }
+
+  [[nodiscard]] nn::ReorgShape reorganisation(std::size_t i) const {
+    const FeatureShape& in = shapes[inputs[i].front()];
+    return {in.height, in.width, in.channels, config.layers[i].stride};
+  }
 };
 
 /// \throws FileError as infer_shapes()
@@ -66,15 +72,15 @@ struct Graph {
     std::vector<std::size_t> inputs;
     for (const std::size_t input : inputs_of(graph.config, i)) inputs.push_back(graph.value_of[input]);
     if (inputs.empty()) inputs.push_back(graph.image());
-    const bool passes_on = layer.kind == LayerKind::dropout || layer.kind == LayerKind::yolo ||
+    const bool passes_on = layer.kind == LayerKind::dropout || is_head(layer.kind) ||
                            (layer.kind == LayerKind::route && inputs.size() == 1 && layer.groups == 1);
     graph.value_of.push_back(passes_on ? inputs.front() : i);
-    if (layer.kind == LayerKind::yolo) {
+    if (is_head(layer.kind)) {
       graph.heads.push_back(head_of(layer, graph.shapes[i]));
       graph.head_values.push_back(inputs.front());
     }
     for (const std::size_t input : inputs) {
-      if (passes_on && layer.kind != LayerKind::yolo) break;  // its readers count
+      if (passes_on && !is_head(layer.kind)) break;  // its readers count
       graph.first_use[input] = std::min(graph.first_use[input], i);
       graph.last_use[input] = i;
     }

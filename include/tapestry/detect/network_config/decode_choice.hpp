@@ -9,7 +9,7 @@
 namespace tapestry::detect {
 namespace detail {
 
-/// Whether what the [yolo] layer at `index` reads has been through σ.
+/// Whether what the head at `index` reads has been through σ.
 [[nodiscard]] inline bool reads_activations(const NetworkConfig& config, std::size_t index) {
   if (index == 0) return false;
   const LayerConfig& before = config.layers[index - 1];
@@ -21,7 +21,7 @@ inline void check_decode(const NetworkConfig& config) {
   const LayerConfig* first = nullptr;
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     const LayerConfig& layer = config.layers[i];
-    if (layer.kind != LayerKind::yolo) continue;
+    if (!is_head(layer.kind)) continue;
     if (first == nullptr) first = &layer;
     if (layer.decode != first->decode)
       throw misfit(config, i, "another decode family than the head before",
@@ -41,19 +41,23 @@ inline void check_decode(const NetworkConfig& config) {
 /// The decode family of a network's heads; darknet where there is none.
 [[nodiscard]] inline DecodeFamily decode_family_of(const NetworkConfig& config) {
   for (const LayerConfig& layer : config.layers)
-    if (layer.kind == LayerKind::yolo) return layer.decode;
+    if (is_head(layer.kind)) return layer.decode;
   return DecodeFamily::darknet;
 }
 
 /// The same network with heads of this decode family. A cfg that says new_coords=1 is scaled and stays so;
-/// one that does not say it leaves the choice open.
+/// one that does not say it leaves the choice open. A [region] is of the family darknet.
 ///
-/// \throws FileError (mismatch) for a family that contradicts new_coords=1 or has no anchors, and for scaled
+/// \throws FileError (mismatch) for a family that contradicts new_coords=1 or [region] or has no anchors, and
+/// for scaled
 ///         unless each head reads a convolution with activation=logistic
 [[nodiscard]] inline NetworkConfig with_decode(NetworkConfig config, DecodeFamily family) {
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     LayerConfig& layer = config.layers[i];
-    if (layer.kind != LayerKind::yolo) continue;
+    if (!is_head(layer.kind)) continue;
+    if (layer.kind == LayerKind::region && family != DecodeFamily::darknet)
+      throw detail::misfit(config, i, "a [region] contradicts the decode family asked for", "darknet",
+                           std::string(name_of(family)));
     if (layer.decode == DecodeFamily::scaled && family != DecodeFamily::scaled)
       throw detail::misfit(config, i, "new_coords=1 contradicts the decode family asked for", "scaled",
                            std::string(name_of(family)));
@@ -69,7 +73,7 @@ inline void check_decode(const NetworkConfig& config) {
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     const LayerConfig& layer = config.layers[i];
-    if (layer.kind != LayerKind::yolo || layer.decode == DecodeFamily::scaled) continue;
+    if (!is_head(layer.kind) || layer.decode == DecodeFamily::scaled) continue;
     if (detail::reads_activations(config, i))
       warnings.push_back(
           config.name + ":" + std::to_string(layer.line) + ": decode family " +

@@ -11,13 +11,31 @@
 
 namespace tapestry::detect {
 
-enum class LayerKind { convolutional, maxpool, upsample, route, shortcut, yolo, avgpool, softmax, dropout };
+enum class LayerKind {
+  convolutional,
+  maxpool,
+  upsample,
+  route,
+  shortcut,
+  yolo,
+  avgpool,
+  softmax,
+  dropout,
+  reorg,
+  region
+};
 
 /// The section name of a layer.
 [[nodiscard]] constexpr std::string_view name_of(LayerKind kind) {
-  constexpr std::array<std::string_view, 9> names = {
-      "convolutional", "maxpool", "upsample", "route", "shortcut", "yolo", "avgpool", "softmax", "dropout"};
+  constexpr std::array<std::string_view, 11> names = {"convolutional", "maxpool", "upsample", "route",
+                                                      "shortcut",      "yolo",    "avgpool",  "softmax",
+                                                      "dropout",       "reorg",   "region"};
   return names[static_cast<std::size_t>(kind)];
+}
+
+/// Whether a layer is a head, which makes candidates of what it reads: [yolo], or YOLOv2's [region].
+[[nodiscard]] constexpr bool is_head(LayerKind kind) {
+  return kind == LayerKind::yolo || kind == LayerKind::region;
 }
 
 /// One layer of a cfg file. Members that a kind does not use keep their defaults.
@@ -30,7 +48,7 @@ struct LayerConfig {
 
   std::size_t filters = 1;  ///< convolutional
   std::size_t size = 1;     ///< convolutional, maxpool: window edge
-  std::size_t stride = 1;   ///< convolutional, maxpool; upsample: the factor
+  std::size_t stride = 1;   ///< convolutional, maxpool, reorg; upsample: the factor
   std::size_t padding = 0;  ///< convolutional: rows of zeros on each side; maxpool: both sides together
   std::size_t dilation = 1;
   std::size_t groups = 1;  ///< convolutional, softmax; route: parts that each source's channels are cut into
@@ -40,10 +58,11 @@ struct LayerConfig {
   double temperature = 1;  ///< softmax
   double scale = 1;        ///< upsample: factor of the values
 
-  std::size_t classes = 0;  ///< yolo
+  std::size_t classes = 0;  ///< yolo, region
   std::vector<std::array<double, 2>>
-      anchors{};         ///< yolo: this head's, width and height in pixels of the input
-  double scale_x_y = 1;  ///< yolo
+      anchors{};  ///< width and height of this head's; yolo: in pixels of the input, region: in cells
+  bool exclusive_classes = false;               ///< region: softmax over the classes
+  double scale_x_y = 1;                         ///< yolo
   DecodeFamily decode = DecodeFamily::darknet;  ///< yolo
 };
 

@@ -85,6 +85,22 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
   shape.channels = layer.filters;
 }
 
+inline void shape_reorganised(const NetworkConfig& config, std::size_t index, FeatureShape& shape) {
+  const std::size_t stride = config.layers[index].stride;
+  if (shape.height % stride != 0 || shape.width % stride != 0 || shape.channels % (stride * stride) != 0) {
+    const std::string text = std::to_string(stride);
+    throw misfit(config, index, "stride=" + text + " does not divide its input",
+                 "channels that are a multiple of " + std::to_string(stride * stride) +
+                     ", height and width of " + text,
+                 to_text(shape));
+  }
+  shape.channels *= stride * stride;
+  shape.height /= stride;
+  shape.width /= stride;
+  shape.row_reduction *= static_cast<double>(stride);
+  shape.column_reduction *= static_cast<double>(stride);
+}
+
 [[nodiscard]] inline FeatureShape joined_shape(const NetworkConfig& config, std::size_t index,
                                                const std::vector<FeatureShape>& shapes) {
   const LayerConfig& layer = config.layers[index];
@@ -107,12 +123,19 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
   return joined;
 }
 
-/// The head that a [yolo] layer is, whose output has this shape.
+/// The head that a layer is, whose output has this shape.
 [[nodiscard]] inline Head head_of(const LayerConfig& layer, const FeatureShape& shape) {
-  return {layer.classes, shape.height, shape.width, layer.anchors, layer.scale_x_y, layer.decode};
+  Head head{layer.classes, shape.height, shape.width, layer.anchors, layer.scale_x_y, layer.decode};
+  head.exclusive_classes = layer.exclusive_classes;
+  if (layer.kind == LayerKind::region)
+    for (auto& [width, height] : head.anchors) {
+      width *= shape.column_reduction;
+      height *= shape.row_reduction;
+    }
+  return head;
 }
 
-inline void check_yolo(const NetworkConfig& config, std::size_t index, const FeatureShape& shape,
+inline void check_head(const NetworkConfig& config, std::size_t index, const FeatureShape& shape,
                        std::size_t height, std::size_t width) {
   const LayerConfig& layer = config.layers[index];
   const std::size_t needed = head_of(layer, shape).channel_count();
@@ -170,7 +193,11 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
       if (shape.size() % layer.groups != 0)
         throw misfit(config, index, "groups does not divide its input", "", "");
       break;
+    case LayerKind::reorg:
+      shape_reorganised(config, index, shape);
+      break;
     case LayerKind::yolo:
+    case LayerKind::region:
     case LayerKind::dropout:
       break;
   }
@@ -195,14 +222,16 @@ inline void check_yolo(const NetworkConfig& config, std::size_t index, const Fea
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     const LayerConfig& layer = config.layers[i];
     for (const std::size_t input : inputs_of(config, i)) {
-      if (config.layers[input].kind == LayerKind::yolo) {
-        throw detail::misfit(config, i, "reads from a [yolo] layer, which has no output", "another layer",
-                             "layer " + std::to_string(input));
+      const LayerKind kind = config.layers[input].kind;
+      if (is_head(kind)) {
+        throw detail::misfit(config, i,
+                             "reads from a [" + std::string(name_of(kind)) + "] layer, which has no output",
+                             "another layer", "layer " + std::to_string(input));
       }
     }
     const FeatureShape shape = detail::shape_of_layer(config, i, i > 0 ? shapes.back() : image, shapes);
     detail::require_product(config, layer, "output too large", {shape.channels, shape.height, shape.width});
-    if (layer.kind == LayerKind::yolo) detail::check_yolo(config, i, shape, height, width);
+    if (is_head(layer.kind)) detail::check_head(config, i, shape, height, width);
     shapes.push_back(shape);
   }
   return shapes;

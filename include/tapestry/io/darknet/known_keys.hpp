@@ -97,10 +97,14 @@ inline constexpr auto layer_training_keys = std::to_array<std::string_view>(
                                                                 "focal_loss",
                                                                 "objectness_smooth",
                                                                 "label_smooth_eps"});
+  static constexpr auto region = std::to_array<std::string_view>(
+      {"jitter", "random", "max", "log", "sqrt", "rescore", "thresh", "classfix", "absolute", "bias_match",
+       "coord_scale", "object_scale", "noobject_scale", "mask_scale", "class_scale"});
   static constexpr auto dropout = std::to_array<std::string_view>(
       {"probability", "dropblock", "dropblock_size_rel", "dropblock_size_abs"});
   if (section == "net" || section == "network") return net;
   if (section == "yolo") return yolo;
+  if (section == "region") return region;
   if (section == "dropout") return dropout;
   return {};
 }
@@ -135,6 +139,10 @@ inline constexpr auto unsupported_cfg_keys =
                                                     {"tree", ""},
                                                     {"spatial", "0"},
                                                     {"reverse", "0"},
+                                                    {"flatten", "0"},
+                                                    {"extra", "0"},
+                                                    {"background", "0"},
+                                                    {"map", ""},
                                                     {"grad_centr", "0"},
                                                     {"stride_x", ""},
                                                     {"stride_y", ""}});
@@ -151,6 +159,8 @@ inline constexpr auto unsupported_cfg_keys =
   if (section == "route") return {"layers", "groups", "group_id"};
   if (section == "shortcut") return {"from", "activation"};
   if (section == "yolo") return {"mask", "anchors", "classes", "num", "scale_x_y", "new_coords"};
+  if (section == "region") return {"anchors", "classes", "num", "coords", "softmax"};
+  if (section == "reorg") return {"stride"};
   if (section == "softmax") return {"groups", "temperature"};
   return {};
 }

@@ -89,7 +89,7 @@ inline void parse_route(SectionReader& reader, std::size_t index, detect::LayerC
   }
 }
 
-/// All anchors of a [yolo] section, of which its mask picks some.
+/// All anchors of a [yolo] section, of which its mask picks some, or of a [region].
 [[nodiscard]] inline std::vector<std::array<double, 2>> parse_anchors(SectionReader& reader,
                                                                       std::size_t count) {
   const auto numbers = reader.list<double>("anchors");
@@ -133,6 +133,15 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
   static_cast<void>(path);
 }
 
+/// YOLOv2's head. Its background class, its tree of classes and masks beside boxes are not implemented.
+inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
+  layer.classes = reader.count("classes", 20, 1, 1 << 20);
+  if (const auto coords = reader.integer("coords", 4, 0, any_count); coords != 4)
+    throw reader.error(*reader.find("coords"), "unsupported coords", "4: a box", std::to_string(coords));
+  layer.exclusive_classes = reader.integer("softmax", 0, 0, 1, ErrorKind::malformed) != 0;
+  layer.anchors = parse_anchors(reader, reader.count("num", 1, 1, 256));
+}
+
 /// One layer from its section; `index` counts layers from 0.
 [[nodiscard]] inline detect::LayerConfig parse_layer(const std::string& path, SectionReader& reader,
                                                      std::size_t index) {
@@ -160,6 +169,12 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
   } else if (name == "yolo") {
     layer.kind = detect::LayerKind::yolo;
     parse_yolo(path, reader, layer);
+  } else if (name == "region") {
+    layer.kind = detect::LayerKind::region;
+    parse_region(reader, layer);
+  } else if (name == "reorg") {
+    layer.kind = detect::LayerKind::reorg;
+    layer.stride = reader.count("stride", 1, 1, 64, ErrorKind::malformed);
   } else if (name == "avgpool" || name == "avg") {
     layer.kind = detect::LayerKind::avgpool;
   } else if (name == "softmax") {
@@ -172,7 +187,8 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
   } else {
     throw cfg_error(
         path, reader.line(), "unsupported section",
-        "net, convolutional, maxpool, upsample, route, shortcut, yolo, avgpool, softmax or dropout",
+        "net, convolutional, maxpool, upsample, route, shortcut, reorg, yolo, region, avgpool, softmax or "
+        "dropout",
         "[" + std::string(name.substr(0, 40)) + "]");
   }
   return layer;
