@@ -1,11 +1,12 @@
 #pragma once
 /// \file
 /// The compiled parts of the library. Exactly one .cpp of a program that reads networks, or reads or writes
-/// pictures, .safetensors, .glb or detectors' .json files, includes this header. Where several .cpp use
-/// networks or render, define TAPESTRY_EXTERN_KERNELS for all of them: the kernels and the operators of
-/// networks, which take a compiler longest, are then compiled here alone and not in each.
+/// pictures, .safetensors, .glb, or the .json files of detectors or COCO, includes this header. Where several
+/// .cpp use networks or render, define TAPESTRY_EXTERN_KERNELS for all of them: the kernels and the operators
+/// of networks, which take a compiler longest, are then compiled here alone and not in each.
 #include <tapestry/io/implementation/png.hpp>  // first, for it must see stb before anyone else
 
+#include <tapestry/io/implementation/coco.hpp>
 #include <tapestry/io/implementation/detector_description.hpp>
 #include <tapestry/io/implementation/glb.hpp>
 #include <tapestry/io/implementation/jpeg.hpp>

@@ -94,6 +94,7 @@
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/evaluate/average_precision.hpp>
 #include <tapestry/evaluate/best_confidence.hpp>
 #include <tapestry/evaluate/chart_colours.hpp>
 #include <tapestry/evaluate/controls.hpp>
@@ -136,6 +137,9 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/dataset/coco_file.hpp>
+#include <tapestry/io/dataset/voc_folder.hpp>
+#include <tapestry/io/dataset/yolo_labels.hpp>
 #include <tapestry/io/decimal_from_chars.hpp>
 #include <tapestry/io/detector_description_file.hpp>
 #include <tapestry/io/detector_file.hpp>

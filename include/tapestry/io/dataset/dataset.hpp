@@ -1,0 +1,80 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <vector>
+
+namespace tapestry::io {
+
+/// An object that somebody has marked in a picture.
+struct LabelledObject {
+  std::size_t class_index = 0;
+  detect::Box box{};
+  double area = 0;            ///< in the square of the box's unit: that of its outline where it is known
+  bool is_crowd = false;      ///< stands for many objects
+  bool is_difficult = false;  ///< need not be found
+};
+
+/// A picture of a data set and what is in it.
+struct LabelledPicture {
+  std::string path;
+  std::uint64_t id = 0;    ///< of the data set, or its number from 1 on
+  std::size_t height = 0;  ///< pixels, as the data set says; 0 where it does not
+  std::size_t width = 0;
+  bool in_shares = false;  ///< boxes are in shares of the picture's extents, else in pixels
+  std::vector<LabelledObject> objects{};
+};
+
+/// Pictures whose objects are known.
+struct Dataset {
+  std::vector<std::string> class_names{};  ///< empty where classes are known by number only
+  std::vector<std::uint64_t> class_ids{};  ///< as the data set numbers them, beside class_names
+  std::vector<LabelledPicture> pictures{};
+  std::vector<std::string> warnings{};
+};
+
+/// The objects of a picture in its pixels, once its extents are known.
+/// \throws FileError (mismatch) if the data set says other extents
+[[nodiscard]] inline std::vector<LabelledObject> objects_in_pixels(const LabelledPicture& picture,
+                                                                   std::size_t height, std::size_t width) {
+  const auto text = [](std::size_t w, std::size_t h) { return std::to_string(w) + "x" + std::to_string(h); };
+  if (picture.width != 0 && (picture.height != height || picture.width != width))
+    throw FileError(ErrorKind::mismatch,
+                    {picture.path, "", "the picture has another size than its labels say",
+                     text(picture.width, picture.height), text(width, height)});
+  auto objects = picture.objects;
+  if (!picture.in_shares) return objects;
+  const auto w = static_cast<double>(width), h = static_cast<double>(height);
+  for (auto& object : objects) {
+    object.box = {object.box.cx * w, object.box.cy * h, object.box.w * w, object.box.h * h};
+    object.area *= w * h;
+  }
+  return objects;
+}
+
+namespace detail {
+
+/// Whether a path leads to a regular file, or a link to one.
+[[nodiscard]] inline bool is_regular_file(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
+
+/// \param labels    the file that names the picture, for the message
+/// \param position  in it, a line or a byte
+/// \throws FileError (mismatch) unless the picture is there
+inline void require_picture(const std::string& picture, const std::string& labels,
+                            const std::string& position) {
+  if (is_regular_file(picture)) return;
+  throw FileError(ErrorKind::mismatch,
+                  {labels, position, "a picture is missing", printable(picture), "no such file"});
+}
+
+}  // namespace detail
+
+}  // namespace tapestry::io
