@@ -65,19 +65,33 @@ namespace detail {
   return frame;
 }
 
-/// Draws scenes until the car is in the picture and at least 60 % of it shows, 97 % where no occluder
+}  // namespace detail
+
+/// Draws scenes until the car is in the picture and enough of it shows.
+/// \param make   gives a scene for random numbers
+/// \param least, most  share of the car's samples that nothing hides, from least to below most
+/// \throws DomainError if of a thousand scenes none will do
+template <class Make>
+[[nodiscard]] io::Frame make_frame(Random& random, Make make, double least, double most, std::size_t height,
+                                   std::size_t width) {
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    const Scene scene = make(random);
+    const Picture picture = draw_scene(scene, height, width);
+    const auto alone = raster::coverage_of(raster::visibility(scene.car, scene.camera, height, width, 2));
+    const double share = detail::share_in_view(scene, picture, alone);
+    if (share >= least && share < most) return detail::frame_of(scene, picture, alone);
+  }
+  throw DomainError("of a thousand views the car lies in none as a whole; let the camera stand farther away");
+}
+
+/// Draws street scenes until the car is in the picture and at least 60 % of it shows, 97 % where no occluder
 /// was asked for.
 [[nodiscard]] inline io::Frame make_frame(Random& random, const SceneOptions& options, std::size_t size) {
-  while (true) {
-    const Scene scene = make_scene(random, options);
-    const Picture picture = draw_scene(scene, size, size);
-    const auto alone = raster::coverage_of(raster::visibility(scene.car, scene.camera, size, size, 2));
-    const double share = share_in_view(scene, picture, alone);
-    if (options.occluder_chance > 0 ? share >= 0.6 && share < 0.97 : share >= 0.97)
-      return frame_of(scene, picture, alone);
-  }
+  const bool is_occluded = options.occluder_chance > 0;
+  return make_frame(
+      random, [&](Random& numbers) { return make_scene(numbers, options); }, is_occluded ? 0.6 : 0.97,
+      is_occluded ? 0.97 : 2, size, size);
 }
-}  // namespace detail
 
 /// The bundled street scenes: views of the sedan spread evenly around it. `seed` and the stream decide
 /// everything, so a frame can be drawn again instead of being stored.
@@ -91,7 +105,7 @@ struct DrawnFrames {
 
   [[nodiscard]] io::Frame operator()(std::size_t index) const {
     Random random = Random(seed).fork(static_cast<std::uint64_t>(stream)).fork(index);
-    return detail::make_frame(random, detail::frame_options(index, count), size);
+    return make_frame(random, detail::frame_options(index, count), size);
   }
 };
 

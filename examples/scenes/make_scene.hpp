@@ -65,9 +65,9 @@ inline double draw(Random& random, const std::pair<double, double>& range) {
   const double fill = draw(random, options.fill);
   const std::array<double, 2> jitter{random.uniform(-1, 1) * options.aim_jitter,
                                      random.uniform(-1, 1) * options.aim_jitter};
-  double distance = 8;
+  double distance = options.distance_m ? draw(random, *options.distance_m) : 8;
   geometry::Camera camera;
-  for (int pass = 0; pass < 4; ++pass) {
+  for (int pass = 0; pass < 4 && !options.distance_m; ++pass) {
     camera = geometry::orbit_camera(azimuth, elevation, distance, {0, 0, 0.7}, fov);
     distance = std::clamp(distance * width_in_picture(car, camera) / fill, 4.3, 40.0);
   }
@@ -95,6 +95,18 @@ inline double draw(Random& random, const std::pair<double, double>& range) {
   const double roof_front = shape.windscreen.first - 0.1, roof_rear = shape.rear_window.second + 0.1;
   for (const double x : {roof_front, roof_rear}) ring(x, shape.top_half_width(x), shape.top(x));
   return points;
+}
+
+/// A mesh of the user's, its painted faces in one colour.
+inline void add_vehicle(SceneBuilder& builder, Scene& scene, const SceneOptions& options, Random& random) {
+  const Vehicle& vehicle = *options.vehicle;
+  const Colour colour = options.colour.value_or(car_colour(random));
+  std::vector<Colour> colours = vehicle.colours;
+  for (std::size_t face = 0; face < colours.size(); ++face)
+    if (vehicle.painted[face] != 0) colours[face] = colour;
+  scene.car_object = scene.objects.size();
+  builder.label(class_car, builder.add(scene.car, colours, {}));
+  cast_shadows(builder, scene.car.positions, {}, 0.6);
 }
 
 inline void add_main_car(SceneBuilder& builder, Scene& scene, const SceneOptions& options,
@@ -198,6 +210,14 @@ inline void set_sky(Scene& scene, Random& random) {
   scene.zenith = scaled(scene.zenith, level);
   scene.horizon = scaled(scene.horizon, level);
 }
+
+/// A mesh of positions and faces alone gets the lists that belong to its faces.
+inline void fill_attributes(geometry::Mesh& mesh) {
+  mesh.face_uvs.assign(mesh.faces.size(), {-1, -1, -1});
+  mesh.face_normals.assign(mesh.faces.size(), {-1, -1, -1});
+  mesh.face_materials.assign(mesh.faces.size(), -1);
+  mesh.face_groups.assign(mesh.faces.size(), -1);
+}
 }  // namespace detail
 
 /// Draws a street scene: the main vehicle at the origin in the world's frame, so that the scene's
@@ -208,7 +228,7 @@ inline void set_sky(Scene& scene, Random& random) {
   car.style = options.style.value_or(detail::any_style(random, options.van_chance));
   if (options.varied_shape)
     for (double& stretch : car.stretch) stretch = random.uniform(0.95, 1.05);
-  scene.car = make_car(car);
+  scene.car = options.vehicle != nullptr ? options.vehicle->mesh : make_car(car);
   scene.light = detail::any_light(random);
   scene.camera = detail::any_camera(random, options, scene.car);
   scene.ground_contrast = options.ground_contrast * random.uniform(0.3, 1);
@@ -218,7 +238,10 @@ inline void set_sky(Scene& scene, Random& random) {
   detail::set_sky(scene, random);
 
   SceneBuilder builder(scene);
-  detail::add_main_car(builder, scene, options, car, random);
+  if (options.vehicle != nullptr)
+    detail::add_vehicle(builder, scene, options, random);
+  else
+    detail::add_main_car(builder, scene, options, car, random);
   const StreetPlan plan = make_street(random);
   add_ground(builder, plan, random, scene.ground_begin, scene.ground_end);
   detail::add_vehicles(builder, plan, options, random);
@@ -226,10 +249,7 @@ inline void set_sky(Scene& scene, Random& random) {
   detail::add_props(builder, plan, options, random);
   if (random.chance(0.8)) add_buildings(builder, plan, random);
   if (random.chance(0.8)) add_skyline(builder, scene.horizon, random);
-  scene.mesh.face_uvs.assign(scene.mesh.faces.size(), {-1, -1, -1});
-  scene.mesh.face_normals.assign(scene.mesh.faces.size(), {-1, -1, -1});
-  scene.mesh.face_materials.assign(scene.mesh.faces.size(), -1);
-  scene.mesh.face_groups.assign(scene.mesh.faces.size(), -1);
+  detail::fill_attributes(scene.mesh);
   return scene;
 }
 

@@ -97,7 +97,7 @@ class Shader {
       const auto face = static_cast<std::size_t>(samples[s]);
       Colour colour{};
       if (samples[s] < 0) {
-        if (sky[0] < 0) sky = sky_colour(scene_, ray(row, column));
+        if (sky[0] < 0) sky = background(row, column);
         colour = sky;
       } else if (face < textured_faces_) {
         colour = texture_colour(row, column, face);
@@ -114,6 +114,15 @@ class Shader {
   }
 
  private:
+  [[nodiscard]] Colour background(std::size_t row, std::size_t column) const {
+    const Point direction = ray(row, column);
+    if (scene_.photograph.size() == 0) return sky_colour(scene_, direction);
+    const float share = ground_factor(scene_, eye_, direction, pixel_angle_);  // a shadow on its ground
+    Colour colour{};
+    for (std::size_t c = 0; c < 3; ++c) colour[c] = scene_.photograph(row, column, c) * share;
+    return colour;
+  }
+
   [[nodiscard]] Point ray(std::size_t row, std::size_t column) const {
     return pixel_ray(scene_.camera, static_cast<double>(row), static_cast<double>(column),
                      static_cast<double>(height_), static_cast<double>(width_));

@@ -13,6 +13,7 @@
 
 #include "car_shape.hpp"
 #include "mesh_builder.hpp"
+#include "vehicle.hpp"
 
 namespace tapestry::scenes {
 
@@ -32,12 +33,14 @@ struct SceneOptions {
   bool varied_shape = true;        ///< stretches the main car by up to 5 %
   std::pair<double, double> azimuth_rad{0, 6.283185307179586};
   std::pair<double, double> elevation_deg{3, 35};
-  std::pair<double, double> fov_deg{50, 60};   ///< horizontal
-  std::pair<double, double> fill{0.25, 0.75};  ///< width of the main car in the picture
-  double aspect = 1;                           ///< width by height of the picture
-  double aim_jitter = 0.1;                     ///< of the picture's half width
-  double occluder_chance = 0.3;                ///< of something in front of the main car
-  std::size_t most_vehicles = 3;               ///< beside the main car
+  std::pair<double, double> fov_deg{50, 60};            ///< horizontal
+  std::pair<double, double> fill{0.25, 0.75};           ///< width of the main car in the picture
+  std::optional<std::pair<double, double>> distance_m;  ///< of the camera, instead of `fill`
+  const Vehicle* vehicle = nullptr;                     ///< drawn instead of a car of our own; not owned
+  double aspect = 1;                                    ///< width by height of the picture
+  double aim_jitter = 0.1;                              ///< of the picture's half width
+  double occluder_chance = 0.3;                         ///< of something in front of the main car
+  std::size_t most_vehicles = 3;                        ///< beside the main car
   std::size_t most_props = 10;    ///< cones, crates, bins, poles, signs, trees, walls, billboards
   double ground_contrast = 0.08;  ///< of the ground's grain, relative
   double sensor_noise = 0.01;     ///< standard deviation
@@ -75,6 +78,8 @@ struct Scene {
   std::uint32_t grain_seed = 0;
   double ground_contrast = 0;
   Colour zenith{}, horizon{};  ///< of the sky
+  Array<float, 3>
+      photograph;  ///< [H, W, 3] behind everything instead of the sky, of the picture's extents; or empty
   double sensor_noise = 0;
   std::uint64_t noise_seed = 0;
   Array<float, 2> texels;  ///< [texel, 3], the main car's paint when it is a texture; else empty

@@ -113,6 +113,7 @@ inline geometry::Camera read_camera(const NpzFile& file) {
   }
   camera.tan_half_fov_x = fov[0];
   camera.tan_half_fov_y = fov[1];
+  camera.far = 1e9;  // the file does not say how long a unit is
   return camera;
 }
 

@@ -1,0 +1,235 @@
+// Draws a data set of street scenes around any car: frames to optimise on and frames held out, each its own
+// scene.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <numbers>
+#include <string>
+#include <system_error>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <utility>
+#include <vector>
+
+#include "../scenes/drawn_frames.hpp"
+#include "../scenes/photograph.hpp"
+#include "../scenes/vehicle.hpp"
+#include "shell/mesh_inputs.hpp"
+#include "shell/program.hpp"
+
+namespace {
+namespace fs = std::filesystem;
+using namespace tapestry;
+using namespace tapestry::shell;
+
+struct Options {
+  std::string mesh = BundledAssets().mesh();
+  std::vector<std::string> material;
+  std::string faces;
+  double length = 0;
+  std::string output;
+  std::size_t train = 200;
+  std::size_t test = 50;
+  std::size_t size = 416;
+  std::pair<double, double> elevation{3, 35};
+  std::vector<double> distance;
+  std::pair<double, double> fov{50, 60};
+  double occluded = 0.25;
+  std::string backgrounds;
+  double camera_height = 1.5;
+  double camera_pitch = 0;
+  std::uint64_t seed = 1;
+};
+
+void describe(CLI::App& app, Options& options) {
+  app.add_option("--mesh", options.mesh, "OBJ file of the car, z up; the bundled sedan when left out");
+  app.add_option("--material", options.material, "materials whose faces take the car's colour");
+  app.add_option("--faces", options.faces, "text file of those faces instead, one 1-based number a line");
+  app.add_option("--length", options.length,
+                 "metres of the longest side of the mesh; 0: its units are metres")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 20.0));
+  app.add_option("--output", options.output, "folder to write to; takes the folders train and test")
+      ->required();
+  app.add_option("--train", options.train, "frames to optimise on")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 9999));
+  app.add_option("--test", options.test, "frames held out")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 9999));
+  app.add_option("--size", options.size, "side of a frame, pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(32, 2048));
+  app.add_option("--elevation", options.elevation,
+                 "least and largest height of the camera above the horizon, degrees")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 85.0));
+  app.add_option(
+         "--distance", options.distance,
+         "least and largest distance of the camera, metres; left out, the car is .25 to .75 of the picture")
+      ->expected(2)
+      ->check(CLI::Range(2.0, 200.0));
+  app.add_option("--fov", options.fov, "least and largest horizontal field of view, degrees")
+      ->capture_default_str()
+      ->check(CLI::Range(5.0, 120.0));
+  app.add_option("--occluded", options.occluded, "share of frames with something in front of the car")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option(
+         "--backgrounds", options.backgrounds,
+         "folder of photographs (PNG or JPEG) on whose ground the car is put, instead of streets; those of "
+         "held-out frames are others than those of the rest")
+      ->excludes("--elevation")
+      ->excludes("--occluded");
+  app.add_option("--camera-height", options.camera_height,
+                 "of the photographs' camera above the ground, metres")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 100.0))
+      ->needs("--backgrounds");
+  app.add_option("--camera-pitch", options.camera_pitch, "of the photographs' camera downwards, degrees")
+      ->capture_default_str()
+      ->check(CLI::Range(-45.0, 85.0))
+      ->needs("--backgrounds");
+  app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
+}
+
+void require_ranges(const Options& options) {
+  const auto require = [](const char* name, double low, double high) {
+    if (low > high)
+      throw Error(ErrorKind::usage, std::string(name) + ": " + std::to_string(low) + " is more than " +
+                                        std::to_string(high) + ", expected the least first");
+  };
+  require("--elevation", options.elevation.first, options.elevation.second);
+  require("--fov", options.fov.first, options.fov.second);
+  if (!options.distance.empty()) require("--distance", options.distance[0], options.distance[1]);
+}
+
+scenes::Vehicle load_vehicle(const Options& options) {
+  auto loaded = io::read_obj(options.mesh);
+  auto warnings = loaded.warnings;
+  const auto materials = options.material.empty() && options.mesh == BundledAssets().mesh()
+                             ? std::vector<std::string>{"body"}
+                             : options.material;
+  auto painted = selected_faces(options.mesh, loaded.mesh, materials, options.faces, warnings);
+  for (const std::string& warning : warnings) std::cerr << "warning: " << warning << '\n';
+  try {
+    return scenes::stand_on_ground(std::move(loaded.mesh), std::move(painted), options.length);
+  } catch (const DomainError& error) {
+    throw FileError(ErrorKind::mismatch, {options.mesh, "", error.what()});
+  }
+}
+
+/// The scene of a frame: views spread evenly around the car, all else at random.
+scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle& vehicle, std::size_t index,
+                                   std::size_t count, Random& random) {
+  const double step = 2 * std::numbers::pi / static_cast<double>(count);
+  scenes::SceneOptions scene;
+  scene.vehicle = &vehicle;
+  scene.azimuth_rad = {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
+  scene.elevation_deg = options.elevation;
+  scene.fov_deg = options.fov;
+  if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
+  scene.occluder_chance = random.chance(options.occluded) ? 1 : 0;
+  scene.sensor_noise = 0;
+  return scene;
+}
+
+/// The photographs of a folder, sorted by name. \throws FileError unless there are at least two
+std::vector<std::string> photographs(const std::string& folder) {
+  std::vector<std::string> paths;
+  std::error_code failure;
+  for (const auto& entry : fs::directory_iterator(folder, failure)) {
+    const std::string ending = entry.path().extension().string();
+    if (ending == ".png" || ending == ".jpg" || ending == ".jpeg" || ending == ".JPG")
+      paths.push_back(entry.path().string());
+  }
+  if (failure)
+    throw FileError(ErrorKind::malformed, {folder, "", "cannot read the folder: " + failure.message()});
+  if (paths.size() < 2)
+    throw FileError(ErrorKind::mismatch, {folder, "", "too few photographs to hold some out",
+                                          "at least 2 (.png, .jpg)", std::to_string(paths.size())});
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+/// The part of the photographs that frames of this stream are made from; never both streams from one.
+std::vector<std::string> share_of(const std::vector<std::string>& paths, const Options& options,
+                                  bool held_out) {
+  const double share = static_cast<double>(options.test) / static_cast<double>(options.train + options.test);
+  const auto wanted = std::lround(share * static_cast<double>(paths.size()));
+  const auto last = options.train == 0 ? static_cast<long>(paths.size())
+                                       : std::clamp<long>(wanted, 1, static_cast<long>(paths.size()) - 1);
+  const auto border = paths.end() - last;
+  return held_out ? std::vector<std::string>(border, paths.end())
+                  : std::vector<std::string>(paths.begin(), border);
+}
+
+io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle, const std::string& path,
+                              std::size_t index, std::size_t count, Random& random) {
+  const double step = 2 * std::numbers::pi / static_cast<double>(count);
+  scenes::PhotographOptions scene;
+  scene.camera_height_m = options.camera_height;
+  scene.pitch_deg = options.camera_pitch;
+  scene.fov_deg = random.uniform(options.fov.first, options.fov.second);
+  if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
+  scene.yaw_rad = {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
+  const auto photograph =
+      scenes::resized_photograph(image::from_bytes<float>(io::read_image(path)), options.size);
+  const auto make = [&](Random& numbers) {
+    return scenes::make_scene_in_photograph(numbers, photograph, vehicle, scene);
+  };
+  try {
+    return scenes::make_frame(random, make, 0.97, 2, photograph.shape(0), photograph.shape(1));
+  } catch (const DomainError& error) {
+    throw FileError(ErrorKind::mismatch, {path, "", error.what()});
+  }
+}
+
+void write_frames(const Options& options, const scenes::Vehicle& vehicle, bool held_out) {
+  const std::string folder = options.output + (held_out ? "/test" : "/train");
+  const std::size_t count = held_out ? options.test : options.train;
+  if (count == 0) return;
+  const auto pictures = options.backgrounds.empty()
+                            ? std::vector<std::string>()
+                            : share_of(photographs(options.backgrounds), options, held_out);
+  fs::create_directories(folder);
+  parallel_for(count, [&](std::size_t index) {
+    Random random = Random(options.seed).fork(held_out ? 12 : 11).fork(index);
+    io::Frame frame =
+        pictures.empty()
+            ? scenes::make_frame(random, scene_options(options, vehicle, index, count, random), options.size)
+            : frame_in_photograph(options, vehicle, pictures[index % pictures.size()], index, count, random);
+    frame.camera = scenes::camera_of_mesh(vehicle, *frame.camera);
+    std::string number = std::to_string(index);
+    number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
+    io::write_frame(folder + "/" + number + ".npz", frame);
+  });
+}
+
+int make_dataset(const Options& options) {
+  require_ranges(options);
+  const scenes::Vehicle vehicle = load_vehicle(options);
+  write_frames(options, vehicle, false);
+  write_frames(options, vehicle, true);
+  std::cout << "wrote " << options.train << " frames to optimise on and " << options.test << " held out to "
+            << options.output << '\n';
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Draws street scenes around any car: frames to optimise a camouflage on, and frames held out. Every "
+      "frame is a scene of its own, with its camera, light, mask and box."};
+  Options options;
+  describe(app, options);
+  return run_program(app, argc, argv, [&] { return make_dataset(options); });
+}

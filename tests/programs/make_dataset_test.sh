@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# make_dataset from the outside.
+source "$(dirname "$0")/support.sh"
+make_dataset=$programs/make_dataset
+assets=$sources/examples/assets
+[ -x "$make_dataset" ] || exit 77
+
+frames() { "$make_dataset" --train 2 --test 3 --size 96 "$@"; }
+
+expect_exit 0 "the bundled car" frames --output metres
+[ "$(ls metres/train metres/test | grep -c npz)" = 5 ] && pass || fail "there are $(ls metres/*)"
+expect_exit 0 "again on one thread" env TAPESTRY_THREADS=1 "$make_dataset" --train 2 --test 3 --size 96 --output again
+for frame in train/0000 train/0001 test/0000 test/0001 test/0002; do expect_same "metres/$frame.npz" "again/$frame.npz"; done
+cmp -s metres/train/0000.npz metres/test/0000.npz && fail "a frame is held out and optimised on" || pass
+expect_exit 0 "another seed" frames --seed 2 --output other
+cmp -s metres/test/0000.npz other/test/0000.npz && fail "the seed changes nothing" || pass
+
+# The frames are what camouflage takes, the mesh's own units included: a car in centimetres.
+awk '$1 == "v" { printf "v %.9g %.9g %.9g\n", 100 * $2, 100 * $3, 100 * $4; next } { print }' \
+  "$assets/car_sedan.obj" >centimetres.obj
+cp "$assets/car_sedan.mtl" .
+expect_exit 0 "centimetres" frames --mesh centimetres.obj --material body --length 4.8 --output centimetres
+expect_exit 0 "camouflage takes them" "$programs/camouflage" --mesh centimetres.obj --material body \
+  --frames centimetres --epochs 1 --batch 2 --texels 8 --output run
+expect_exit 0 "from afar" frames --distance 20 30 --fov 20 25 --elevation 0 10 --occluded 0 --output afar
+
+# Photographs: each either in train or in test.
+mkdir photographs
+for picture in a b c; do
+  expect_exit 0 "a photograph" "$programs/render" --size 120 90 --azimuth "$((16#$picture))" --output "photographs/$picture.png"
+done
+expect_exit 0 "photographs" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --output photographed
+[ "$(ls photographed/train photographed/test | grep -c npz)" = 5 ] && pass || fail "there are $(ls photographed/*)"
+expect_exit 0 "camouflage takes them" "$programs/camouflage" --frames photographed --epochs 1 --batch 2 --texels 8 --output run2
+rm photographs/[bc].png
+expect_exit 4 "one photograph" frames --backgrounds photographs --output one
+expect_error_line "photographs: too few photographs .*expected at least 2.*found 1"
+expect_exit 3 "no folder" frames --backgrounds nowhere --output nowhere
+expect_error_line "nowhere: cannot read the folder"
+expect_exit 2 "heights of a street's camera" frames --backgrounds photographs --elevation 1 2 --output mixed
+
+expect_exit 4 "a car of hundreds of metres" frames --mesh centimetres.obj --material body --output long
+expect_error_line "centimetres.obj: the mesh is .* m long, expected 1 to 20; --length"
+expect_exit 2 "a range the wrong way round" frames --distance 9 8 --output turned
+expect_error_line "--distance: 9.* is more than 8"
+expect_exit 2 "no output" frames
+finish
