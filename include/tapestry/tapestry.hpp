@@ -213,6 +213,7 @@
 #include <tapestry/nn/pooling.hpp>
 #include <tapestry/nn/reduction.hpp>
 #include <tapestry/nn/reorg.hpp>
+#include <tapestry/nn/scaling.hpp>
 #include <tapestry/nn/upsample.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <tapestry/nn/winograd.hpp>

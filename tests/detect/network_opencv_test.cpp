@@ -78,6 +78,13 @@ TEST_CASE("shortcuts of unequal channels add what OpenCV adds", "[detect][opencv
   check_cfg_text(unequal_layers, 5e-6);
 }
 
+TEST_CASE("layers that multiply others equal those of OpenCV", "[detect][opencv]") {
+  std::string cfg = product_layers;
+  const auto per_pixel = cfg.find("# A factor for each pixel");  // which OpenCV does not know
+  cfg.erase(per_pixel, cfg.find("# The head") - per_pixel);
+  check_cfg_text(cfg, 5e-6);
+}
+
 TEST_CASE("logits of yolov3-tiny equal those of OpenCV", "[detect][opencv]") {
   const std::string path = "/usr/share/darknet/cfg/yolov3-tiny.cfg";
   if (!std::filesystem::exists(path)) {

@@ -25,6 +25,15 @@ namespace {
 const std::string every_layer = tapestry::test::cfg_text("every_layer");
 const std::string unequal_layers = tapestry::test::cfg_text("unequal_shortcuts");
 const std::string fused_layers = tapestry::test::cfg_text("fused_layers");
+const std::string product_layers = tapestry::test::cfg_text("product_layers");
+/// The same with kinks.
+std::string leaky(std::string cfg) {
+  for (const std::string smooth : {"mish", "swish"})
+    for (auto at = cfg.find(smooth); at != std::string::npos; at = cfg.find(smooth))
+      cfg.replace(at, smooth.size(), "leaky");
+  return cfg;
+}
+const std::string leaky_products = leaky(product_layers);
 const std::string region_layers = tapestry::test::cfg_text("region_layers");
 const std::string real_layers = tapestry::test::cfg_text("real_layers");
 const std::string wide_layers = tapestry::test::cfg_text("wide_layers");
@@ -66,7 +75,8 @@ double central_difference(Function f, double h) {
 }  // namespace
 
 TEST_CASE("the input gradient agrees with central differences", "[detect][network][gradient]") {
-  const auto network = random_network<double>(GENERATE(every_layer, unequal_layers, region_layers));
+  const auto network =
+      random_network<double>(GENERATE(every_layer, unequal_layers, region_layers, product_layers));
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   for (const auto mode : {detect::Mode::input_gradient, detect::Mode::training}) {
     detect::Pass<double> pass;
@@ -92,7 +102,7 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][networ
 
 TEST_CASE("what convolutions do beside their sums agrees with central differences and with one pass each",
           "[detect][network][gradient]") {
-  const auto network = random_network<double>(fused_layers);
+  const auto network = random_network<double>(GENERATE(fused_layers, leaky_products));
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::input_gradient);
@@ -118,7 +128,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
 }
 
 TEST_CASE("the parameter gradient agrees with central differences", "[detect][network][gradient]") {
-  auto network = random_network<double>(GENERATE(every_layer, unequal_layers, region_layers));
+  auto network = random_network<double>(GENERATE(every_layer, unequal_layers, region_layers, product_layers));
   const auto images = random_array<double>({3, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);

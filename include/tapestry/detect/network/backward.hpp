@@ -162,6 +162,10 @@ class BackwardPass {
         nn::softmax_adjoint(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature,
                             pass_.layers[i].output.data(), adjoint, summed_adjoint(input));
         break;
+      case LayerKind::scale_channels:
+      case LayerKind::sam:
+        multiply_adjoint(i, adjoint);
+        break;
       case LayerKind::reorg:
         nn::reorg_adjoint(graph_.reorganisation(i), pass_.images, adjoint, summed_adjoint(input));
         break;
@@ -170,6 +174,15 @@ class BackwardPass {
       case LayerKind::dropout:
         break;  // makes no value
     }
+  }
+
+  void multiply_adjoint(std::size_t i, T* adjoint) {
+    activation_adjoint(i, adjoint);
+    const FeatureShape& shape = graph_.shapes[i];
+    const std::size_t factors = graph_.inputs[i].front(), value = graph_.inputs[i].back();
+    nn::scale_adjoint(graph_.factors(i), pass_.images, shape.height * shape.width, shape.channels,
+                      pass_.layers[value].output.data(), pass_.layers[factors].output.data(), adjoint,
+                      summed_adjoint(value), summed_adjoint(factors));
   }
 
   void activation_adjoint(std::size_t i, T* adjoint) {

@@ -78,10 +78,12 @@ class ForwardPass {
     return pass_.layers[value].output.data();
   }
 
-  /// True if the adjoint will ask for a value's output: for an activation's slope, softmax, or weights.
+  /// True if the adjoint will ask for a value's output: for an activation's slope, softmax, a product, or
+  /// weights.
   [[nodiscard]] bool keeps_output(std::size_t value) const {
     if (pass_.mode == Mode::inference) return false;
     if (pass_.mode == Mode::training) return true;
+    if (graph_.is_multiplied[value]) return true;
     if (value == graph_.image()) return false;
     const LayerConfig& layer = graph_.config.layers[value];
     return layer.kind == LayerKind::softmax || layer.activation == nn::Activation::logistic;
@@ -121,6 +123,10 @@ class ForwardPass {
         nn::softmax(pass_.images, in.height * in.width, in.channels, layer.groups, layer.temperature, from,
                     to);
         break;
+      case LayerKind::scale_channels:
+      case LayerKind::sam:
+        multiply(i, from, to);
+        break;
       case LayerKind::reorg:
         nn::reorg(graph_.reorganisation(i), pass_.images, from, to);
         break;
@@ -131,6 +137,13 @@ class ForwardPass {
       case LayerKind::dropout:
         break;  // made above, or makes no value
     }
+  }
+
+  void multiply(std::size_t i, const T* factors, T* to) {
+    const FeatureShape& shape = graph_.shapes[i];
+    nn::scale(graph_.factors(i), pass_.images, shape.height * shape.width, shape.channels,
+              output_of(graph_.inputs[i].back()), factors, to);
+    activate(i, to);
   }
 
   /// A shortcut, unless a convolution has made it, in place of its first input where nobody needs that any

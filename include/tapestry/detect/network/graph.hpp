@@ -7,6 +7,7 @@
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/pooling.hpp>
 #include <tapestry/nn/reorg.hpp>
+#include <tapestry/nn/scaling.hpp>
 #include <vector>
 
 namespace tapestry::detect::detail {
@@ -22,6 +23,7 @@ struct Graph {
   std::vector<std::vector<std::size_t>> inputs{};  ///< values that each layer reads
   std::vector<std::size_t> first_use{};            ///< layer that reads each value first
   std::vector<std::size_t> last_use{};             ///< and last; 0 if none does
+  std::vector<bool> is_multiplied{};               ///< a product reads it, whose adjoint needs the value
   ParameterLayout layout{};
   std::vector<Head> heads{};
   std::vector<std::size_t> head_values{};  ///< the value that each head's logits are
@@ -49,6 +51,12 @@ struct Graph {
             in.channels, layer.size, layer.stride, layer.padding / 2};
   }
 
+  /// What a product's factors multiply.
+  [[nodiscard]] nn::FactorOf factors(std::size_t i) const {
+    if (config.layers[i].kind == LayerKind::sam) return nn::FactorOf::values;
+    return config.layers[i].scale_wh ? nn::FactorOf::pixels : nn::FactorOf::channels;
+  }
+
   [[nodiscard]] nn::ReorgShape reorganisation(std::size_t i) const {
     const FeatureShape& in = shapes[inputs[i].front()];
     return {in.height, in.width, in.channels, config.layers[i].stride};
@@ -67,6 +75,7 @@ struct Graph {
   const std::size_t count = graph.config.layers.size();
   graph.first_use.assign(count + 1, count);
   graph.last_use.assign(count + 1, 0);
+  graph.is_multiplied.assign(count + 1, false);
   for (std::size_t i = 0; i < count; ++i) {
     const LayerConfig& layer = graph.config.layers[i];
     std::vector<std::size_t> inputs;
@@ -83,6 +92,7 @@ struct Graph {
       if (passes_on && !is_head(layer.kind)) break;  // its readers count
       graph.first_use[input] = std::min(graph.first_use[input], i);
       graph.last_use[input] = i;
+      if (is_product(layer.kind)) graph.is_multiplied[input] = true;
     }
     graph.inputs.push_back(std::move(inputs));
   }

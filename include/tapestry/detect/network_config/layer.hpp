@@ -22,20 +22,27 @@ enum class LayerKind {
   softmax,
   dropout,
   reorg,
-  region
+  region,
+  scale_channels,
+  sam
 };
 
 /// The section name of a layer.
 [[nodiscard]] constexpr std::string_view name_of(LayerKind kind) {
-  constexpr std::array<std::string_view, 11> names = {"convolutional", "maxpool", "upsample", "route",
-                                                      "shortcut",      "yolo",    "avgpool",  "softmax",
-                                                      "dropout",       "reorg",   "region"};
+  constexpr std::array<std::string_view, 13> names = {
+      "convolutional", "maxpool", "upsample", "route",  "shortcut",       "yolo", "avgpool",
+      "softmax",       "dropout", "reorg",    "region", "scale_channels", "sam"};
   return names[static_cast<std::size_t>(kind)];
 }
 
 /// Whether a layer is a head, which makes candidates of what it reads: [yolo], or YOLOv2's [region].
 [[nodiscard]] constexpr bool is_head(LayerKind kind) {
   return kind == LayerKind::yolo || kind == LayerKind::region;
+}
+
+/// Whether a layer multiplies what another layer made: [scale_channels] or [sam].
+[[nodiscard]] constexpr bool is_product(LayerKind kind) {
+  return kind == LayerKind::scale_channels || kind == LayerKind::sam;
 }
 
 /// One layer of a cfg file. Members that a kind does not use keep their defaults.
@@ -53,6 +60,7 @@ struct LayerConfig {
   std::size_t dilation = 1;
   std::size_t groups = 1;  ///< convolutional, softmax; route: parts that each source's channels are cut into
   std::size_t group = 0;   ///< route: the part that is taken
+  bool scale_wh = false;   ///< scale_channels: a factor for each pixel instead of each channel
   bool batch_normalize = false;
   nn::Activation activation = nn::Activation::linear;
   double temperature = 1;  ///< softmax

@@ -85,6 +85,27 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
   shape.channels = layer.filters;
 }
 
+/// That of the layer named by "from", which what comes before multiplies.
+[[nodiscard]] inline FeatureShape multiplied_shape(const NetworkConfig& config, std::size_t index,
+                                                   const FeatureShape& factors,
+                                                   const std::vector<FeatureShape>& shapes) {
+  const LayerConfig& layer = config.layers[index];
+  const FeatureShape& shape = shapes[layer.sources.front()];
+  FeatureShape expected = shape;
+  if (layer.kind == LayerKind::scale_channels && layer.scale_wh) expected.channels = 1;
+  if (layer.kind == LayerKind::scale_channels && !layer.scale_wh) expected.height = expected.width = 1;
+  if (factors.channels != expected.channels || factors.height != expected.height ||
+      factors.width != expected.width)
+    throw misfit(config, index,
+                 "the layer before it has not one factor for each " +
+                     std::string(layer.kind == LayerKind::sam ? "value"
+                                 : layer.scale_wh             ? "pixel"
+                                                              : "channel") +
+                     " of layer " + std::to_string(layer.sources.front()),
+                 to_text(expected), to_text(factors));
+  return shape;
+}
+
 inline void shape_reorganised(const NetworkConfig& config, std::size_t index, FeatureShape& shape) {
   const std::size_t stride = config.layers[index].stride;
   if (shape.height % stride != 0 || shape.width % stride != 0 || shape.channels % (stride * stride) != 0) {
@@ -193,6 +214,9 @@ inline void check_head(const NetworkConfig& config, std::size_t index, const Fea
       if (shape.size() % layer.groups != 0)
         throw misfit(config, index, "groups does not divide its input", "", "");
       break;
+    case LayerKind::scale_channels:
+    case LayerKind::sam:
+      return multiplied_shape(config, index, before, shapes);
     case LayerKind::reorg:
       shape_reorganised(config, index, shape);
       break;

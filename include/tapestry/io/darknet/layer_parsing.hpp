@@ -133,6 +133,18 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
   static_cast<void>(path);
 }
 
+/// A layer that multiplies one other layer.
+inline void parse_product(const std::string& path, SectionReader& reader, std::size_t index,
+                          detect::LayerConfig& layer) {
+  layer.sources = parse_sources(reader, "from", index);
+  if (layer.sources.size() != 1)
+    throw reader.error(*reader.find("from"), "too many layers to multiply", "one",
+                       std::to_string(layer.sources.size()));
+  if (layer.kind == detect::LayerKind::scale_channels)
+    layer.scale_wh = reader.integer("scale_wh", 0, 0, 1, ErrorKind::malformed) != 0;
+  layer.activation = parse_activation(path, reader, nn::Activation::linear);
+}
+
 /// YOLOv2's head. Its background class, its tree of classes and masks beside boxes are not implemented.
 inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   layer.classes = reader.count("classes", 20, 1, 1 << 20);
@@ -169,6 +181,9 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   } else if (name == "yolo") {
     layer.kind = detect::LayerKind::yolo;
     parse_yolo(path, reader, layer);
+  } else if (name == "scale_channels" || name == "sam") {
+    layer.kind = name == "sam" ? detect::LayerKind::sam : detect::LayerKind::scale_channels;
+    parse_product(path, reader, index, layer);
   } else if (name == "region") {
     layer.kind = detect::LayerKind::region;
     parse_region(reader, layer);
@@ -187,8 +202,8 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   } else {
     throw cfg_error(
         path, reader.line(), "unsupported section",
-        "net, convolutional, maxpool, upsample, route, shortcut, reorg, yolo, region, avgpool, softmax or "
-        "dropout",
+        "net, convolutional, maxpool, upsample, route, shortcut, scale_channels, sam, reorg, yolo, region, "
+        "avgpool, softmax or dropout",
         "[" + std::string(name.substr(0, 40)) + "]");
   }
   return layer;
