@@ -6,16 +6,12 @@
 #include <map>
 #include <string>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/finite_logits.hpp>
-#include <tapestry/detect/suppression.hpp>
-#include <tapestry/image/batch.hpp>
-#include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
 #include "shell/inputs.hpp"
+#include "shell/picture_detections.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
 
@@ -46,37 +42,12 @@ Array<std::uint8_t, 3> read_picture(const std::string& path) {
                                                            : io::read_image(path);
 }
 
-/// Boxes in pixels of the image.
-std::vector<detect::Detection> detect_in(const std::string& path, const Array<std::uint8_t, 3>& picture,
-                                         const DetectorSettings& settings, const Detector& detector,
-                                         detect::Pass<float>& pass) {
-  const auto& network = *detector.network;
-  const std::size_t height = network.input_height();
-  const std::size_t width = network.input_width();
-  const auto input = image::fitted(image::from_bytes<float>(picture), height, width, detector.fit);
-  network.forward(image::batch_of(input), pass);
-  detect::require_finite_logits(pass.logits, path);
-  auto detections = detect::suppress(
-      detect::decode(network.heads(), pass.logits, 0, settings.confidence, height, width), settings.nms);
-  const auto back =
-      image::picture_from_canvas(picture.shape(0), picture.shape(1), height, width, detector.fit.kind);
-  for (auto& detection : detections) {
-    auto& box = detection.box;
-    box = {back.x(box.cx), back.y(box.cy), back.width(box.w), back.height(box.h)};
-  }
-  return detections;
-}
-
-std::string name_of(std::size_t class_index, const std::vector<std::string>& names) {
-  return class_index < names.size() ? names[class_index] : std::to_string(class_index);
-}
-
 Json json_of(const std::string& path, const std::vector<detect::Detection>& detections,
              const Detector& detector) {
   Json list = Json::array();
   for (const auto& d : detections)
     list.push_back({{"class", d.class_index},
-                    {"name", name_of(d.class_index, detector.names)},
+                    {"name", class_name(d.class_index, detector.names)},
                     {"confidence", d.confidence},
                     {"x", d.box.left()},
                     {"y", d.box.top()},
@@ -90,7 +61,7 @@ void print_table(const std::string& path, const std::vector<detect::Detection>& 
   std::printf("%s\n", printable(path).c_str());
   for (const auto& d : detections)
     std::printf("  %-16s %.3f  x %7.1f  y %7.1f  width %7.1f  height %7.1f\n",
-                printable(name_of(d.class_index, names)).c_str(), d.confidence, d.box.left(), d.box.top(),
+                printable(class_name(d.class_index, names)).c_str(), d.confidence, d.box.left(), d.box.top(),
                 d.box.w, d.box.h);
   if (detections.empty()) std::printf("  nothing found\n");
 }
@@ -129,7 +100,7 @@ int run(Options& options) {
   for (const auto& path : options.images) {
     auto picture = read_picture(path);
     const auto start = std::chrono::steady_clock::now();
-    const auto detections = detect_in(path, picture, settings, detector, pass);
+    const auto detections = detections_in(path, picture, settings, detector, pass);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (options.json)
       all.push_back(json_of(path, detections, detector));

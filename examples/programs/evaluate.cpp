@@ -1,4 +1,5 @@
-// Measures a finished camouflage: with the detector it was made for, or with another one.
+// Measures a finished camouflage with the detector it was made for or with another one, or a detector on
+// labelled pictures.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/npz_file.hpp>
 
+#include "shell/dataset_evaluation.hpp"
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
 #include "shell/report.hpp"
@@ -24,6 +26,7 @@ struct Options {
   std::string run;
   SceneSettings scene;
   DetectorSettings detector;
+  DatasetSettings dataset;
   std::vector<double> sweep{0.05, 0.1, 0.25, 0.5, 0.75};
   std::string output;
   std::uint64_t seed = 1;
@@ -38,6 +41,7 @@ void describe(CLI::App& app, Options& options) {
       "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
   add_options(app, options.scene);
   add_options(app, options.detector);
+  add_options(app, options.dataset);
   app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
       ->capture_default_str();
   app.add_option("--output", options.output,
@@ -110,6 +114,11 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
 }
 
 int run(const CLI::App& app, Options& options) {
+  if (!options.dataset.dataset.empty())
+    return evaluate_dataset(app, options.dataset, options.detector, options.threads);
+  for (const char* option : {"--images", "--dataset-names", "--results", "--csv", "--json"})
+    if (app.get_option(option)->count() > 0)
+      throw Error(ErrorKind::usage, std::string(option) + " needs --dataset");
   if (options.run.empty() && !options.clean_only)
     throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
   if (!options.run.empty()) adopt_run(app, options);
@@ -160,7 +169,9 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Measures how often a detector finds a car: the untouched photo, the clean car, a camouflage and the "
-      "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector.");
+      "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector. Or, "
+      "with "
+      "--dataset, average precision on labelled pictures.");
   describe(app, options);
   return run_program(app, argc, argv, [&] { return run(app, options); });
 }

@@ -328,19 +328,6 @@ void require_sound(const Options& o) {
   list.throw_first();
 }
 
-/// Makes sure that the weights can be written, before hours are spent.
-void require_writable(const std::string& path) {
-  using std::filesystem::file_type;
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  if (!is_folder(folder.empty() ? "." : folder, ErrorKind::write))
-    throw FileError(ErrorKind::write, {path, "", "its folder does not exist"});
-  const file_type type = status_of(path, ErrorKind::write).type();
-  if (type != file_type::not_found && type != file_type::regular)
-    throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
-  remove_parts_beside(path);
-  require_writable_folder(folder.empty() ? "." : folder);
-}
-
 /// Names the files that were left out. A converted detector holds its cfg, and hands it on to what is
 /// written.
 void fill_in_files(Options& o) {
@@ -356,7 +343,7 @@ int run(const CLI::App& app, const char* program, Options& options) {
   require_sound(options);
   fill_in_files(options);
   if (options.threads > 0) limit_threads(options.threads);
-  if (options.steps > 0) require_writable(options.output);
+  if (options.steps > 0) require_writable_file(options.output);
   const StopSignal stop_signal;
   try {
     return train(app, program, options);

@@ -41,4 +41,17 @@ inline void remove_parts_beside(const std::string& file) {
   io::remove_abandoned_parts(std::filesystem::path(file).parent_path().string());
 }
 
+/// Makes sure that a file can be written, before hours are spent.
+inline void require_writable_file(const std::string& path) {
+  using std::filesystem::file_type;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  if (!is_folder(folder.empty() ? "." : folder, ErrorKind::write))
+    throw FileError(ErrorKind::write, {path, "", "its folder does not exist"});
+  const file_type type = status_of(path, ErrorKind::write).type();
+  if (type != file_type::not_found && type != file_type::regular)
+    throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
+  remove_parts_beside(path);
+  require_writable_folder(folder.empty() ? "." : folder);
+}
+
 }  // namespace tapestry::shell

@@ -1,0 +1,114 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/dataset/dataset.hpp>
+#include <utility>
+#include <vector>
+
+#include "detector_inputs.hpp"
+
+namespace tapestry::shell {
+
+/// The classes that a data set and a detector both know.
+struct ClassMatching {
+  std::vector<std::string> names{};                       ///< in the order of the data set
+  std::vector<std::uint64_t> ids{};                       ///< of the data set
+  std::vector<std::optional<std::size_t>> of_dataset{};   ///< their index here, by class of the data set
+  std::vector<std::optional<std::size_t>> of_detector{};  ///< and by class of the detector
+  std::vector<std::string> warnings{};
+};
+
+namespace detail {
+
+/// COCO's name of a class that Pascal VOC, and Darknet's lists after it, call otherwise.
+inline std::string_view coco_name(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> others{
+      {{"aeroplane", "airplane"},
+       {"diningtable", "dining table"},
+       {"motorbike", "motorcycle"},
+       {"pottedplant", "potted plant"},
+       {"sofa", "couch"},
+       {"tvmonitor", "tv"}}};
+  for (const auto& [other, coco] : others)
+    if (name == other) return coco;
+  return name;
+}
+
+inline std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 10;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), most); ++i) list += (i > 0 ? ", " : "") + names[i];
+  return names.size() > most ? list + ", … (" + std::to_string(names.size()) + " in all)" : list;
+}
+
+/// The detector's class of that name, or of another name for the same, that is not taken.
+inline std::optional<std::size_t> detector_class(const std::string& name, const Detector& detector,
+                                                 const ClassMatching& matching) {
+  for (const bool is_exact : {true, false})
+    for (std::size_t i = 0; i < detector.names.size(); ++i)
+      if (!matching.of_detector[i] &&
+          (is_exact ? detector.names[i] == name : coco_name(detector.names[i]) == coco_name(name)))
+        return i;
+  return std::nullopt;
+}
+
+/// Says what is unmatched.
+inline void warn_of_unmatched(const std::string& dataset_path, const io::Dataset& dataset,
+                              const Detector& detector, ClassMatching& matching) {
+  std::vector<std::string> left_out, unasked;
+  for (std::size_t k = 0; k < dataset.class_names.size(); ++k)
+    if (!matching.of_dataset[k]) left_out.push_back(dataset.class_names[k]);
+  for (std::size_t i = 0; i < detector.names.size(); ++i)
+    if (!matching.of_detector[i]) unasked.push_back(detector.names[i]);
+  if (matching.names.empty())
+    throw FileError(ErrorKind::mismatch, {dataset_path, "", "no class has a name that the detector knows",
+                                          listed(detector.names), listed(left_out)});
+  if (!left_out.empty())
+    matching.warnings.push_back(dataset_path +
+                                ": the detector does not know these classes, left out: " + listed(left_out));
+  if (!unasked.empty())
+    matching.warnings.push_back(dataset_path +
+                                ": lacks these classes of the detector, left out: " + listed(unasked));
+}
+
+}  // namespace detail
+
+/// Matches classes by their names; those of a data set without names are the detector's numbers. The names of
+/// Pascal VOC for six of COCO's classes, which Darknet's lists have too, are taken for the same.
+/// \throws Error (usage) if only the data set names its classes, FileError (mismatch) if they share none
+inline ClassMatching match_classes(const std::string& dataset_path, const io::Dataset& dataset,
+                                   const Detector& detector) {
+  const std::size_t count = detector.network->heads().front().classes;
+  ClassMatching matching;
+  matching.of_detector.resize(count);
+  if (dataset.class_names.empty()) {
+    for (std::size_t i = 0; i < count; ++i) {
+      matching.of_detector[i] = i;
+      matching.names.push_back(i < detector.names.size() ? detector.names[i] : std::to_string(i));
+      matching.ids.push_back(i);
+    }
+    matching.of_dataset = matching.of_detector;
+    return matching;
+  }
+  if (detector.names.empty())
+    throw Error(ErrorKind::usage,
+                "--names is missing: " + dataset_path + " names its classes, the detector does not");
+  matching.of_dataset.resize(dataset.class_names.size());
+  for (std::size_t k = 0; k < dataset.class_names.size(); ++k) {
+    const auto of_detector = detail::detector_class(dataset.class_names[k], detector, matching);
+    if (!of_detector) continue;
+    matching.of_dataset[k] = matching.of_detector[*of_detector] = matching.names.size();
+    matching.names.push_back(dataset.class_names[k]);
+    matching.ids.push_back(dataset.class_ids[k]);
+  }
+  detail::warn_of_unmatched(dataset_path, dataset, detector, matching);
+  return matching;
+}
+
+}  // namespace tapestry::shell

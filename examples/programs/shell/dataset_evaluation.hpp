@@ -1,0 +1,184 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/evaluate/average_precision.hpp>
+#include <tapestry/io/dataset/coco_file.hpp>
+#include <tapestry/io/dataset/voc_folder.hpp>
+#include <tapestry/io/dataset/yolo_labels.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/names_file.hpp>
+#include <utility>
+#include <vector>
+
+#include "class_matching.hpp"
+#include "detector_inputs.hpp"
+#include "inputs.hpp"
+#include "picture_detections.hpp"
+#include "precision_report.hpp"
+#include "program.hpp"
+#include "progress.hpp"
+#include "run_folder.hpp"
+#include "settings.hpp"
+
+namespace tapestry::shell {
+
+/// Which labelled pictures, and where the results go; nothing is written where a path is empty.
+struct DatasetSettings {
+  std::string dataset;
+  std::string images;
+  std::string class_names;
+  std::string results;
+  std::string csv;
+  std::string json;
+};
+
+inline constexpr double dataset_confidence = 0.001;  ///< precision needs weak detections, too
+
+inline void add_options(CLI::App& app, DatasetSettings& s) {
+  app.add_option(
+      "--dataset", s.dataset,
+      "labelled pictures on which average precision is measured as COCO does, instead of a "
+      "camouflage: COCO's instances (.json), a list of pictures (.txt), a folder of Pascal VOC's "
+      "labels (.xml), or one of pictures with YOLO's labels; --confidence is then 0.001 unless given");
+  app.add_option("--images", s.images,
+                 "folder of a COCO or VOC data set's pictures; left out, that of the .json, or JPEGImages");
+  app.add_option("--dataset-names", s.class_names,
+                 "names of the classes in YOLO's labels, one a line; left out, they are the detector's");
+  app.add_option("--results", s.results, "file for the detections as COCO's results (.json)");
+  app.add_option("--csv", s.csv, "file for the table of --dataset as CSV");
+  app.add_option("--json", s.json, "file for the table of --dataset as JSON");
+}
+
+namespace detail {
+
+/// Options of other measurements would be passed over.
+inline void require_dataset_options(const CLI::App& app, const DatasetSettings& s, ProblemList& list) {
+  std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--results",
+                                 "--csv",     "--json",   "--threads",       "--help"};
+  DetectorSettings detector;
+  visit_settings(detector, [&](const std::string& name, auto&, const char*) {
+    if (name != "class") known.push_back("--" + name);
+  });
+  for (const auto* option : app.get_options())
+    list.require(option->count() == 0 || std::ranges::find(known, option->get_name()) != known.end(),
+                 option->get_name() + " has no part in --dataset");
+  for (const auto& [name, path] : {std::pair("--results", s.results), {"--csv", s.csv}, {"--json", s.json}})
+    list.require_kept(name, path, {s.dataset, s.class_names});
+}
+
+inline io::Dataset read_labels(const DatasetSettings& s, std::size_t class_count) {
+  const auto refuse = [&](const std::string& option, const std::string& value) {
+    if (!value.empty()) throw Error(ErrorKind::usage, option + " has no part in the data set " + s.dataset);
+  };
+  if (!is_there(s.dataset, ErrorKind::malformed))
+    throw FileError(ErrorKind::malformed, {s.dataset, "", "no such file or folder"});
+  const bool is_folder_of_labels = is_folder(s.dataset, ErrorKind::malformed);
+  const bool is_voc = is_folder_of_labels && io::is_voc_folder(s.dataset);
+  const bool is_coco = !is_folder_of_labels && s.dataset.ends_with(".json");
+  if (!is_folder_of_labels && !is_coco && !s.dataset.ends_with(".txt"))
+    throw Error(ErrorKind::usage, "--dataset " + s.dataset + ": expected a .json, a .txt or a folder");
+  if (is_voc || is_coco)
+    refuse("--dataset-names", s.class_names);
+  else
+    refuse("--images", s.images);
+  if (is_voc) return io::read_voc(s.dataset, s.images);
+  if (is_coco)
+    return io::read_coco(
+        s.dataset, s.images.empty() ? std::filesystem::path(s.dataset).parent_path().string() : s.images);
+  return is_folder_of_labels ? io::read_yolo_folder(s.dataset, class_count)
+                             : io::read_darknet_list(s.dataset, class_count);
+}
+
+inline io::Dataset read_dataset(const DatasetSettings& s, const Detector& detector) {
+  std::vector<std::string> names;
+  if (!s.class_names.empty()) names = io::read_class_names(s.class_names);
+  const std::size_t count = names.empty() ? detector.network->heads().front().classes : names.size();
+  io::Dataset dataset = read_labels(s, count);
+  for (std::size_t k = 0; k < names.size(); ++k) dataset.class_ids.push_back(k);
+  if (!names.empty()) dataset.class_names = std::move(names);
+  return dataset;
+}
+
+/// Truths and detections of all pictures.
+struct DatasetFindings {
+  std::vector<evaluate::TruthBox> truths{};
+  std::vector<evaluate::ScoredBox> detections{};
+};
+
+/// Detections are cut to the picture.
+inline void add_findings(const io::LabelledPicture& labelled, std::size_t index,
+                         const DetectorSettings& settings, const Detector& detector,
+                         const ClassMatching& matching, detect::Pass<float>& pass,
+                         DatasetFindings& findings) {
+  const auto picture = io::read_image(labelled.path);
+  for (const auto& object : io::objects_in_pixels(labelled, picture.shape(0), picture.shape(1)))
+    if (const auto k = matching.of_dataset[object.class_index])
+      findings.truths.push_back({index, *k, object.box, object.area, object.is_crowd, object.is_difficult});
+  const auto frame = detect::box_from_corners(0, 0, static_cast<double>(picture.shape(1)),
+                                              static_cast<double>(picture.shape(0)));
+  for (const auto& found : detections_in(labelled.path, picture, settings, detector, pass))
+    if (const auto k = matching.of_detector[found.class_index])
+      findings.detections.push_back({index, *k, detect::clipped(found.box, frame), found.confidence});
+}
+
+/// As COCO's results, with the pictures' names beside their ids.
+inline std::string results_text(const io::Dataset& dataset, const ClassMatching& matching,
+                                const std::vector<evaluate::ScoredBox>& detections) {
+  std::string text = "[";
+  for (const auto& found : detections) {
+    const auto& picture = dataset.pictures[found.picture];
+    const Json json = {{"image_id", picture.id},
+                       {"file_name", std::filesystem::path(picture.path).filename().string()},
+                       {"category_id", matching.ids[found.class_index]},
+                       {"bbox", {found.box.left(), found.box.top(), found.box.w, found.box.h}},
+                       {"score", found.confidence}};
+    text += (text.size() > 1 ? ",\n" : "\n") + json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+  return text + "\n]\n";
+}
+
+}  // namespace detail
+
+/// Runs a detector on the pictures of a data set, prints its average precision and writes what is asked for.
+/// \param app  with the options of the settings, all of them checked but those given here
+inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, DetectorSettings settings,
+                            int threads) {
+  ProblemList problems;
+  detail::require_dataset_options(app, s, problems);
+  require_sound(settings, problems);
+  require_sound_thread_count(threads, problems);
+  problems.throw_first();
+  if (app.get_option("--confidence")->count() == 0) settings.confidence = dataset_confidence;
+  if (threads > 0) limit_threads(threads);
+  fill_in_bundled(settings);
+  const Detector detector = load_detector(settings);
+  const io::Dataset dataset = detail::read_dataset(s, detector);
+  const ClassMatching matching = match_classes(s.dataset, dataset, detector);
+  for (const auto* warnings : {&detector.warnings, &dataset.warnings, &matching.warnings})
+    print_warnings(*warnings);
+  for (const auto& path : {s.results, s.csv, s.json})
+    if (!path.empty()) require_writable_file(path);
+  detail::DatasetFindings findings;
+  detect::Pass<float> pass;
+  MeasuringProgress progress(dataset.pictures.size());
+  for (std::size_t i = 0; i < dataset.pictures.size(); ++i) {
+    detail::add_findings(dataset.pictures[i], i, settings, detector, matching, pass, findings);
+    progress.count("data set");
+  }
+  const auto precision =
+      evaluate::average_precision(findings.truths, findings.detections, matching.names.size());
+  std::printf("%zu pictures, fit %s, confidence above %g, suppression at IoU %g\n%s", dataset.pictures.size(),
+              std::string(image::name_of(detector.fit.kind)).c_str(), settings.confidence, settings.nms,
+              precision_text(precision, matching.names).c_str());
+  if (!s.results.empty()) write_text(s.results, detail::results_text(dataset, matching, findings.detections));
+  if (!s.csv.empty()) write_text(s.csv, precision_csv(precision, matching.names));
+  if (!s.json.empty()) write_text(s.json, report_text(precision_json(precision, matching.names)));
+  return 0;
+}
+
+}  // namespace tapestry::shell

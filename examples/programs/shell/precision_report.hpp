@@ -1,0 +1,111 @@
+#pragma once
+#include <cstddef>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/evaluate/average_precision.hpp>
+#include <utility>
+#include <vector>
+
+#include "run_folder.hpp"
+
+namespace tapestry::shell {
+
+/// The measures under the names that reports have for them.
+inline std::vector<std::pair<const char*, std::optional<double>>> named_measures(
+    const evaluate::PrecisionSummary& s) {
+  return {{"ap", s.ap},
+          {"ap50", s.ap50},
+          {"ap75", s.ap75},
+          {"ap_small", s.ap_small},
+          {"ap_medium", s.ap_medium},
+          {"ap_large", s.ap_large},
+          {"recall", s.recall}};
+}
+
+/// In per cent; a dash without a value.
+inline std::string measure_text(const std::optional<double>& value) {
+  char text[16] = "     -";
+  if (value) std::snprintf(text, sizeof text, "%6.2f", 100 * *value);
+  return text;
+}
+
+/// The row of all classes.
+inline evaluate::ClassPrecision all_classes(const evaluate::AveragePrecision& result) {
+  evaluate::ClassPrecision all{0, 0, result.mean};
+  for (const auto& one : result.classes) {
+    all.truths += one.truths;
+    all.detections += one.detections;
+  }
+  return all;
+}
+
+/// The table that evaluate prints: the means, then a row a class.
+inline std::string precision_text(const evaluate::AveragePrecision& result,
+                                  const std::vector<std::string>& names) {
+  const auto measures = [](const evaluate::PrecisionSummary& s) {
+    std::string text;
+    for (const auto& [name, value] : named_measures(s)) text += " " + measure_text(value);
+    return text;
+  };
+  std::string text =
+      "  class             objects  found    AP50:95   AP50   AP75  small medium  large recall  (per cent)\n";
+  char line[160];
+  const auto add = [&](const std::string& name, const evaluate::ClassPrecision& row) {
+    std::snprintf(line, sizeof line, "  %-16s %8zu %8zu   ", printable(name).substr(0, 64).c_str(),
+                  row.truths, row.detections);
+    text += line + measures(row.summary) + "\n";
+  };
+  add("all", all_classes(result));
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto& one = result.classes[k];
+    if (one.truths > 0 || one.detections > 0) add(names[k], one);
+  }
+  return text;
+}
+
+/// As a table for other programs: shares in 0 to 1, empty without a value; the first row is that of all.
+inline std::string precision_csv(const evaluate::AveragePrecision& result,
+                                 const std::vector<std::string>& names) {
+  std::string text = "class,objects,detections";
+  for (const auto& [name, value] : named_measures({})) text += std::string(",") + name;
+  const auto quoted = [](const std::string& name) {
+    std::string field = "\"";
+    for (const char c : name) field += c == '"' ? "\"\"" : std::string(1, c);
+    return field + "\"";
+  };
+  const auto add = [&](const std::string& name, const evaluate::ClassPrecision& row) {
+    text += "\n" + name + "," + std::to_string(row.truths) + "," + std::to_string(row.detections);
+    char number[32];
+    for (const auto& [measure, value] : named_measures(row.summary)) {
+      std::snprintf(number, sizeof number, "%.9g", value.value_or(0));
+      text += std::string(",") + (value ? number : "");
+    }
+  };
+  add("all", all_classes(result));
+  for (std::size_t k = 0; k < names.size(); ++k) add(quoted(names[k]), result.classes[k]);
+  return text + "\n";
+}
+
+/// As JSON; null without a value.
+inline Json precision_json(const evaluate::AveragePrecision& result, const std::vector<std::string>& names) {
+  const auto measures = [](const evaluate::PrecisionSummary& s) {
+    Json json = Json::object();
+    for (const auto& [name, value] : named_measures(s)) json[name] = value ? Json(*value) : Json();
+    return json;
+  };
+  Json classes = Json::array();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    Json row = {{"name", names[k]},
+                {"objects", result.classes[k].truths},
+                {"detections", result.classes[k].detections}};
+    row.update(measures(result.classes[k].summary));
+    classes.push_back(row);
+  }
+  Json json = measures(result.mean);
+  json["classes"] = classes;
+  return json;
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# evaluate --dataset from the outside: the same labels in four formats have the same average precision.
+source "$(dirname "$0")/support.sh"
+evaluate=$programs/evaluate
+assets=$sources/examples/assets
+[ -x "$evaluate" ] && [ -e "$assets/detector.weights" ] || exit 77
+
+# Four bundled frames as pictures with nothing drawn in, and what the detector finds there, moved by a pixel.
+mapfile -t frames < <(ls "$assets"/frames/test/*.npz | head -n 4)
+expect_exit 0 "pictures" "$programs/detect" --confidence 1 --annotate drawn "${frames[@]}"
+mkdir -p yolo/images yolo/labels voc/Annotations
+width=$(od -An -j16 -N4 -tu1 "$(ls drawn/*.png | head -n 1)" | awk '{ print $1 * 16777216 + $2 * 65536 + $3 * 256 + $4 }')
+height=$(od -An -j20 -N4 -tu1 "$(ls drawn/*.png | head -n 1)" | awk '{ print $1 * 16777216 + $2 * 65536 + $3 * 256 + $4 }')
+id=0
+for frame in "${frames[@]}"; do
+  name=$(basename "$frame" .npz)
+  mv "drawn/$name-detections.png" "yolo/images/$name.png"
+  echo "images/$name.png" >>yolo/train.txt
+  id=$((id + 1))
+  "$programs/detect" --json --confidence 0.3 "yolo/images/$name.png" |
+    awk -F '[:,]' '/"class"/ { class = $2 } /"x"/ { x = $2 } /"y"/ { y = $2 } /"width"/ { w = $2 }
+      /"height"/ { printf "%d %d %d %d %d\n", class, x + 1, y + 1, w, $2 }' >"$name.boxes"
+  # One more that no detector finds.
+  echo "0 1 1 9 9" >>"$name.boxes"
+  awk -v w="$width" -v h="$height" '{ printf "%d %.12f %.12f %.12f %.12f\n", $1, ($2 + $4 / 2) / w, ($3 + $5 / 2) / h,
+    $4 / w, $5 / h }' "$name.boxes" >"yolo/labels/$name.txt"
+  {
+    echo "<annotation><filename>$name.png</filename><size><width>$width</width><height>$height</height></size>"
+    awk 'NR == FNR { names[FNR - 1] = $0; next } { printf "<object><name>%s</name><bndbox><xmin>%d</xmin><ymin>%d</ymin>" \
+      "<xmax>%d</xmax><ymax>%d</ymax></bndbox></object>\n", names[$1], $2 + 1, $3 + 1, $2 + $4, $3 + $5 }' \
+      "$assets/detector.names" "$name.boxes"
+    echo "</annotation>"
+  } >"voc/Annotations/$name.xml"
+  echo "{\"id\": $id, \"file_name\": \"$name.png\", \"width\": $width, \"height\": $height}," >>images.part
+  awk -v id="$id" '{ printf "{\"id\": %d, \"image_id\": %d, \"category_id\": %d, \"bbox\": [%d, %d, %d, %d], \"iscrowd\": 0},\n",
+    1000 * id + FNR, id, 90 - $1, $2, $3, $4, $5 }' "$name.boxes" >>annotations.part
+done
+awk '{ printf "{\"id\": %d, \"name\": \"%s\"},\n", 91 - NR, $0 }' "$assets/detector.names" >categories.part
+# list FILE: its entries without the comma behind the last
+list() { sed '$ s/,$//' "$1"; }
+echo "{\"images\": [$(list images.part)], \"annotations\": [$(list annotations.part)]," \
+  "\"categories\": [$(list categories.part)]}" >coco.json
+
+expect_exit 0 "YOLO's labels" "$evaluate" --dataset yolo --csv yolo.csv --json yolo.json --results yolo.results.json
+head -n 2 yolo.csv | tail -n 1 | awk -F , '$1 == "all" && $2 > 4 && $4 > 0.3 && $4 < 1 && $5 >= $4 { good = 1 } END { exit !good }' &&
+  pass || fail "no sensible average precision: $(head -n 2 yolo.csv)"
+grep -q '^  all ' command.out && pass || fail "no table"
+grep -q '"ap50"' yolo.json && pass || fail "no AP50 in the JSON"
+grep -q '"bbox":\[' yolo.results.json && pass || fail "no boxes in the results"
+expect_exit 0 "a list" "$evaluate" --dataset yolo/train.txt --dataset-names "$assets/detector.names" --csv list.csv
+expect_same yolo.csv list.csv
+expect_exit 0 "COCO" "$evaluate" --dataset coco.json --images yolo/images --csv coco.csv --results coco.results.json
+expect_exit 0 "VOC" "$evaluate" --dataset voc --images yolo/images --csv voc.csv --threads 1
+# Classes come in the order of ids, names or numbers, and VOC has only those that occur: of no others it has detections.
+sorted() { sed -n '2p' "$1" | cut -d , -f 1,2,4-; sed '1,2d' "$1" | awk -F , '$2 > 0' | sort; }
+for format in yolo coco voc; do sorted $format.csv >$format.sorted; done
+expect_same yolo.sorted coco.sorted
+expect_same yolo.sorted voc.sorted
+grep -q '"category_id":90' coco.results.json && pass || fail "the results have other categories than the data set"
+
+# What does not fit.
+expect_exit 4 "a picture that is missing" "$evaluate" --dataset coco.json
+expect_error_line 'coco.json:@[0-9]+: images\[0\].file_name is missing'
+head -c 200 coco.json >cut.json
+expect_exit 3 "a cut JSON" "$evaluate" --dataset cut.json --images yolo/images
+expect_error_line 'cut.json:@[0-9]+: not valid JSON'
+expect_exit 2 "a folder for images where there is none" "$evaluate" --dataset yolo --images yolo
+expect_exit 2 "a camouflage and a data set" "$evaluate" --dataset yolo --clean-only
+expect_error_line '^error: --clean-only has no part in --dataset'
+expect_exit 2 "results of nothing" "$evaluate" --clean-only --results results.json
+expect_error_line '^error: --results needs --dataset'
+expect_exit 2 "results over the data set" "$evaluate" --dataset coco.json --results coco.json
+printf 'lorry\n' >other.names
+expect_exit 4 "classes that nobody knows" "$evaluate" --dataset yolo --dataset-names other.names
+expect_exit 3 "nothing there" "$evaluate" --dataset absent
+expect_exit 2 "an unknown kind of file" "$evaluate" --dataset yolo.csv
+expect_exit 5 "a folder that is not there" "$evaluate" --dataset yolo --csv absent/table.csv
+[ -e absent ] && fail "a refused evaluation left something behind" || pass
+sed -i 's/"width": [0-9]*/"width": 9/' coco.json
+expect_exit 4 "another size" "$evaluate" --dataset coco.json --images yolo/images --csv none.csv
+expect_error_line 'another size than its labels say; expected 9x'
+[ -e none.csv ] && fail "half of the answer was written" || pass
+
+finish
