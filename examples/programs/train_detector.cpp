@@ -170,7 +170,8 @@ Validation validate(const detect::Network<float>& network, const std::vector<Lab
     network.forward(batch, pass);
     detect::require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
     const auto detections =
-        detect::suppress(detect::decode(network.heads(), pass.logits, 0, 0.25, size, size), 0.45);
+        detect::suppress(detect::decode(network.heads(), pass.logits, 0, 0.25, size, size), 0.45, true,
+                         network.suppression_measure());
     found.push_back(evaluate::is_found(detections, scene.main));
     for (const auto& detection : detections) {
       if (detection.class_index != class_car) continue;

@@ -94,6 +94,7 @@
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/detect/suppression.hpp>
+#include <tapestry/detect/suppression_measure.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 #include <tapestry/evaluate/best_confidence.hpp>
 #include <tapestry/evaluate/chart_colours.hpp>

@@ -15,7 +15,7 @@ using namespace tapestry::detect;
 namespace {
 /// The definition: every detection is compared with every one kept.
 std::vector<Detection> suppressed_by_definition(std::vector<Detection> detections, double iou_threshold,
-                                                bool per_class) {
+                                                bool per_class, const SuppressionMeasure& measure) {
   std::sort(detections.begin(), detections.end(), [](const Detection& a, const Detection& b) {
     return std::tuple(-a.confidence, a.head, a.candidate, a.class_index) <
            std::tuple(-b.confidence, b.head, b.candidate, b.class_index);
@@ -24,7 +24,7 @@ std::vector<Detection> suppressed_by_definition(std::vector<Detection> detection
   for (const Detection& candidate : detections)
     if (std::none_of(kept.begin(), kept.end(), [&](const Detection& better) {
           return (!per_class || better.class_index == candidate.class_index) &&
-                 iou(better.box, candidate.box) > iou_threshold;
+                 measure(better.box, candidate.box) > iou_threshold;
         }))
       kept.push_back(candidate);
   return kept;
@@ -75,6 +75,25 @@ TEST_CASE("equal confidences are ordered by head and candidate", "[detect][suppr
   CHECK(suppress({b, a}, 0.45)[0].head == 0);
 }
 
+TEST_CASE("the distance of centres is taken off the overlap", "[detect][suppression]") {
+  const Box a{2, 2, 4, 4}, b{4, 2, 4, 4};  // half of each is shared: IoU 1/3, d = 2, c² = 6² + 4²
+  CHECK(SuppressionMeasure{}(a, b) == iou(a, b));
+  CHECK(SuppressionMeasure{1}(a, b) == Approx(1.0 / 3 - 4.0 / 52).epsilon(1e-14));
+  CHECK(SuppressionMeasure{0.5}(b, a) == Approx(1.0 / 3 - 2 / std::sqrt(52.0)).epsilon(1e-14));
+  CHECK(SuppressionMeasure{0.6}(a, a) == 1);
+  CHECK(SuppressionMeasure{0.6}(a, Box{9, 2, 4, 4}) == 0);  // apart
+  CHECK(SuppressionMeasure{0.6}(a, Box{2, 2, 0, 4}) == 0);  // without area
+  CHECK(SuppressionMeasure{1}(Box{0, 0, 1e150, 1e150}, Box{0, 0, 1e149, 1e150}) == Approx(0.1));
+  CHECK(SuppressionMeasure{1}(a, Box{2, 2, 1, 1}) == iou(a, Box{2, 2, 1, 1}));  // of one centre
+
+  const Detection best{0, 0.9, 1, a, 0, 0}, near{0, 0.8, 1, b, 0, 1};
+  CHECK(suppress({best, near}, 0.3).size() == 1);
+  CHECK(suppress({best, near}, 0.3, true, {1.0}).size() == 2);
+  CHECK(suppress({best, near}, 0.25, true, {1.0}).size() == 1);
+  for (const double exponent : {0.0, -1.0, std::nan("")})
+    CHECK_THROWS_AS(suppress({best}, 0.3, true, {exponent}), tapestry::DomainError);
+}
+
 TEST_CASE("suppression equals its definition on boxes of every kind", "[detect][suppression]") {
   using tapestry::Random;
   const std::pair<const char*, Box (*)(Random&)> kinds[] = {
@@ -115,11 +134,12 @@ TEST_CASE("suppression equals its definition on boxes of every kind", "[detect][
     for (const std::size_t count : {1U, 20U, 1500U}) {
       const auto detections = random_detections(count, count, draw_box);
       for (const double threshold : {0.0, 0.1, 0.45, 0.9, 1.0})
-        for (const bool per_class : {true, false}) {
-          CAPTURE(name, count, threshold, per_class);
-          CHECK(candidates_of(suppress(detections, threshold, per_class)) ==
-                candidates_of(suppressed_by_definition(detections, threshold, per_class)));
-        }
+        for (const bool per_class : {true, false})
+          for (const auto& measure : {SuppressionMeasure{}, SuppressionMeasure{0.6}}) {
+            CAPTURE(name, count, threshold, per_class, measure.distance_exponent.has_value());
+            CHECK(candidates_of(suppress(detections, threshold, per_class, measure)) ==
+                  candidates_of(suppressed_by_definition(detections, threshold, per_class, measure)));
+          }
     }
 }
 

@@ -29,8 +29,9 @@ inline std::vector<detect::Detection> detections_in(const std::string& name,
   const auto input = image::fitted(image::from_bytes<float>(picture), height, width, detector.fit);
   network.forward(image::batch_of(input), pass);
   detect::require_finite_logits(pass.logits, name);
-  auto detections = detect::suppress(
-      detect::decode(network.heads(), pass.logits, 0, settings.confidence, height, width), settings.nms);
+  auto detections =
+      detect::suppress(detect::decode(network.heads(), pass.logits, 0, settings.confidence, height, width),
+                       settings.nms, true, network.suppression_measure());
   const auto back =
       image::picture_from_canvas(picture.shape(0), picture.shape(1), height, width, detector.fit.kind);
   for (auto& detection : detections) {

@@ -102,7 +102,9 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "name of the class that is the car; its number, from 0, when there are no names");
   visit("size", s.size, "side of the network's square input, pixels; 0: as the cfg or the model says");
   visit("confidence", s.confidence, "least objectness x class probability of a detection, 0 to 1");
-  visit("nms", s.nms, "overlap (IoU) above which the weaker of two boxes of one class is dropped, 0 to 1");
+  visit("nms", s.nms,
+        "overlap (IoU, or as nms_kind of the cfg has it) above which the weaker of two boxes of one class is "
+        "dropped, 0 to 1");
 }
 
 template <class Visit>

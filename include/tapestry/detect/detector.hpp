@@ -7,6 +7,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/suppression_measure.hpp>
 #include <vector>
 
 namespace tapestry::detect {
@@ -24,6 +25,8 @@ class Detector {
   [[nodiscard]] virtual std::size_t input_channels() const { return 3; }
   /// In the order of the logits that forward() gives.
   [[nodiscard]] virtual const std::vector<Head>& heads() const = 0;
+  /// By which its detections are meant to suppress each other.
+  [[nodiscard]] virtual SuppressionMeasure suppression_measure() const { return {}; }
 
   /// Logits of every head for a batch of pictures.
   ///

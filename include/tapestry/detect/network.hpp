@@ -53,6 +53,13 @@ class Network final : public Detector<T> {
   [[nodiscard]] std::size_t input_width() const override { return graph_.width; }
   [[nodiscard]] std::size_t input_channels() const override { return graph_.config.channels; }
   [[nodiscard]] const std::vector<Head>& heads() const override { return graph_.heads; }
+  /// As nms_kind and beta_nms of the last head say, which is the one that Darknet asks.
+  [[nodiscard]] SuppressionMeasure suppression_measure() const override {
+    SuppressionMeasure measure;
+    for (const LayerConfig& layer : graph_.config.layers)
+      if (is_head(layer.kind)) measure.distance_exponent = layer.beta_nms;
+    return measure;
+  }
   [[nodiscard]] const NetworkConfig& config() const { return graph_.config; }
   /// Where each layer's parameters lie.
   [[nodiscard]] const ParameterLayout& layout() const { return graph_.layout; }

@@ -57,7 +57,7 @@ class Meter {
     for (const double threshold : settings_.sweep) least = std::min(least, threshold);
     const auto kept = detect::suppress(detect::decode(detector_.heads(), pass_.logits, 0, least,
                                                       detector_.input_height(), detector_.input_width()),
-                                       settings_.nms);
+                                       settings_.nms, true, detector_.suppression_measure());
     ViewResult result;
     result.detections = above(settings_.confidence, kept);
     result.found = shows_car(result.detections, view);

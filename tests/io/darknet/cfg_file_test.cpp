@@ -122,6 +122,8 @@ std::vector<BadFile> value_rows() {
       {"G25 infinite anchor", replaced(good, "10,13", "inf,13"), malformed, "17:9", "'inf'"},
       {"G25 not a number", replaced(good, "10,13", "nan,13"), malformed, "17:9", "'nan'"},
       {"new_coords=2", good + "new_coords=2\n", malformed, "20:12", "0 to 1"},
+      {"G36 beta_nms 0", good + "nms_kind=diounms\nbeta_nms=0\n", malformed, "21:10", "not above 0"},
+      {"G36 beta_nms", good + "nms_kind=diounms\nbeta_nms=nan\n", malformed, "21:10", "'nan'"},
       {"G26 negative classes", replaced(good, "classes=1", "classes=-1"), malformed, "18:9", ""},
       {"G28 4,000 layers", deep, limit, "2053", "layers"},
       {"G29 product",
@@ -279,9 +281,21 @@ TEST_CASE("letter_box says how pictures go in", "[io][darknet]") {
 
 TEST_CASE("another suppression than the one implemented is remarked", "[io][darknet]") {
   CHECK(io::parse_network_config(good + "nms_kind=greedynms\nbeta_nms=0.6\n", "some.cfg").warnings.empty());
-  CHECK(io::parse_network_config(good + "nms_kind=diounms\nbeta_nms=0.6\n", "some.cfg").warnings ==
+  CHECK(io::parse_network_config(good + "nms_kind=cornersnms\nbeta_nms=0.6\n", "some.cfg").warnings ==
         std::vector<std::string>{
-            "some.cfg:20: nms_kind=diounms is not obeyed; boxes are suppressed by their IoU (greedynms)"});
+            "some.cfg:20: nms_kind=cornersnms is not obeyed; boxes are suppressed by their IoU (greedynms)"});
+}
+
+TEST_CASE("nms_kind=diounms says by which measure boxes are suppressed", "[io][darknet]") {
+  const auto measure = [](const std::string& options) {
+    const auto config = io::parse_network_config(good + options, "some.cfg");
+    CHECK(config.warnings.empty());
+    return detect::Network<float>(config).suppression_measure();
+  };
+  CHECK(measure("") == detect::SuppressionMeasure{});
+  CHECK(measure("nms_kind=greedynms\nbeta_nms=0.7\n") == detect::SuppressionMeasure{});
+  CHECK(measure("nms_kind=diounms\n") == detect::SuppressionMeasure{0.6});
+  CHECK(measure("beta_nms=0.7\nnms_kind=diounms\n") == detect::SuppressionMeasure{0.7});
 }
 
 TEST_CASE("a shortcut keeps the shape of the layer before it", "[io][darknet]") {

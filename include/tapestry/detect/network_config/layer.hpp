@@ -71,6 +71,7 @@ struct LayerConfig {
       anchors{};  ///< width and height of this head's; yolo: in pixels of the input, region: in cells
   bool exclusive_classes = false;               ///< region: softmax over the classes
   double scale_x_y = 1;                         ///< yolo
+  std::optional<double> beta_nms{};             ///< yolo: of nms_kind=diounms, see SuppressionMeasure
   DecodeFamily decode = DecodeFamily::darknet;  ///< yolo
 };
 

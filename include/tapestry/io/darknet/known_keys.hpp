@@ -210,11 +210,12 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
 inline void check_leftover_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
   for (const CfgOption& option : reader.section().options) {
-    if (option.asked_for) continue;
-    if (option.key == "nms_kind" && option.value != "greedynms" && option.value != "default")
+    if (option.key == "nms_kind" && option.value != "greedynms" && option.value != "default" &&
+        option.value != "diounms")
       add_cfg_warning(warnings, path, option.line,
                       "nms_kind=" + std::string(option.value.substr(0, 40)) +
                           " is not obeyed; boxes are suppressed by their IoU (greedynms)");
+    if (option.asked_for) continue;
     if (is_training_key(reader.name(), option.key)) continue;
     const auto unsupported = std::ranges::find_if(
         unsupported_cfg_keys, [&](const auto& key_and_value) { return key_and_value[0] == option.key; });

@@ -115,6 +115,10 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
   }
   if (reader.integer("new_coords", 0, 0, 1, ErrorKind::malformed) != 0)
     layer.decode = detect::DecodeFamily::scaled;
+  if (reader.text("nms_kind", "") == "diounms") {
+    layer.beta_nms = reader.real("beta_nms", 0.6);  // Darknet's default
+    if (!(*layer.beta_nms > 0)) throw reader.error(*reader.find("beta_nms"), "beta_nms not above 0");
+  }
   const auto anchors = parse_anchors(reader, reader.count("num", 1, 1, 256));
   if (reader.find("mask") == nullptr) {
     layer.anchors = anchors;
