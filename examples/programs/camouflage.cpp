@@ -24,13 +24,24 @@ void require_free_folder(const CamouflageOptions& options) {
                 options.output + " already holds a run; give --resume to go on with it, or another --output");
 }
 
+/// What a run reads, all detectors included.
+Inputs load_all(CamouflageOptions& options) {
+  Inputs inputs = load_inputs(options.scene, options.detector);
+  loss::require_raw_logits("camouflage", inputs.detector.network->heads());
+  inputs.ensemble =
+      load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);
+  return inputs;
+}
+
 /// Reports every problem of the inputs.
 /// \returns the exit code
-int check_only(const CamouflageOptions& options, ProblemList& list) {
+int check_only(CamouflageOptions options, ProblemList& list) {
   SceneSettings scene = options.scene;
   fill_in_bundled(scene);
   print_warnings(warnings_about(scene));
   check_inputs(options.scene, options.detector, list);
+  if (!options.optimisation.ensemble.empty() && list.problems().empty())
+    list.attempt([&] { (void)load_all(options); });
   const auto& problems = list.problems();
   for (const auto& problem : problems) std::cerr << "error: " << printable(problem.what()) << '\n';
   if (problems.empty()) std::cout << "all inputs are sound\n";
@@ -50,8 +61,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   if (options.resume) adopt_run(app, options);
   if (options.check) return check_only(options, problems);
   require_free_folder(options);
-  Inputs inputs = load_inputs(options.scene, options.detector);
-  loss::require_raw_logits("camouflage", inputs.detector.network->heads());
+  Inputs inputs = load_all(options);
   require_one_scale(inputs.frames);
   const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
   if (options.output.empty()) options.output = make_next_folder("runs/camouflage");

@@ -91,6 +91,7 @@
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/detect/suppression.hpp>

@@ -150,3 +150,35 @@ TEST_CASE("a passive texture records nothing", "[camouflage]") {
   CHECK_FALSE(objective(tapestry::ArrayVariable<float, 2>(start), views).is_active());
   CHECK(tape.record_count() == 0);
 }
+
+TEST_CASE("the loss of an ensemble is the mean of its members', and so is the gradient",
+          "[camouflage][ensemble]") {
+  const auto car = test::tiny_car();
+  const auto first = test::tiny_network<double>(), second = test::tiny_network<double>("mish", 8);
+  const auto views = views_of<double>(car);
+  camouflage::ObjectiveOptions options;
+  options.class_index = 1;
+  camouflage::Objective<double> one(first, options), ensemble(first, options);
+  ensemble.join(second, 0);
+  options.class_index = 0;
+  camouflage::Objective<double> other(second, options);
+  const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 3, -1, 1);
+  const Array<double, 2> mean =
+      (test::pipeline_gradient(one, views, start) + test::pipeline_gradient(other, views, start)) / 2;
+  for (int pass = 0; pass < 2; ++pass)  // with memory of its own, then with that of the step before
+    CHECK(test::relative_distance(test::pipeline_gradient(ensemble, views, start), mean) <= 1e-13);
+  CHECK(ensemble.terms().total == Approx((one.terms().total + other.terms().total) / 2).epsilon(1e-13));
+  CHECK(ensemble.terms().iou == Approx((one.terms().iou + other.terms().iou) / 2).epsilon(1e-13));
+  CHECK(ensemble.terms().smoothness == one.terms().smoothness);
+  CHECK(one.terms().total != Approx(other.terms().total));
+}
+
+TEST_CASE("an ensemble refuses what cannot look at its pictures", "[camouflage][ensemble]") {
+  const auto first = test::tiny_network<double>();
+  auto config = first.config();
+  const tapestry::detect::Network<double> larger(config, 96, 96);
+  camouflage::Objective<double> objective(first, {});
+  CHECK_THROWS_WITH(objective.join(larger, 0),
+                    "objective: the ensemble's detectors take pictures of different extents");
+  CHECK_THROWS_AS(objective.join(first, 2), tapestry::DomainError);
+}

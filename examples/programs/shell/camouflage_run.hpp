@@ -62,7 +62,10 @@ class CamouflageRun {
         test_(inputs_.car.painted, store_settings(),
               frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)),
         objective_(*inputs_.detector.network, objective_options(options_.optimisation, inputs_.class_index),
-                   texels_to_smooth(options_.optimisation, inputs_.car.painted)) {}
+                   texels_to_smooth(options_.optimisation, inputs_.car.painted)) {
+    for (const EnsembleMember& member : inputs_.ensemble)
+      objective_.join(*member.detector.network, member.class_index);
+  }
 
   /// \returns the exit code
   int execute() {
@@ -125,6 +128,8 @@ class CamouflageRun {
     for (const auto& optional :
          {detector.cfg, detector.weights, detector.detector, detector.names, options_.scene.faces})
       if (!optional.empty()) paths.push_back(optional);
+    const auto& ensemble = options_.optimisation.ensemble;
+    paths.insert(paths.end(), ensemble.begin(), ensemble.end());
     paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
     if (inputs_.frames.held_out)
       paths.insert(paths.end(), inputs_.frames.train.begin(), inputs_.frames.train.end());

@@ -177,10 +177,17 @@ inline FrameLoaders train_loaders(const FrameLists& lists, const std::string& fr
   return loaders;
 }
 
+/// A further detector of an ensemble.
+struct EnsembleMember {
+  Detector detector;
+  std::size_t class_index = 0;
+};
+
 /// Everything a run reads, checked.
 struct Inputs {
   Detector detector;
   std::size_t class_index = 0;
+  std::vector<EnsembleMember> ensemble{};  ///< what else is optimised against
   Car car;
   FrameLists frames;
   std::vector<std::string> warnings;
@@ -197,7 +204,7 @@ inline std::vector<std::string> warnings_about(const SceneSettings& scene) {
 inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
   fill_in_bundled(scene);
   fill_in_bundled(detector);
-  Inputs inputs{load_detector(detector), 0, load_car(scene), find_frames(scene), warnings_about(scene)};
+  Inputs inputs{load_detector(detector), 0, {}, load_car(scene), find_frames(scene), warnings_about(scene)};
   inputs.class_index = class_index_of(detector, inputs.detector);
   inputs.frames.posed = is_posed(inputs.frames.test.front());
   if (inputs.frames.posed)
@@ -205,6 +212,40 @@ inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
   for (const auto* more : {&inputs.detector.warnings, &inputs.car.warnings})
     inputs.warnings.insert(inputs.warnings.end(), more->begin(), more->end());
   return inputs;
+}
+
+/// Detectors of an ensemble beside `first`, each from one file, and warnings about those that would take
+/// pictures in another way.
+/// \param settings  of the first one: names, class and size are those of all
+inline std::vector<EnsembleMember> load_ensemble(const std::vector<std::string>& paths,
+                                                 DetectorSettings settings, const Detector& first,
+                                                 std::vector<std::string>& warnings) {
+  std::vector<EnsembleMember> members;
+  settings.cfg = settings.decode = settings.detector = settings.fit = "";
+  for (const std::string& path : paths) {
+    settings.weights = path;
+    if (!is_onnx(path) && !io::is_safetensors(path))
+      throw Error(
+          ErrorKind::usage,
+          "--ensemble: " + path + " is neither an .onnx model nor a detector that convert_weights made");
+    EnsembleMember member{load_detector(settings)};
+    member.class_index = class_index_of(settings, member.detector);
+    loss::require_raw_logits("camouflage", member.detector.network->heads());
+    const auto& network = *member.detector.network;
+    const std::size_t height = first.network->input_height(), width = first.network->input_width();
+    if (network.input_height() != height || network.input_width() != width)
+      throw FileError(
+          ErrorKind::mismatch,
+          {path, "", "an input of another size than the first detector's; --size chooses one for all",
+           std::to_string(width) + "x" + std::to_string(height),
+           std::to_string(network.input_width()) + "x" + std::to_string(network.input_height())});
+    if (member.detector.fit.kind != first.fit.kind)
+      warnings.push_back(path + " gets its pictures by --fit " + std::string(image::name_of(first.fit.kind)) +
+                         ", as the first detector, not by " +
+                         std::string(image::name_of(member.detector.fit.kind)));
+    members.push_back(std::move(member));
+  }
+  return members;
 }
 
 /// Of a detector whose cfg is unsound, the other files can still be missing.

@@ -57,6 +57,7 @@ struct OptimisationSettings {
   std::size_t epochs = 0;
   std::size_t batch = 8;
   double learning_rate = 0.1;
+  std::vector<std::string> ensemble;
   std::uint64_t seed = 1;
 };
 
@@ -122,6 +123,9 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
       "passes over the training views; 0: 20 over drawn scenes; over frames enough to show 2400, at least 5");
   visit("batch", s.batch, "views a step");
   visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
+  visit("ensemble", s.ensemble,
+        "further detectors to optimise against, .onnx models or what convert_weights made, of the same input "
+        "size and --class: the loss is the mean over all; only the first, --weights, is measured");
   visit("seed", s.seed, "seed of the start texture and of the views' order");
 }
 
@@ -136,9 +140,10 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
   });
 }
 
-/// Settings that, left empty, leave the choice to the detector; a manifest then lacks them.
+/// Settings that, left empty, ask for nothing or leave the choice to the detector; a manifest then lacks
+/// them.
 inline bool is_open_choice(const std::string& name) {
-  return name == "decode" || name == "fit" || name == "detector";
+  return name == "decode" || name == "fit" || name == "detector" || name == "ensemble";
 }
 
 /// Adds the settings to a JSON object under their option names.
@@ -146,7 +151,7 @@ template <class Settings>
 void add_json(nlohmann::ordered_json& json, Settings settings) {
   visit_settings(settings, [&](const char* name, auto& value, const char*) {
     const nlohmann::ordered_json setting = value;
-    if (is_open_choice(name) && setting == "") return;
+    if (is_open_choice(name) && (setting.empty() || setting == "")) return;
     json[name] = setting;
   });
 }

@@ -9,6 +9,7 @@
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/detect/network_variable.hpp>
+#include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
 #include <tapestry/loss/smoothness_variable.hpp>
@@ -60,9 +61,20 @@ class Objective {
   /// \throws DomainError if the detector has no class of that index, or gives no raw logits
   Objective(const detect::Detector<T>& detector, ObjectiveOptions options,
             std::shared_ptr<const Array<T, 2>> used_texels = nullptr)
-      : detector_(detector), options_(options), used_texels_(std::move(used_texels)) {
+      : options_(options), used_texels_(std::move(used_texels)) {
+    join(detector, options.class_index);
+  }
+
+  /// Lets another detector, in which the car has this class, count as much as those before: an ensemble,
+  /// whose adversarial terms are means. It must outlive the objective. \throws DomainError as the
+  /// constructor; ShapeError if it takes pictures of other extents than the first
+  void join(const detect::Detector<T>& detector, std::size_t class_index) {
     loss::require_raw_logits("objective", detector.heads());
-    detect::require_class("objective", detector.heads(), options.class_index);
+    detect::require_class("objective", detector.heads(), class_index);
+    const auto& first = members_.empty() ? detector : *members_.front().detector;
+    if (detector.input_height() != first.input_height() || detector.input_width() != first.input_width())
+      throw ShapeError("objective: the ensemble's detectors take pictures of different extents");
+    members_.push_back({&detector, class_index});
   }
 
   /// Records the loss of a minibatch on the active tape and returns it.
@@ -78,10 +90,7 @@ class Objective {
     clock.end_of(&StepTimes::render);
     const auto pictures = image::over(renders, backdrops_of(views));
     clock.end_of(&StepTimes::composite);
-    const auto logits = detect::forward(detector_, pictures, free_pass());
-    clock.end_of(&StepTimes::detector_forward, &StepTimes::detector_backward);
-    const auto adversarial =
-        loss::adversarial(detector_, logits, targets_of(views), options_.kind, options_.weights);
+    const auto adversarial = adversarial_of(pictures, views, clock);
     const Variable<T> smoothness =
         used_texels_ ? loss::atlas_smoothness(colours, used_texels_)
                      : loss::smoothness(renders, interiors_of(views)) / static_cast<T>(views.size());
@@ -103,7 +112,6 @@ class Objective {
   /// Seconds of each stage, added up over all calls.
   [[nodiscard]] StepTimes& times() { return *times_; }
   [[nodiscard]] const ObjectiveOptions& options() const { return options_; }
-  [[nodiscard]] const detect::Detector<T>& detector() const { return detector_; }
 
  private:
   /// Of each view what `part` points at, which keeps the view alive.
@@ -130,23 +138,33 @@ class Objective {
     return backdrops;
   }
 
-  [[nodiscard]] std::vector<loss::Target> targets_of(Views views) const {
+  static std::vector<loss::Target> targets_of(Views views, std::size_t class_index) {
     std::vector<loss::Target> targets;
-    for (const auto& view : views) targets.push_back({options_.class_index, view->target});
+    for (const auto& view : views) targets.push_back({class_index, view->target});
     return targets;
   }
 
-  /// Memory of a pass that no tape holds any more; the same from step to step.
-  [[nodiscard]] std::shared_ptr<detect::Pass<T>> free_pass() {
-    for (const auto& pass : passes_)
-      if (pass.use_count() == 1) return pass;
-    return passes_.emplace_back(std::make_shared<detect::Pass<T>>());
+  [[nodiscard]] auto adversarial_of(const ArrayVariable<T, 4>& pictures, Views views, StageClock<T>& clock) {
+    std::vector<loss::AdversarialTerms<Variable<T>>> of_members;
+    for (Member& member : members_) {
+      const auto logits = detect::forward(*member.detector, pictures, member.passes.take());
+      clock.end_of(&StepTimes::detector_forward, &StepTimes::detector_backward);
+      of_members.push_back(loss::adversarial(*member.detector, logits, targets_of(views, member.class_index),
+                                             options_.kind, options_.weights));
+      clock.end_of(&StepTimes::losses);
+    }
+    return loss::mean_of(of_members);
   }
 
-  const detect::Detector<T>& detector_;
+  struct Member {
+    const detect::Detector<T>* detector;
+    std::size_t class_index;
+    detect::PassPool<T> passes{};
+  };
+
+  std::vector<Member> members_;  ///< at least one
   ObjectiveOptions options_;
   std::shared_ptr<const Array<T, 2>> used_texels_;
-  std::vector<std::shared_ptr<detect::Pass<T>>> passes_;
   ObjectiveTerms terms_;
   std::shared_ptr<StepTimes> times_ = std::make_shared<StepTimes>();
 };

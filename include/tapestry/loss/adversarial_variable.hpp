@@ -78,4 +78,18 @@ template <Detector D, std::floating_point T>
   return {term(0), term(1), term(2), term(3), term(4)};
 }
 
+/// Means of the terms of several detectors, at least one, on the tape.
+template <std::floating_point T>
+[[nodiscard]] AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>> terms) {
+  using Terms = AdversarialTerms<Variable<T>>;
+  Terms mean = std::move(terms.front());
+  if (terms.size() == 1) return mean;
+  for (const auto term :
+       {&Terms::iou, &Terms::objectness, &Terms::classification, &Terms::max_score, &Terms::total}) {
+    for (std::size_t i = 1; i < terms.size(); ++i) mean.*term += terms[i].*term;
+    mean.*term /= static_cast<T>(terms.size());
+  }
+  return mean;
+}
+
 }  // namespace tapestry::loss
