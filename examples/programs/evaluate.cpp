@@ -116,7 +116,8 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
 int run(const CLI::App& app, Options& options) {
   if (!options.dataset.dataset.empty())
     return evaluate_dataset(app, options.dataset, options.detector, options.threads);
-  for (const char* option : {"--images", "--dataset-names", "--results", "--csv", "--json"})
+  for (const char* option :
+       {"--images", "--dataset-names", "--most-detections", "--results", "--csv", "--json"})
     if (app.get_option(option)->count() > 0)
       throw Error(ErrorKind::usage, std::string(option) + " needs --dataset");
   if (options.run.empty() && !options.clean_only)

@@ -39,7 +39,8 @@ class BruteForce {
     };
     std::vector<std::pair<double, bool>> ranked;  // confidence and whether it is a hit
     std::size_t total = 0, pictures = 0;
-    for (const auto& t : truths) total += t.class_index == k && !ignored(t) ? 1 : 0;
+    for (const auto& t : truths)
+      if (t.class_index == k && !ignored(t)) ++total;
     if (total == 0) return std::nullopt;
     for (const auto& d : detections) pictures = std::max(pictures, d.picture + 1);
     for (std::size_t p = 0; p < pictures; ++p) {
@@ -92,7 +93,8 @@ class BruteForce {
       for (const auto& [confidence, is_hit] : ranked) {
         hits += is_hit ? 1 : 0;
         ++seen;
-        if (100 * hits >= static_cast<double>(r * total)) best = std::max(best, hits / seen);
+        if (hits / static_cast<double>(total) >= 0.01 * static_cast<double>(r))
+          best = std::max(best, hits / seen);
       }
       sum += best;
     }

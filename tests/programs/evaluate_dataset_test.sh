@@ -57,6 +57,9 @@ for format in yolo coco voc; do sorted $format.csv >$format.sorted; done
 expect_same yolo.sorted coco.sorted
 expect_same yolo.sorted voc.sorted
 grep -q '"category_id":90' coco.results.json && pass || fail "the results have other categories than the data set"
+expect_exit 0 "two detections a picture" "$evaluate" --dataset yolo --most-detections 2 --results two.json
+[ "$(grep -c '"image_id":1,' two.json)" -eq 2 ] && pass || fail "more or less than two detections of the first picture"
+grep -q ' van ' command.out && pass || fail "a class that has objects has no row"
 
 # What does not fit.
 expect_exit 4 "a picture that is missing" "$evaluate" --dataset coco.json
@@ -67,6 +70,7 @@ expect_error_line 'cut.json:@[0-9]+: not valid JSON'
 expect_exit 2 "a folder for images where there is none" "$evaluate" --dataset yolo --images yolo
 expect_exit 2 "a camouflage and a data set" "$evaluate" --dataset yolo --clean-only
 expect_error_line '^error: --clean-only has no part in --dataset'
+expect_exit 2 "no detections" "$evaluate" --dataset yolo --most-detections 0
 expect_exit 2 "results of nothing" "$evaluate" --clean-only --results results.json
 expect_error_line '^error: --results needs --dataset'
 expect_exit 2 "results over the data set" "$evaluate" --dataset coco.json --results coco.json

@@ -35,6 +35,7 @@ struct DatasetSettings {
   std::string results;
   std::string csv;
   std::string json;
+  std::size_t most_detections = 100;
 };
 
 inline constexpr double dataset_confidence = 0.001;  ///< precision needs weak detections, too
@@ -49,6 +50,9 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
                  "folder of a COCO or VOC data set's pictures; left out, that of the .json, or JPEGImages");
   app.add_option("--dataset-names", s.class_names,
                  "names of the classes in YOLO's labels, one a line; left out, they are the detector's");
+  app.add_option("--most-detections", s.most_detections,
+                 "of a picture, the most confident of all classes that the data set has; COCO allows 100")
+      ->capture_default_str();
   app.add_option("--results", s.results, "file for the detections as COCO's results (.json)");
   app.add_option("--csv", s.csv, "file for the table of --dataset as CSV");
   app.add_option("--json", s.json, "file for the table of --dataset as JSON");
@@ -58,8 +62,9 @@ namespace detail {
 
 /// Options of other measurements would be passed over.
 inline void require_dataset_options(const CLI::App& app, const DatasetSettings& s, ProblemList& list) {
-  std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--results",
-                                 "--csv",     "--json",   "--threads",       "--help"};
+  std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--most-detections",
+                                 "--results", "--csv",    "--json",          "--threads",
+                                 "--help"};
   DetectorSettings detector;
   visit_settings(detector, [&](const std::string& name, auto&, const char*) {
     if (name != "class") known.push_back("--" + name);
@@ -67,6 +72,7 @@ inline void require_dataset_options(const CLI::App& app, const DatasetSettings& 
   for (const auto* option : app.get_options())
     list.require(option->count() == 0 || std::ranges::find(known, option->get_name()) != known.end(),
                  option->get_name() + " has no part in --dataset");
+  list.require(s.most_detections >= 1 && s.most_detections <= 10000, "--most-detections must be 1 to 10000");
   for (const auto& [name, path] : {std::pair("--results", s.results), {"--csv", s.csv}, {"--json", s.json}})
     list.require_kept(name, path, {s.dataset, s.class_names});
 }
@@ -110,8 +116,8 @@ struct DatasetFindings {
   std::vector<evaluate::ScoredBox> detections{};
 };
 
-/// Detections are cut to the picture.
-inline void add_findings(const io::LabelledPicture& labelled, std::size_t index,
+/// Adds what is in a picture and what is found there, most confident first, cut to the picture.
+inline void add_findings(const io::LabelledPicture& labelled, std::size_t index, std::size_t most,
                          const DetectorSettings& settings, const Detector& detector,
                          const ClassMatching& matching, detect::Pass<float>& pass,
                          DatasetFindings& findings) {
@@ -121,9 +127,13 @@ inline void add_findings(const io::LabelledPicture& labelled, std::size_t index,
       findings.truths.push_back({index, *k, object.box, object.area, object.is_crowd, object.is_difficult});
   const auto frame = detect::box_from_corners(0, 0, static_cast<double>(picture.shape(1)),
                                               static_cast<double>(picture.shape(0)));
-  for (const auto& found : detections_in(labelled.path, picture, settings, detector, pass))
-    if (const auto k = matching.of_detector[found.class_index])
-      findings.detections.push_back({index, *k, detect::clipped(found.box, frame), found.confidence});
+  const std::size_t full = findings.detections.size() + most;
+  for (const auto& found : detections_in(labelled.path, picture, settings, detector, pass)) {
+    const auto k = matching.of_detector[found.class_index];
+    if (!k) continue;
+    if (findings.detections.size() == full) break;
+    findings.detections.push_back({index, *k, detect::clipped(found.box, frame), found.confidence});
+  }
 }
 
 /// As COCO's results, with the pictures' names beside their ids.
@@ -167,14 +177,15 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   detect::Pass<float> pass;
   MeasuringProgress progress(dataset.pictures.size());
   for (std::size_t i = 0; i < dataset.pictures.size(); ++i) {
-    detail::add_findings(dataset.pictures[i], i, settings, detector, matching, pass, findings);
+    detail::add_findings(dataset.pictures[i], i, s.most_detections, settings, detector, matching, pass,
+                         findings);
     progress.count("data set");
   }
   const auto precision =
       evaluate::average_precision(findings.truths, findings.detections, matching.names.size());
-  std::printf("%zu pictures, fit %s, confidence above %g, suppression at IoU %g\n%s", dataset.pictures.size(),
-              std::string(image::name_of(detector.fit.kind)).c_str(), settings.confidence, settings.nms,
-              precision_text(precision, matching.names).c_str());
+  std::printf("pictures: %zu, fit %s, confidence above %g, suppression at IoU %g\n%s",
+              dataset.pictures.size(), std::string(image::name_of(detector.fit.kind)).c_str(),
+              settings.confidence, settings.nms, precision_text(precision, matching.names).c_str());
   if (!s.results.empty()) write_text(s.results, detail::results_text(dataset, matching, findings.detections));
   if (!s.csv.empty()) write_text(s.csv, precision_csv(precision, matching.names));
   if (!s.json.empty()) write_text(s.json, report_text(precision_json(precision, matching.names)));

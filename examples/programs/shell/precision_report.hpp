@@ -41,7 +41,7 @@ inline evaluate::ClassPrecision all_classes(const evaluate::AveragePrecision& re
   return all;
 }
 
-/// The table that evaluate prints: the means, then a row a class.
+/// The table that evaluate prints: the means, then a row for each class that has objects.
 inline std::string precision_text(const evaluate::AveragePrecision& result,
                                   const std::vector<std::string>& names) {
   const auto measures = [](const evaluate::PrecisionSummary& s) {
@@ -59,8 +59,7 @@ inline std::string precision_text(const evaluate::AveragePrecision& result,
   };
   add("all", all_classes(result));
   for (std::size_t k = 0; k < names.size(); ++k) {
-    const auto& one = result.classes[k];
-    if (one.truths > 0 || one.detections > 0) add(names[k], one);
+    if (result.classes[k].truths > 0) add(names[k], result.classes[k]);
   }
   return text;
 }

@@ -65,9 +65,12 @@ struct CurveSummary {
   for (std::size_t i = precision.size(); i-- > 1;)
     precision[i - 1] = std::max(precision[i - 1], precision[i]);
   double sum = 0;
+  std::size_t needed = 1;  // hits for a recall
   for (std::size_t r = 0; r <= steps; ++r) {
-    const std::size_t needed = std::max<std::size_t>(1, (r * truths + steps - 1) / steps);  // hits
-    if (needed <= hits) sum += precision[needed - 1];
+    const double recall = static_cast<double>(r) * 0.01;
+    while (needed <= hits && static_cast<double>(needed) / static_cast<double>(truths) < recall) ++needed;
+    if (needed > hits) break;
+    sum += precision[needed - 1];
   }
   return {sum / (steps + 1), static_cast<double>(hits) / static_cast<double>(truths)};
 }
@@ -148,8 +151,8 @@ inline void require_class_below(std::string_view what, std::size_t index, std::s
 /// any number of threads.
 ///
 /// Source: Lin et al., "Microsoft COCO: Common Objects in Context" (ECCV 2014), and the metrics of
-/// cocodataset.org/#detection-eval. Thresholds and recalls are compared exactly here; COCO's program holds
-/// them as rounded sums, which can tip an overlap or a recall that meets one exactly.
+/// cocodataset.org/#detection-eval. As in COCO's program, recalls are compared with multiples of the double
+/// 0.01, so that rounding decides about one that is met exactly.
 ///
 /// \param class_count  of the classes looked for; a class without truths has no value and is in no mean
 /// \throws DomainError for a class that is not below class_count, for a box or an area that is not finite or
