@@ -108,6 +108,17 @@ TEST_CASE("logits equal those of Darknet for every common layer", "[detect][dark
   check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
+TEST_CASE("less common activations equal those of Darknet", "[detect][darknet]") {
+  const TemporaryFolder folder;
+  const std::string name =
+      GENERATE(std::string("elu"), std::string("tanh"), std::string("relu"), std::string("logistic"));
+  std::string cfg = common_layers;
+  for (auto at = cfg.find("leaky"); at != std::string::npos; at = cfg.find("leaky")) cfg.replace(at, 5, name);
+  const std::string path = folder.write("some.cfg", cfg);
+  CAPTURE(name);
+  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+}
+
 TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[detect][darknet]") {
   const TemporaryFolder folder;
   std::string cfg = unequal_layers;

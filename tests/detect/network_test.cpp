@@ -25,6 +25,7 @@ namespace {
 const std::string every_layer = tapestry::test::cfg_text("every_layer");
 const std::string unequal_layers = tapestry::test::cfg_text("unequal_shortcuts");
 const std::string fused_layers = tapestry::test::cfg_text("fused_layers");
+const std::string more_activations = tapestry::test::cfg_text("more_activations");
 const std::string product_layers = tapestry::test::cfg_text("product_layers");
 /// The same with kinks.
 std::string leaky(std::string cfg) {
@@ -102,7 +103,7 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][networ
 
 TEST_CASE("what convolutions do beside their sums agrees with central differences and with one pass each",
           "[detect][network][gradient]") {
-  const auto network = random_network<double>(GENERATE(fused_layers, leaky_products));
+  const auto network = random_network<double>(GENERATE(fused_layers, leaky_products, more_activations));
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::input_gradient);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "../support/catch.hpp"
 
@@ -10,8 +11,7 @@ namespace nn = tapestry::nn;
 using nn::Activation;
 
 namespace {
-constexpr Activation all[] = {Activation::linear,   Activation::leaky, Activation::relu,
-                              Activation::logistic, Activation::swish, Activation::mish};
+constexpr auto all = nn::activations;
 }
 
 TEST_CASE("activations equal their formulas", "[nn][activation]") {
@@ -21,7 +21,14 @@ TEST_CASE("activations equal their formulas", "[nn][activation]") {
     CHECK(nn::activate(Activation::logistic, x) == Approx(1 / (1 + std::exp(-x))).epsilon(1e-14));
     CHECK(nn::activate(Activation::swish, x) == Approx(x / (1 + std::exp(-x))).epsilon(1e-14));
     CHECK(nn::activate(Activation::mish, x) == Approx(x * std::tanh(std::log1p(std::exp(x)))).epsilon(1e-13));
+    CHECK(nn::activate(Activation::relu6, x) == std::min(std::max(x, 0.0), 6.0));
+    CHECK(nn::activate(Activation::elu, x) == Approx(x > 0 ? x : std::exp(x) - 1).epsilon(1e-14));
+    CHECK(nn::activate(Activation::tanh, x) ==
+          Approx(1 - 2 / (std::exp(2 * x) + 1)).epsilon(1e-13).margin(1e-16));
   }
+  for (const auto& [x, expected] :
+       {std::pair(-3.0, 0.0), {-2, 0}, {-1, -0.5}, {-0.5, -0.375}, {0, 0}, {3, 3}})
+    CHECK(nn::activate(Activation::hard_mish, x) == expected);  // x·min(2, max(0, x + 2))/2
 }
 
 TEST_CASE("activation slopes agree with central differences", "[nn][activation][gradient]") {
@@ -45,4 +52,9 @@ TEST_CASE("activations stay finite for huge arguments and keep NaN", "[nn][activ
   }
   CHECK(nn::activation_slope(Activation::leaky, 0.0) == 0.1);
   CHECK(nn::activation_slope(Activation::relu, 0.0) == 0.0);
+  CHECK(nn::activation_slope(Activation::relu6, 0.0) == 0.0);
+  CHECK(nn::activation_slope(Activation::relu6, 6.0) == 0.0);
+  CHECK(nn::activation_slope(Activation::hard_mish, -2.0) == 0.0);
+  CHECK(nn::activation_slope(Activation::elu, 0.0) == 1.0);
+  CHECK(nn::activation_slope(Activation::tanh, 20.0) == Approx(4 * std::exp(-40.0)).epsilon(1e-12));
 }

@@ -66,9 +66,26 @@ TEST_CASE("reorg takes apart what spreads channels over pixels", "[nn][reorg]") 
   }
 }
 
+TEST_CASE("space to depth puts each block's pixels behind each other", "[nn][reorg]") {
+  const auto shape = GENERATE(nn::ReorgShape{4, 6, 3, 2, nn::ReorgOrder::space_to_depth},
+                              nn::ReorgShape{6, 3, 2, 3, nn::ReorgOrder::space_to_depth});
+  const std::size_t s = shape.stride, width = shape.width / s, channels = shape.channels * s * s;
+  const auto in = counted(2 * shape.size());
+  std::vector<double> out(in.size(), -1);
+  nn::reorg(shape, 2, in.data(), out.data());
+  for (std::size_t n = 0; n < 2; ++n)
+    for (std::size_t y = 0; y < shape.height; ++y)
+      for (std::size_t x = 0; x < shape.width; ++x)
+        for (std::size_t c = 0; c < shape.channels; ++c) {
+          const std::size_t from = n * shape.size() + (y * shape.width + x) * shape.channels + c;
+          const std::size_t channel = (y % s * s + x % s) * shape.channels + c;
+          CHECK(out[n * shape.size() + (y / s * width + x / s) * channels + channel] == in[from]);
+        }
+}
+
 TEMPLATE_TEST_CASE("reorg_adjoint adds what reorg took, back where it came from", "[nn][reorg]", float,
                    double) {
-  const nn::ReorgShape shape{4, 6, 8, 2};
+  const nn::ReorgShape shape{4, 6, 8, 2, GENERATE(nn::ReorgOrder::darknet, nn::ReorgOrder::space_to_depth)};
   const auto counting = counted(2 * shape.size());
   const std::vector<TestType> in(counting.begin(), counting.end());
   std::vector<TestType> out(in.size()), back(in.size(), TestType(0.5));

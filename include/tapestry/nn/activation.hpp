@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <string_view>
@@ -8,10 +9,20 @@ namespace tapestry::nn {
 /// Functions applied to each value on its own:
 ///
 ///   linear x | leaky x or 0.1·x below 0 | relu max(x, 0) | logistic σ(x) = 1/(1 + e^−x)
-///   swish x·σ(x) | mish x·tanh(log(1 + e^x))
+///   swish x·σ(x) | mish x·tanh(log(1 + e^x)) | hard_mish 0 below −2, x²/2 + x up to 0, x above
+///   relu6 max(0, min(x, 6)) | elu x or e^x − 1 below 0 | tanh
 ///
-/// At the kink x = 0 leaky has the derivative 0.1 and relu 0, as in Darknet. NaN stays NaN.
-enum class Activation { linear, leaky, relu, logistic, swish, mish };
+/// At the kink x = 0 leaky has the derivative 0.1 and relu and relu6 0, and so has relu6 at 6, as in Darknet.
+/// NaN stays NaN.
+enum class Activation { linear, leaky, relu, logistic, swish, mish, hard_mish, relu6, elu, tanh };
+
+inline constexpr std::array<Activation, 10> activations{
+    Activation::linear, Activation::leaky,     Activation::relu,  Activation::logistic, Activation::swish,
+    Activation::mish,   Activation::hard_mish, Activation::relu6, Activation::elu,      Activation::tanh};
+
+/// The activations by name, for messages.
+inline constexpr std::string_view activation_names =
+    "linear, leaky, relu, logistic, swish, mish, hard_mish, relu6, elu or tanh";
 
 /// Darknet's name of an activation.
 [[nodiscard]] constexpr std::string_view name_of(Activation activation) {
@@ -28,6 +39,14 @@ enum class Activation { linear, leaky, relu, logistic, swish, mish };
       return "swish";
     case Activation::mish:
       return "mish";
+    case Activation::hard_mish:
+      return "hard_mish";
+    case Activation::relu6:
+      return "relu6";
+    case Activation::elu:
+      return "elu";
+    case Activation::tanh:
+      return "tanh";
   }
   return "";
 }
@@ -66,6 +85,14 @@ template <std::floating_point T>
       const T n = e * (e + 2);
       return x * (n / (n + 2));
     }
+    case Activation::hard_mish:
+      return x > 0 ? x : x <= -2 ? T(0) : x * x / 2 + x;
+    case Activation::relu6:
+      return x <= 0 ? T(0) : x >= 6 ? T(6) : x;
+    case Activation::elu:
+      return x > 0 ? x : std::expm1(x);
+    case Activation::tanh:
+      return std::tanh(x);
     default:
       return x > 0 ? x : negative_slope<T>(activation) * x;
   }
@@ -90,6 +117,15 @@ template <std::floating_point T>
       const T t = n / (n + 2);
       // 1 − t² = (4n + 4)/(n + 2)², and d/dx log(1 + e^x) = σ(x)
       return t + x * logistic(x) * (4 * n + 4) / ((n + 2) * (n + 2));
+    }
+    case Activation::hard_mish:
+      return x > 0 ? T(1) : x <= -2 ? T(0) : x + 1;
+    case Activation::relu6:
+      return x <= 0 || x >= 6 ? T(0) : x != x ? x : T(1);
+    case Activation::elu:
+      return x > 0 ? T(1) : std::exp(x);
+    case Activation::tanh: {  // 1 − tanh² = 4·σ(2x)·σ(−2x), which keeps its digits
+      return 4 * logistic(2 * x) * logistic(-2 * x);
     }
     default:
       return x > 0 || x != x ? (x > 0 ? T(1) : x) : negative_slope<T>(activation);

@@ -62,7 +62,7 @@ void curve_adjoint(const Curve<T>& curve, const T* argument, const T* from, T* t
 
 /// True if an activation's slope needs its argument.
 [[nodiscard]] constexpr bool slope_needs_argument(Activation activation) {
-  return activation == Activation::swish || activation == Activation::mish;
+  return !is_piecewise_linear(activation) && activation != Activation::logistic;
 }
 
 /// True if an activation's slope needs no more than whether its argument, or just as well its result, is

@@ -54,7 +54,7 @@ std::vector<BadFile> syntax_rows() {
       {"G06 twice", replaced(good, "size=3", "size=3\nsize=5"), malformed, "8", "given twice"},
       {"G08 section", good + "[lstm]\n", malformed, "20", "[lstm]"},
       {"G08 section without end", good + "[lstm\n", malformed, "20", "']'"},
-      {"G09 activation", replaced(good, "leaky", "elu"), malformed, "10:12", "'elu'"},
+      {"G09 activation", replaced(good, "leaky", "lhtan"), malformed, "10:12", "'lhtan'"},
       {"G11 page", "<!DOCTYPE html>\n<html>", malformed, "1", "HTML"},
       {"G11 zero byte", good + std::string("a\0=1\n", 5), malformed, "20", "zero byte"},
       {"G11 long line", good + std::string(5u << 20u, 'x'), malformed, "20", "longer"},
@@ -63,7 +63,6 @@ std::vector<BadFile> syntax_rows() {
       {"G14 comma alone", good + "[route]\nlayers=,\n", malformed, "21:8", "''"},
       {"G14 no list", good + "[route]\n", malformed, "20", "lacks 'layers'"},
       {"G30 [crop]", good + "[crop]\n", malformed, "20", "[crop]"},
-      {"G30 [reorg3d]", good + "[reorg3d]\n", malformed, "20", "[reorg3d]"},
       {"G33 masks", replaced(good_region, "coords=4", "coords=14"), malformed, "18:8", "4: a box, found 14"},
       {"G33 background", good_region + "background=1\n", malformed, "21:12", "'background'"},
       {"G33 tree", good_region + "tree=coco.tree\n", malformed, "21:6", "'tree'"},
@@ -166,6 +165,8 @@ std::vector<BadFile> fit_rows() {
       {"G35 later", net + conv + "[sam]\nfrom=1\n", mismatch, "12:6", "found 1"},
       {"G34 channels", net + conv + "[reorg]\nstride=4\n", mismatch, "11",
        "channels that are a multiple of 16, height and width of 4, found [8, 32, 32]"},
+      {"G34 odd width", replaced(net, "width=64", "width=66") + conv + "[reorg3d]\nstride=2\n", mismatch,
+       "11", "a multiple of 1, height and width of 2, found [8, 32, 33]"},
       {"G34 odd height", replaced(net, "height=64", "height=66") + conv + "[reorg]\nstride=2\n", mismatch,
        "11", "found [8, 33, 32]"},
       {"G27 same grid", good + "[route]\nlayers=1\n" + yolo, mismatch, "22", "same grid"},
@@ -222,6 +223,15 @@ TEST_CASE("a comment may stand behind a value, and silu is another name of swish
   CHECK(config.warnings.empty());
   CHECK(config.layers[0].filters == 8);
   CHECK(config.layers[0].activation == tapestry::nn::Activation::swish);
+}
+
+TEST_CASE("every activation is known by its name", "[io][darknet]") {
+  for (const auto activation : tapestry::nn::activations) {
+    const std::string name(tapestry::nn::name_of(activation));
+    CHECK(io::parse_network_config(replaced(good, "leaky", name), "some.cfg").layers[0].activation ==
+          activation);
+    CHECK(std::string(tapestry::nn::activation_names).find(name) != std::string::npos);
+  }
 }
 
 TEST_CASE("training options are ignored in their own sections only", "[io][darknet]") {

@@ -167,6 +167,7 @@ class BackwardPass {
         multiply_adjoint(i, adjoint);
         break;
       case LayerKind::reorg:
+      case LayerKind::reorg3d:
         nn::reorg_adjoint(graph_.reorganisation(i), pass_.images, adjoint, summed_adjoint(input));
         break;
       case LayerKind::yolo:

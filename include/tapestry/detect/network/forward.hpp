@@ -128,6 +128,7 @@ class ForwardPass {
         multiply(i, from, to);
         break;
       case LayerKind::reorg:
+      case LayerKind::reorg3d:
         nn::reorg(graph_.reorganisation(i), pass_.images, from, to);
         break;
       case LayerKind::convolutional:

@@ -59,7 +59,9 @@ struct Graph {
 
   [[nodiscard]] nn::ReorgShape reorganisation(std::size_t i) const {
     const FeatureShape& in = shapes[inputs[i].front()];
-    return {in.height, in.width, in.channels, config.layers[i].stride};
+    return {
+        in.height, in.width, in.channels, config.layers[i].stride,
+        config.layers[i].kind == LayerKind::reorg ? nn::ReorgOrder::darknet : nn::ReorgOrder::space_to_depth};
   }
 };
 

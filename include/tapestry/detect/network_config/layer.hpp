@@ -22,6 +22,7 @@ enum class LayerKind {
   softmax,
   dropout,
   reorg,
+  reorg3d,
   region,
   scale_channels,
   sam
@@ -29,9 +30,9 @@ enum class LayerKind {
 
 /// The section name of a layer.
 [[nodiscard]] constexpr std::string_view name_of(LayerKind kind) {
-  constexpr std::array<std::string_view, 13> names = {
-      "convolutional", "maxpool", "upsample", "route",  "shortcut",       "yolo", "avgpool",
-      "softmax",       "dropout", "reorg",    "region", "scale_channels", "sam"};
+  constexpr std::array<std::string_view, 14> names = {
+      "convolutional", "maxpool", "upsample", "route",   "shortcut", "yolo",           "avgpool",
+      "softmax",       "dropout", "reorg",    "reorg3d", "region",   "scale_channels", "sam"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -55,7 +56,7 @@ struct LayerConfig {
 
   std::size_t filters = 1;  ///< convolutional
   std::size_t size = 1;     ///< convolutional, maxpool: window edge
-  std::size_t stride = 1;   ///< convolutional, maxpool, reorg; upsample: the factor
+  std::size_t stride = 1;   ///< convolutional, maxpool, reorg, reorg3d; upsample: the factor
   std::size_t padding = 0;  ///< convolutional: rows of zeros on each side; maxpool: both sides together
   std::size_t dilation = 1;
   std::size_t groups = 1;  ///< convolutional, softmax; route: parts that each source's channels are cut into

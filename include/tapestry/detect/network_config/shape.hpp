@@ -108,12 +108,13 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
 
 inline void shape_reorganised(const NetworkConfig& config, std::size_t index, FeatureShape& shape) {
   const std::size_t stride = config.layers[index].stride;
-  if (shape.height % stride != 0 || shape.width % stride != 0 || shape.channels % (stride * stride) != 0) {
+  const std::size_t divisor = config.layers[index].kind == LayerKind::reorg ? stride * stride : 1;
+  if (shape.height % stride != 0 || shape.width % stride != 0 || shape.channels % divisor != 0) {
     const std::string text = std::to_string(stride);
-    throw misfit(config, index, "stride=" + text + " does not divide its input",
-                 "channels that are a multiple of " + std::to_string(stride * stride) +
-                     ", height and width of " + text,
-                 to_text(shape));
+    throw misfit(
+        config, index, "stride=" + text + " does not divide its input",
+        "channels that are a multiple of " + std::to_string(divisor) + ", height and width of " + text,
+        to_text(shape));
   }
   shape.channels *= stride * stride;
   shape.height /= stride;
@@ -218,6 +219,7 @@ inline void check_head(const NetworkConfig& config, std::size_t index, const Fea
     case LayerKind::sam:
       return multiplied_shape(config, index, before, shapes);
     case LayerKind::reorg:
+    case LayerKind::reorg3d:
       shape_reorganised(config, index, shape);
       break;
     case LayerKind::yolo:

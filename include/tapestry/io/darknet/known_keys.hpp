@@ -160,7 +160,7 @@ inline constexpr auto unsupported_cfg_keys =
   if (section == "shortcut") return {"from", "activation"};
   if (section == "yolo") return {"mask", "anchors", "classes", "num", "scale_x_y", "new_coords"};
   if (section == "region") return {"anchors", "classes", "num", "coords", "softmax"};
-  if (section == "reorg") return {"stride"};
+  if (section == "reorg" || section == "reorg3d") return {"stride"};
   if (section == "scale_channels") return {"from", "scale_wh", "activation"};
   if (section == "sam") return {"from", "activation"};
   if (section == "softmax") return {"groups", "temperature"};

@@ -19,15 +19,13 @@ inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
                                                      nn::Activation fallback) {
   const CfgOption* option = reader.find("activation");
   if (option == nullptr) return fallback;
-  for (const auto activation : {nn::Activation::linear, nn::Activation::leaky, nn::Activation::relu,
-                                nn::Activation::logistic, nn::Activation::swish, nn::Activation::mish}) {
+  for (const auto activation : nn::activations) {
     if (nn::name_of(activation) == option->value) return activation;
   }
   if (option->value == "silu") return nn::Activation::swish;  // two names of x·σ(x)
-  throw FileError(
-      ErrorKind::malformed,
-      {path, std::to_string(option->line) + ":" + std::to_string(option->column), "unsupported activation",
-       "linear, leaky, relu, logistic, swish or mish", in_quotes(option->value)});
+  throw FileError(ErrorKind::malformed,
+                  {path, std::to_string(option->line) + ":" + std::to_string(option->column),
+                   "unsupported activation", std::string(nn::activation_names), in_quotes(option->value)});
 }
 
 /// Turns the entries of "layers" or "from" into indices of earlier layers: negative ones count back from
@@ -191,8 +189,8 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   } else if (name == "region") {
     layer.kind = detect::LayerKind::region;
     parse_region(reader, layer);
-  } else if (name == "reorg") {
-    layer.kind = detect::LayerKind::reorg;
+  } else if (name == "reorg" || name == "reorg3d") {
+    layer.kind = name == "reorg" ? detect::LayerKind::reorg : detect::LayerKind::reorg3d;
     layer.stride = reader.count("stride", 1, 1, 64, ErrorKind::malformed);
   } else if (name == "avgpool" || name == "avg") {
     layer.kind = detect::LayerKind::avgpool;
@@ -206,8 +204,8 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   } else {
     throw cfg_error(
         path, reader.line(), "unsupported section",
-        "net, convolutional, maxpool, upsample, route, shortcut, scale_channels, sam, reorg, yolo, region, "
-        "avgpool, softmax or dropout",
+        "net, convolutional, maxpool, upsample, route, shortcut, scale_channels, sam, reorg, reorg3d, "
+        "yolo, region, avgpool, softmax or dropout",
         "[" + std::string(name.substr(0, 40)) + "]");
   }
   return layer;
