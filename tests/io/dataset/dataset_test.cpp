@@ -255,3 +255,31 @@ TEST_CASE("N27: XML that makes no sense, or is not needed for labels, is refused
        {"a word", bounds("11", "far"), malformed, "6", "<xmax> makes no sense"}},
       "a.xml", [](const std::string& text) { (void)io::parse_voc(text, "a.xml"); });
 }
+
+TEST_CASE("N26, N27: every cut is refused, and every changed byte is read or refused", "[io][dataset]") {
+  const TemporaryFolder folder;
+  folder.write("a.png", "");
+  const std::string json = coco(a_picture, annotation("1", "[1, 2, 3, 4]", R"(, "iscrowd": 0)"), cats);
+  const std::string xml = voc(voc_object(sound_bounds));
+  const auto read = [&](const std::string& text, bool is_json) {
+    if (is_json)
+      (void)io::parse_coco(text, "a", folder.path());
+    else
+      (void)io::parse_voc(text, "a");
+  };
+  for (const bool is_json : {true, false}) {
+    const std::string& whole = is_json ? json : xml;
+    for (std::size_t size = 0; size + 1 < whole.size(); ++size)
+      CHECK_THROWS_AS(read(whole.substr(0, size), is_json), tapestry::FileError);
+    for (std::size_t i = 0; i < whole.size(); ++i)
+      for (const char byte : {'\0', ' ', '<', '/', '"', '9', '-', '\xff'}) {
+        std::string changed = whole;
+        changed[i] = byte;
+        try {
+          read(changed, is_json);
+        } catch (const tapestry::FileError& error) {
+          REQUIRE(error.details().path == "a");
+        }
+      }
+  }
+}
