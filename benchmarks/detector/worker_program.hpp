@@ -89,11 +89,7 @@ int run_worker(int argc, char** argv, const std::string& engines) {
     Replies replies;
     const Problem problem = make_problem(options.cfg, options.size);
     DetectorEngine<D> engine(problem, options);
-    if (options.seconds > 0) {
-      replies.send(timed_reply(engine, options.seconds));
-    } else {
-      serve(engine, replies);
-    }
+    run_or_serve(engine, replies, options.seconds);
     return 0;
   });
 }

@@ -65,11 +65,7 @@ int run_network_worker(int argc, char** argv) {
   return shell::run_program(app, argc, argv, [&] {
     Replies replies;
     E engine(options);
-    if (options.seconds > 0) {
-      replies.send(timed_reply(engine, options.seconds));
-    } else {
-      serve(engine, replies);
-    }
+    run_or_serve(engine, replies, options.seconds);
     return 0;
   });
 }

@@ -76,11 +76,7 @@ int run_worker(int argc, char** argv, const std::string& variants) {
     shell::keep_freed_memory();
     const Scene scene = make_scene(options.mesh, options.distance);
     RendererEngine<R> engine(scene, options);
-    if (seconds > 0) {
-      replies.send(timed_reply(engine, seconds));
-    } else {
-      serve(engine, replies);
-    }
+    run_or_serve(engine, replies, seconds);
     return 0;
   });
 }

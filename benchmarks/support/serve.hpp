@@ -109,4 +109,15 @@ void serve(E& engine, Replies& replies) {
   }
 }
 
+/// The work of a worker's main function: runs for so many seconds, prints the times and leaves, or serves if
+/// 0.
+template <Engine E>
+void run_or_serve(E& engine, Replies& replies, double seconds) {
+  if (seconds > 0) {
+    replies.send(timed_reply(engine, seconds));
+  } else {
+    serve(engine, replies);
+  }
+}
+
 }  // namespace tapestry::benchmarks
