@@ -97,6 +97,12 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
     if (darknet->layers[i].type == REGION) check_region_boxes(network, before.output, darknet);
     ++head;
   }
+  if (head == 0) {  // a classifier
+    const double distance = relative_distance(pass.logits[0].data(), darknet->output, pass.logits[0].size());
+    INFO("outputs: relative L2 distance " << distance);
+    CHECK(distance <= tolerance);
+    ++head;
+  }
   CHECK(head == pass.logits.size());
   free_network(darknet);
 }
@@ -135,6 +141,28 @@ TEST_CASE("reorg and region equal those of Darknet, box by box", "[detect][darkn
   cfg.replace(cfg.find("height=16"), 9, "height=48");
   const std::string path = folder.write("some.cfg", cfg);
   check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+}
+
+TEST_CASE("a classifier's probabilities equal those of Darknet", "[detect][darknet]") {
+  const TemporaryFolder folder;
+  std::string cfg = classifier_layers;
+  cfg.erase(cfg.find("[dropout]"));
+  const std::string path = folder.write("some.cfg", cfg);
+  check_against_darknet(random_detector<float>(io::read_classifier_config(path), 3), path, 5e-6);
+}
+
+TEST_CASE("logits of Debian's classifiers equal those of Darknet", "[detect][darknet]") {
+  const std::string path = std::string("/usr/share/darknet/cfg/") +
+                           GENERATE("darknet19", "darknet53", "densenet201", "extraction", "cifar") + ".cfg";
+  if (!std::filesystem::exists(path)) {
+    WARN("skipped: no " << path);
+    return;
+  }
+  std::string cfg = io::read_text_file(path);
+  cfg.erase(cfg.find("[softmax]"));  // behind which random logits of this size leave one class alone
+  const TemporaryFolder folder;
+  const std::string cut = folder.write("cut.cfg", cfg);
+  check_against_darknet(random_detector<float>(io::read_classifier_config(cut), 3), cut, 5e-6);
 }
 
 TEST_CASE("logits of Debian's cfg files equal those of Darknet", "[detect][darknet]") {

@@ -12,6 +12,7 @@ namespace tapestry::test {
 inline const std::string common_layers = cfg_text("common_layers");
 inline const std::string relatives_layers = cfg_text("relatives_layers");
 inline const std::string unequal_layers = cfg_text("unequal_layers");
+inline const std::string classifier_layers = cfg_text("classifier_layers");
 inline const std::string product_layers = cfg_text("product_layers");
 inline const std::string region_layers = cfg_text("region_layers");
 

@@ -24,7 +24,9 @@ namespace tapestry::detect {
 
 /// A YOLO detector, version 2 to 4 and relatives, as Darknet describes it: forward, and backward to its input
 /// or to its parameters. Batch normalisation adds config().batch_norm_epsilon inside the root; dropout passes
-/// everything on in every mode. Results are the same bits for any number of threads.
+/// everything on in every mode. A network without heads, such as a classifier, hands out its last layer's
+/// output, [N, C, H, W], in their place: the only entry of Pass::logits, be it logits or behind a softmax.
+/// Results are the same bits for any number of threads.
 template <std::floating_point T>
 class Network final : public Detector<T> {
  public:
@@ -119,7 +121,7 @@ class Network final : public Detector<T> {
     const auto weights = cache_.forward(graph_, parameters_, mode != Mode::training);
     pass.mode = mode;
     pass.images = images.shape(0);
-    pass.logits.resize(graph_.heads.size());
+    pass.logits.resize(graph_.head_values.size());
     detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, pass).run(images.data());
   }
 

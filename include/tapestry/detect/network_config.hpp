@@ -47,4 +47,16 @@ inline void check_network(const NetworkConfig& config) {
   detail::check_decode(config);
 }
 
+/// Checks that a description is that of a network without heads, whose last layer is what it tells: a
+/// classifier, or the beginning of a detector.
+/// \throws FileError  as infer_shapes(), and mismatch for a head or where there are no layers
+inline void check_classifier(const NetworkConfig& config) {
+  if (config.layers.empty())
+    throw cfg_error(config.name, config.line, "a network without layers", "", "", ErrorKind::mismatch);
+  for (std::size_t i = 0; i < config.layers.size(); ++i)
+    if (is_head(config.layers[i].kind))
+      throw detail::misfit(config, i, "a head, so this is not a classifier", "none", "");
+  static_cast<void>(infer_shapes(config, config.height, config.width));
+}
+
 }  // namespace tapestry::detect

@@ -99,4 +99,22 @@ template <std::floating_point T>
   return {std::move(network), std::move(warnings)};
 }
 
+/// Reads a classifier, or another network without heads, with Darknet weights.
+///
+/// \param cfg, weights  paths
+/// \param input_height, input_width  as in read_network()
+/// \throws FileError as read_classifier_config(), read_weight_file() and Network's constructor
+template <std::floating_point T>
+[[nodiscard]] LoadedNetwork<T> read_classifier(const std::string& cfg, const std::string& weights,
+                                               std::size_t input_height = 0, std::size_t input_width = 0) {
+  auto config = read_classifier_config(cfg);
+  std::vector<std::string> warnings = config.warnings;
+  const WeightFile file =
+      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
+  warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
+  detect::Network<T> network(std::move(config), cast<T>(file.parameters), input_height, input_width);
+  network.set_images_seen(file.images_seen);
+  return {std::move(network), std::move(warnings)};
+}
+
 }  // namespace tapestry::io

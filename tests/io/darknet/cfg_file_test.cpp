@@ -321,6 +321,17 @@ TEST_CASE("any number of unknown options takes a time in proportion", "[io][dark
             .warnings.size() == 100);
 }
 
+TEST_CASE("a classifier has layers and no head", "[io][darknet][bad_input]") {
+  const auto parsed = [](const std::string& text) { return io::parse_classifier_config(text, "some.cfg"); };
+  CHECK(parsed(net + conv + "[avgpool]\n[softmax]\n").layers.size() == 3);
+  tapestry::test::check_bad_files(
+      {{"G37 yolo", good, ErrorKind::mismatch, "15", "layer 2 (yolo): a head, so this is not a classifier"},
+       {"G37 region", good_region, ErrorKind::mismatch, "15", "not a classifier"},
+       {"G37 no layers", net, ErrorKind::mismatch, "1", "without layers"},
+       {"sizes", net + conv + conv + "[route]\nlayers=0,1\n", ErrorKind::mismatch, "17", "[8, 16, 16]"}},
+      "some.cfg", parsed);
+}
+
 TEST_CASE("every prefix of a cfg is parsed or refused", "[io][darknet][bad_input]") {
   for (std::size_t length = 0; length < good.size(); ++length) {
     try {

@@ -29,9 +29,9 @@ class BackwardPass {
   void run(const std::vector<const Array<T, 4>*>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
     wants_image_ = images_adjoint != nullptr;
     parameters_adjoint_ = parameters_adjoint;
-    std::size_t head = graph_.heads.size();
+    std::size_t head = graph_.head_values.size();
     for (std::size_t i = graph_.image(); i-- > 0;) {
-      if (is_head(graph_.config.layers[i].kind)) {
+      if (graph_.hands_out(i)) {
         --head;
         if (logits_adjoint[head] != nullptr) read_logits(graph_.head_values[head], *logits_adjoint[head]);
       }

@@ -50,7 +50,7 @@ class ForwardPass {
     std::size_t head = 0;
     for (std::size_t i = 0; i < graph_.config.layers.size(); ++i) {
       if (graph_.makes_value(i)) run_layer(i);
-      if (is_head(graph_.config.layers[i].kind)) write_logits(i, head++);
+      if (graph_.hands_out(i)) write_logits(head++);
       for (const std::size_t value : graph_.inputs[i]) release_if_done(value, i);
       if (graph_.makes_value(i) && graph_.last_use[i] == 0) release_if_done(i, 0);
     }
@@ -256,12 +256,13 @@ class ForwardPass {
     }
   }
 
-  void write_logits(std::size_t i, std::size_t head) {
-    const FeatureShape& shape = graph_.shapes[i];
+  void write_logits(std::size_t head) {
+    const std::size_t value = graph_.head_values[head];
+    const FeatureShape& shape = graph_.shapes[value];
     auto& logits = pass_.logits[head];
     logits.resize({pass_.images, shape.channels, shape.height, shape.width});
-    nn::channels_first(pass_.images, shape.channels, shape.height * shape.width,
-                       output_of(graph_.inputs[i].front()), logits.data());
+    nn::channels_first(pass_.images, shape.channels, shape.height * shape.width, output_of(value),
+                       logits.data());
   }
 
   const Graph& graph_;

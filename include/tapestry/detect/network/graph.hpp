@@ -26,10 +26,16 @@ struct Graph {
   std::vector<bool> is_multiplied{};               ///< a product reads it, whose adjoint needs the value
   ParameterLayout layout{};
   std::vector<Head> heads{};
-  std::vector<std::size_t> head_values{};  ///< the value that each head's logits are
+  std::vector<std::size_t> head_values{};  ///< the value that each head's logits are; without heads the last
+                                           ///< layer's alone
 
   [[nodiscard]] std::size_t image() const { return config.layers.size(); }
   [[nodiscard]] bool makes_value(std::size_t layer) const { return value_of[layer] == layer; }
+
+  /// Whether a layer's input, or of a network without heads the last layer's output, is handed out.
+  [[nodiscard]] bool hands_out(std::size_t layer) const {
+    return heads.empty() ? layer + 1 == config.layers.size() : is_head(config.layers[layer].kind);
+  }
 
   /// Whether shortcut i adds all channels of a value to all of its own, and not only those both have.
   [[nodiscard]] bool is_whole(std::size_t i, std::size_t value) const {
@@ -97,6 +103,12 @@ struct Graph {
       if (is_product(layer.kind)) graph.is_multiplied[input] = true;
     }
     graph.inputs.push_back(std::move(inputs));
+  }
+  if (graph.heads.empty() && count > 0) {
+    const std::size_t last = graph.value_of.back();
+    graph.head_values.push_back(last);
+    graph.first_use[last] = std::min(graph.first_use[last], count - 1);
+    graph.last_use[last] = count - 1;
   }
   return graph;
 }

@@ -24,19 +24,10 @@ inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
   if (reader.find("letter_box") != nullptr)
     config.letter_box = reader.integer("letter_box", 0, 0, 1, ErrorKind::malformed) != 0;
 }
-}  // namespace detail
 
-/// Parses a Darknet cfg file. Its layers are checked against each other at the size it names; other sizes
-/// are checked by detect::infer_shapes(). Options that Darknet only trains with are skipped; those that
-/// nobody knows become `warnings`.
-///
-/// \param text  the file's content
-/// \param name  the file's name, for messages
-/// \throws FileError  malformed for syntax and impossible values, mismatch for parts that do not fit,
-///                    limit for absurd sizes; with line, and column where an option's value is at fault
-[[nodiscard]] inline detect::NetworkConfig parse_network_config(std::string_view text,
-                                                                const std::string& name) {
-  auto sections = detail::cfg_sections(text, name);
+/// The layers, each checked by itself.
+[[nodiscard]] inline detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name) {
+  auto sections = cfg_sections(text, name);
   if (sections.empty()) throw detect::cfg_error(name, 1, "no [net] section", "a Darknet cfg file");
   detect::NetworkConfig config;
   config.name = name;
@@ -47,22 +38,52 @@ inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
                               i == 0 ? "[net] first" : "one",
                               "[" + std::string(sections[i].name.substr(0, 40)) + "]");
     }
-    detail::SectionReader reader(name, sections[i]);
-    detail::check_repeated_options(name, reader, config.warnings);
+    SectionReader reader(name, sections[i]);
+    check_repeated_options(name, reader, config.warnings);
     if (is_net) {
-      detail::parse_net(reader, config);
+      parse_net(reader, config);
     } else {
-      config.layers.push_back(detail::parse_layer(name, reader, i - 1));
+      config.layers.push_back(parse_layer(name, reader, i - 1));
     }
-    detail::check_leftover_options(name, reader, config.warnings);
+    check_leftover_options(name, reader, config.warnings);
   }
+  return config;
+}
+
+inline constexpr std::uint64_t largest_cfg_size = std::uint64_t(4) << 20U;
+}  // namespace detail
+
+/// Parses a Darknet cfg file of a detector. Its layers are checked against each other at the size it names;
+/// other sizes are checked by detect::infer_shapes(). Options that Darknet only trains with are skipped;
+/// those that nobody knows become `warnings`.
+///
+/// \param text  the file's content
+/// \param name  the file's name, for messages
+/// \throws FileError  malformed for syntax and impossible values, mismatch for parts that do not fit,
+///                    limit for absurd sizes; with line, and column where an option's value is at fault
+[[nodiscard]] inline detect::NetworkConfig parse_network_config(std::string_view text,
+                                                                const std::string& name) {
+  auto config = detail::parse_cfg(text, name);
   detect::check_network(config);
+  return config;
+}
+
+/// The same of a network without heads, such as a classifier; see detect::check_classifier().
+[[nodiscard]] inline detect::NetworkConfig parse_classifier_config(std::string_view text,
+                                                                   const std::string& name) {
+  auto config = detail::parse_cfg(text, name);
+  detect::check_classifier(config);
   return config;
 }
 
 /// Reads a Darknet cfg file of at most 4 MiB; errors as parse_network_config() and read_text_file().
 [[nodiscard]] inline detect::NetworkConfig read_network_config(const std::string& path) {
-  return parse_network_config(read_text_file(path, std::uint64_t(4) << 20U), path);
+  return parse_network_config(read_text_file(path, detail::largest_cfg_size), path);
+}
+
+/// The same by parse_classifier_config().
+[[nodiscard]] inline detect::NetworkConfig read_classifier_config(const std::string& path) {
+  return parse_classifier_config(read_text_file(path, detail::largest_cfg_size), path);
 }
 
 }  // namespace tapestry::io

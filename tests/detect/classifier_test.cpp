@@ -1,0 +1,145 @@
+#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/network_file.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/cfg_text.hpp"
+#include "../support/random_array.hpp"
+#include "../support/random_detector.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace detect = tapestry::detect;
+namespace io = tapestry::io;
+using tapestry::Array;
+using tapestry::test::random_array;
+
+namespace {
+const std::string classifier = tapestry::test::cfg_text("classifier_layers");
+
+/// With the layers from `name` on left out.
+std::string without(const std::string& name) { return classifier.substr(0, classifier.find(name)); }
+
+detect::Network<double> random_classifier(const std::string& cfg) {
+  return tapestry::test::random_detector<double>(io::parse_classifier_config(cfg, "some.cfg"), 1);
+}
+
+double value(const detect::Network<double>& network, const Array<double, 4>& images,
+             const Array<double, 4>& weights, detect::Mode mode) {
+  detect::Pass<double> pass;
+  network.forward(images, pass, mode);
+  double sum = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) sum += weights.data()[i] * pass.logits.at(0).data()[i];
+  return sum;
+}
+
+template <class Function>
+double fourth_order_difference(Function f) {
+  const double h = 1e-4;  // rounding 1e-16 / h, truncation of order h⁴
+  return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h);
+}
+}  // namespace
+
+TEST_CASE("a classifier hands out the probabilities of its last layer", "[detect][classifier]") {
+  const auto network = random_classifier(classifier);
+  CHECK(network.heads().empty());
+  detect::Pass<double> pass;
+  network.forward(random_array<double>({2, 16, 16, 3}, 2), pass);
+  REQUIRE(pass.logits.size() == 1);
+  CHECK(pass.logits[0].shape() == tapestry::Extents<4>{2, 10, 1, 1});
+  for (std::size_t n = 0; n < 2; ++n) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 10; ++k) sum += pass.logits[0](n, k, 0, 0);
+    CHECK(sum == Approx(1).epsilon(1e-14));
+  }
+  detect::Pass<double> logits;  // before the softmax
+  random_classifier(without("[softmax]")).forward(random_array<double>({2, 16, 16, 3}, 2), logits);
+  for (std::size_t k = 1; k < 10; ++k)
+    CHECK(pass.logits[0](1, k, 0, 0) / pass.logits[0](1, 0, 0, 0) ==
+          Approx(std::exp(logits.logits[0](1, k, 0, 0) - logits.logits[0](1, 0, 0, 0))).epsilon(1e-12));
+}
+
+TEST_CASE("a classifier's gradients agree with central differences", "[detect][classifier][gradient]") {
+  const std::string cfg = GENERATE(std::string(classifier), without("[softmax]"), without("[avgpool]"),
+                                   without("[convolutional]\nfilters=10"));  // ends in a shortcut
+  auto network = random_classifier(cfg);
+  const auto images = random_array<double>({2, 16, 16, 3}, 2);
+  detect::Pass<double> pass;
+  network.forward(images, pass, detect::Mode::training);
+  const auto& shape = pass.logits[0].shape();
+  const auto weights = random_array<double>({shape[0], shape[1], shape[2], shape[3]}, 3, -1, 1);
+  auto images_adjoint = tapestry::zeros<double, 4>(images.shape());
+  auto parameters_adjoint = tapestry::zeros<double, 1>({network.parameters().size()});
+  network.pull_back(pass, {&weights}, &images_adjoint, &parameters_adjoint);
+  tapestry::Random random(4);
+  for (int trial = 0; trial < 8; ++trial) {
+    const std::size_t i = random.index(images.size());
+    CHECK(images_adjoint.data()[i] == Approx(fourth_order_difference([&](double step) {
+                                        auto moved = images;
+                                        moved.data()[i] += step;
+                                        return value(network, moved, weights, detect::Mode::training);
+                                      }))
+                                          .epsilon(1e-7)
+                                          .margin(1e-8));
+  }
+  for (const auto& block : network.layout().blocks) {
+    const std::size_t i = block.offset + random.index(block.count);
+    const double kept = network.parameters()[i];
+    CHECK(parameters_adjoint[i] == Approx(fourth_order_difference([&](double step) {
+                                     network.parameters()[i] = kept + step;
+                                     return value(network, images, weights, detect::Mode::training);
+                                   }))
+                                       .epsilon(1e-7)
+                                       .margin(1e-8));
+    network.parameters()[i] = kept;
+  }
+}
+
+TEST_CASE("a classifier is one record on the tape", "[detect][classifier][gradient]") {
+  const auto network = random_classifier(classifier);
+  const auto start = random_array<double>({1, 16, 16, 3}, 2);
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto images = tape.input(start);
+  const auto outputs = detect::forward(network, images);
+  REQUIRE(outputs.size() == 1);
+  auto one = tapestry::zeros<double, 4>(outputs[0].value().shape());
+  one(0, 3, 0, 0) = 1;
+  tape.reverse(outputs[0], one);
+  const std::size_t i = 123;
+  CHECK(images.adjoint().data()[i] == Approx(fourth_order_difference([&](double step) {
+                                        auto moved = start;
+                                        moved.data()[i] += step;
+                                        return value(network, moved, one, detect::Mode::inference);
+                                      }))
+                                          .epsilon(1e-7)
+                                          .margin(1e-9));
+}
+
+TEST_CASE("a classifier is read with its weights", "[detect][classifier]") {
+  const tapestry::test::TemporaryFolder folder;
+  const std::string cfg = folder.write("some.cfg", classifier), weights = folder.path("some.weights");
+  const auto network = random_classifier(classifier).cast<float>();
+  io::write_weight_file(weights, network);
+  const auto loaded = io::read_classifier<float>(cfg, weights, 32, 24);
+  CHECK(loaded.warnings.empty());
+  CHECK(loaded.network.input_height() == 32);
+  for (std::size_t i = 0; i < network.parameters().size(); ++i)
+    CHECK(loaded.network.parameters()[i] == network.parameters()[i]);
+  CHECK_THROWS_AS(io::read_network<float>(cfg, weights), tapestry::FileError);  // no detector
+}
+
+TEST_CASE("a network of dropout alone hands out the picture", "[detect][classifier]") {
+  const auto network = random_classifier("[net]\nwidth=2\nheight=3\n[dropout]\n[dropout]\n");
+  const auto images = random_array<double>({1, 3, 2, 3}, 2);
+  detect::Pass<double> pass;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  CHECK(pass.logits[0](0, 1, 2, 0) == images(0, 2, 0, 1));
+  auto adjoint = tapestry::zeros<double, 4>(images.shape());
+  network.input_adjoint(pass, pass.logits, adjoint);
+  for (std::size_t i = 0; i < images.size(); ++i) CHECK(adjoint.data()[i] == images.data()[i]);
+}
