@@ -133,6 +133,14 @@ TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[de
   check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
+TEST_CASE("shortcuts over a stride equal those of Darknet", "[detect][darknet]") {
+  const TemporaryFolder folder;
+  std::string cfg = tapestry::test::cfg_text("strided_shortcuts");
+  cfg.replace(cfg.find("width=16"), 8, "width=48");
+  const std::string path = folder.write("some.cfg", cfg);
+  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+}
+
 TEST_CASE("reorg and region equal those of Darknet, box by box", "[detect][darknet]") {
   const TemporaryFolder folder;
   std::string cfg = region_layers;
@@ -152,8 +160,10 @@ TEST_CASE("a classifier's probabilities equal those of Darknet", "[detect][darkn
 }
 
 TEST_CASE("logits of Debian's classifiers equal those of Darknet", "[detect][darknet]") {
-  const std::string path = std::string("/usr/share/darknet/cfg/") +
-                           GENERATE("darknet19", "darknet53", "densenet201", "extraction", "cifar") + ".cfg";
+  const std::string path =
+      std::string("/usr/share/darknet/cfg/") +
+      GENERATE("darknet19", "darknet53", "densenet201", "extraction", "cifar", "resnet18", "resnext50") +
+      ".cfg";
   if (!std::filesystem::exists(path)) {
     WARN("skipped: no " << path);
     return;

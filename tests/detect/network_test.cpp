@@ -36,6 +36,7 @@ std::string leaky(std::string cfg) {
 }
 const std::string leaky_products = leaky(product_layers);
 const std::string region_layers = tapestry::test::cfg_text("region_layers");
+const std::string strided_shortcuts = tapestry::test::cfg_text("strided_shortcuts");
 const std::string real_layers = tapestry::test::cfg_text("real_layers");
 const std::string wide_layers = tapestry::test::cfg_text("wide_layers");
 
@@ -76,8 +77,8 @@ double central_difference(Function f, double h) {
 }  // namespace
 
 TEST_CASE("the input gradient agrees with central differences", "[detect][network][gradient]") {
-  const auto network =
-      random_network<double>(GENERATE(every_layer, unequal_layers, region_layers, product_layers));
+  const auto network = random_network<double>(
+      GENERATE(every_layer, unequal_layers, region_layers, product_layers, strided_shortcuts));
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   for (const auto mode : {detect::Mode::input_gradient, detect::Mode::training}) {
     detect::Pass<double> pass;
@@ -129,7 +130,8 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
 }
 
 TEST_CASE("the parameter gradient agrees with central differences", "[detect][network][gradient]") {
-  auto network = random_network<double>(GENERATE(every_layer, unequal_layers, region_layers, product_layers));
+  auto network = random_network<double>(
+      GENERATE(every_layer, unequal_layers, region_layers, product_layers, strided_shortcuts));
   const auto images = random_array<double>({3, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::training);

@@ -108,10 +108,7 @@ class BackwardPass {
       const std::size_t value = inputs[k];
       if (k == taker) continue;
       if (!graph_.is_whole(i, value)) {
-        const std::size_t own = graph_.shapes[i].channels;
-        const std::size_t channels = graph_.shapes[value].channels;
-        copy_channels(adjoint, own, summed_adjoint(value), channels, std::min(own, channels), pixels_of(i),
-                      true);
+        add_shared(pass_.images, graph_.shapes[i], adjoint, graph_.shapes[value], summed_adjoint(value));
         continue;
       }
       if (!is_gated_copy(value)) {

@@ -34,6 +34,25 @@ void copy_channels(const T* from, std::size_t from_pitch, T* to, std::size_t to_
   });
 }
 
+/// Adds what a shortcut of unequal activations adds: as many channels as the fewer are, and of the one that
+/// has f times the pixels along both axes each f-th, from the first. Source: shortcut_cpu of pjreddie's
+/// Darknet.
+template <class T>
+void add_shared(std::size_t images, const FeatureShape& from_shape, const T* from,
+                const FeatureShape& to_shape, T* to) {
+  const std::size_t rows = std::min(from_shape.height, to_shape.height);
+  const std::size_t columns = std::min(from_shape.width, to_shape.width);
+  const auto offset = [&](const FeatureShape& shape, std::size_t task, std::size_t column) {
+    const std::size_t row = task / rows * shape.height + task % rows * (shape.height / rows);
+    return (row * shape.width + column * (shape.width / columns)) * shape.channels;
+  };
+  parallel_for(images * rows, [&](std::size_t task) {
+    for (std::size_t column = 0; column < columns; ++column)
+      nn::kernels<T>().add(from + offset(from_shape, task, column), to + offset(to_shape, task, column),
+                           std::min(from_shape.channels, to_shape.channels));
+  });
+}
+
 /// One forward pass, layer by layer.
 template <class T>
 class ForwardPass {
@@ -162,13 +181,10 @@ class ForwardPass {
     T* const to = pass_.layers[i].output.data();
     for (std::size_t k = 1; k < inputs.size(); ++k) {
       const std::size_t other = inputs[k];
-      if (graph_.is_whole(i, other)) {
+      if (graph_.is_whole(i, other))
         nn::add(output_of(other), to, size_of(i));
-      } else {
-        const std::size_t own = graph_.shapes[i].channels;
-        const std::size_t channels = graph_.shapes[other].channels;
-        copy_channels(output_of(other), channels, to, own, std::min(own, channels), pixels_of(i), true);
-      }
+      else
+        add_shared(pass_.images, graph_.shapes[other], output_of(other), graph_.shapes[i], to);
     }
     activate(i, to);
   }

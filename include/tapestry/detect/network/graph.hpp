@@ -37,9 +37,11 @@ struct Graph {
     return heads.empty() ? layer + 1 == config.layers.size() : is_head(config.layers[layer].kind);
   }
 
-  /// Whether shortcut i adds all channels of a value to all of its own, and not only those both have.
+  /// Whether shortcut i adds all of a value to all of its own, and not only channels and pixels that both
+  /// have.
   [[nodiscard]] bool is_whole(std::size_t i, std::size_t value) const {
-    return shapes[value].channels == shapes[i].channels;
+    const FeatureShape &own = shapes[i], &other = shapes[value];
+    return other.channels == own.channels && other.height == own.height && other.width == own.width;
   }
 
   [[nodiscard]] nn::ConvolutionShape convolution(std::size_t i) const {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -199,10 +200,16 @@ inline void check_head(const NetworkConfig& config, std::size_t index, const Fea
     case LayerKind::shortcut:
       for (const std::size_t source : layer.sources) {
         const FeatureShape& other = shapes[source];
-        if (other.height != shape.height || other.width != shape.width) {
-          throw misfit(config, index, "cannot add layers of different heights or widths",
-                       to_text(shape) + " as layer " + std::to_string(index - 1),
-                       to_text(other) + " of layer " + std::to_string(source));
+        const auto is_multiple = [](std::size_t a, std::size_t b) {
+          return std::max(a, b) % std::min(a, b) == 0;
+        };
+        if (!is_multiple(other.height, shape.height) || !is_multiple(other.width, shape.width) ||
+            other.height * shape.width != other.width * shape.height) {
+          throw misfit(
+              config, index,
+              "cannot add layers of which neither has a whole multiple of the other's height and width",
+              to_text(shape) + " as layer " + std::to_string(index - 1),
+              to_text(other) + " of layer " + std::to_string(source));
         }
       }
       break;
