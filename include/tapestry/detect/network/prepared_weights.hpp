@@ -133,9 +133,9 @@ class WeightCache {
   }
   void compare(const Array<T, 1>& parameters) {
     if (!is_watched_) return;
-    const bool is_same =
-        prepared_from_.size() == parameters.size() &&
-        std::memcmp(prepared_from_.data(), parameters.data(), parameters.size() * sizeof(T)) == 0;
+    const bool is_same = prepared_from_.size() == parameters.size() &&
+                         (parameters.size() == 0 || std::memcmp(prepared_from_.data(), parameters.data(),
+                                                                parameters.size() * sizeof(T)) == 0);
     if (is_same) return;
     clear();
     prepared_from_ = parameters;
