@@ -57,7 +57,7 @@ void reduce_tile(const ReduceArguments<T>& a) {
 
 /// out[x, c] = Σ_{y, t} products[row y, x + t, (y, t, c)] for P pixels and up to four channels c.
 template <class T, int P>
-inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out, bool is_last) {
+inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out) {
   typedef T Quad __attribute__((vector_size(4 * sizeof(T))));
   typedef T QuadMemory __attribute__((vector_size(4 * sizeof(T)), aligned(sizeof(T)), may_alias));
   Quad sum[P];
@@ -75,14 +75,15 @@ inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out, bo
   const auto is_channel = Quad{0, 1, 2, 3} < count;
   Quad bias{};
   for (std::size_t c = 0; c < a.channel_count && a.end.bias != nullptr; ++c) bias[c] = a.end.bias[c];
+  const T* const row_end = a.out + (a.pixel_count - 1) * a.out_pixel_step + a.channel_count;
 #pragma GCC unroll 4
   for (int p = 0; p < P; ++p, out += a.out_pixel_step) {
-    if (is_last && p + 1 == P) {  // what follows its channels may belong to another thread
+    if (row_end - out < 4) {  // what follows the row may belong to another thread
       for (std::size_t c = 0; c < a.channel_count; ++c) {
         const T value = sum[p][c] + bias[c] + (a.end.adds ? out[c] : T(0));
         out[c] = value > 0 ? value : value * a.end.slope;
       }
-      return;
+      continue;
     }
     const Quad before = *reinterpret_cast<const QuadMemory*>(out);
     Quad value = sum[p] + bias;
@@ -96,10 +97,8 @@ template <class T>
 void gather_row(const GatherArguments<T>& a) {
   std::size_t x = 0;
   T* out = a.out;
-  for (; x + 4 <= a.pixel_count; x += 4, out += 4 * a.out_pixel_step)
-    gather_pixels<T, 4>(a, x, out, x + 4 == a.pixel_count);
-  for (; x < a.pixel_count; ++x, out += a.out_pixel_step)
-    gather_pixels<T, 1>(a, x, out, x + 1 == a.pixel_count);
+  for (; x + 4 <= a.pixel_count; x += 4, out += 4 * a.out_pixel_step) gather_pixels<T, 4>(a, x, out);
+  for (; x < a.pixel_count; ++x, out += a.out_pixel_step) gather_pixels<T, 1>(a, x, out);
 }
 
 #include <tapestry/nn/depthwise_kernels.inl>
