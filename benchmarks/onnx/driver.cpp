@@ -53,7 +53,8 @@ struct Variant {
   if (!options.onnxruntime.empty())
     all.push_back({"peer:ONNX Runtime",
                    false,
-                   {found_program("node"), TAPESTRY_ONNXRUNTIME_WORKER, fs::absolute(options.onnxruntime)}});
+                   {found_program("node"), TAPESTRY_SOURCE "/benchmarks/onnx/peers/onnxruntime_worker.mjs",
+                    fs::absolute(options.onnxruntime)}});
   return all;
 }
 
