@@ -169,13 +169,16 @@ void run(const Options& options) {
       score(comparison, rivals, reference, folders);
       print(comparison);
       Panel panel{name, thread_title(comparison.threads)};
-      for (const Result& result : comparison.results)
-        if (result.seconds) panel.points.push_back(point_of(result, 1e-9, 1 / *result.seconds));
+      for (std::size_t i = 0; i < rivals.size(); ++i) {
+        const Result& result = comparison.results[i];
+        if (!result.seconds || rivals[i].wants_gradient) continue;  // more work than a forward pass
+        panel.points.push_back(point_of(result, 1e-9, 1 / *result.seconds));
+      }
       panels.push_back(panel);
       results.insert(results.end(), comparison.results.begin(), comparison.results.end());
     }
   }
-  write_results(folders, "onnx", "ONNX networks: pictures a second against error", results, panels,
+  write_results(folders, "onnx", "ONNX networks, forward: pictures a second against error", results, panels,
                 options.threads.size());
 }
 

@@ -1,18 +1,16 @@
-// Draws a data set of street scenes around any car: frames to optimise on and frames held out, each its own
-// scene.
+// Puts any car into street scenes or photographs: frames to optimise on and frames held out.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <iostream>
 #include <numbers>
 #include <string>
-#include <system_error>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/colour.hpp>
+#include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
@@ -24,9 +22,9 @@
 #include "../scenes/vehicle.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/program.hpp"
+#include "shell/run_folder.hpp"
 
 namespace {
-namespace fs = std::filesystem;
 using namespace tapestry;
 using namespace tapestry::shell;
 
@@ -119,7 +117,7 @@ scenes::Vehicle load_vehicle(const Options& options) {
                              ? std::vector<std::string>{"body"}
                              : options.material;
   auto painted = selected_faces(options.mesh, loaded.mesh, materials, options.faces, warnings);
-  for (const std::string& warning : warnings) std::cerr << "warning: " << warning << '\n';
+  print_warnings(warnings);
   try {
     return scenes::stand_on_ground(std::move(loaded.mesh), std::move(painted), options.length);
   } catch (const DomainError& error) {
@@ -127,13 +125,18 @@ scenes::Vehicle load_vehicle(const Options& options) {
   }
 }
 
+/// The index-th of `count` equal sectors of a turn, radians.
+std::pair<double, double> sector(std::size_t index, std::size_t count) {
+  const double step = 2 * std::numbers::pi / static_cast<double>(count);
+  return {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
+}
+
 /// The scene of a frame: views spread evenly around the car, all else at random.
 scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle& vehicle, std::size_t index,
                                    std::size_t count, Random& random) {
-  const double step = 2 * std::numbers::pi / static_cast<double>(count);
   scenes::SceneOptions scene;
   scene.vehicle = &vehicle;
-  scene.azimuth_rad = {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
+  scene.azimuth_rad = sector(index, count);
   scene.elevation_deg = options.elevation;
   scene.fov_deg = options.fov;
   if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
@@ -144,19 +147,10 @@ scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle
 
 /// The photographs of a folder, sorted by name. \throws FileError unless there are at least two
 std::vector<std::string> photographs(const std::string& folder) {
-  std::vector<std::string> paths;
-  std::error_code failure;
-  for (const auto& entry : fs::directory_iterator(folder, failure)) {
-    const std::string ending = entry.path().extension().string();
-    if (ending == ".png" || ending == ".jpg" || ending == ".jpeg" || ending == ".JPG")
-      paths.push_back(entry.path().string());
-  }
-  if (failure)
-    throw FileError(ErrorKind::malformed, {folder, "", "cannot read the folder: " + failure.message()});
+  auto paths = io::listed_paths(folder, io::has_picture_name);
   if (paths.size() < 2)
     throw FileError(ErrorKind::mismatch, {folder, "", "too few photographs to hold some out",
                                           "at least 2 (.png, .jpg)", std::to_string(paths.size())});
-  std::sort(paths.begin(), paths.end());
   return paths;
 }
 
@@ -174,13 +168,12 @@ std::vector<std::string> share_of(const std::vector<std::string>& paths, const O
 
 io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle, const std::string& path,
                               std::size_t index, std::size_t count, Random& random) {
-  const double step = 2 * std::numbers::pi / static_cast<double>(count);
   scenes::PhotographOptions scene;
   scene.camera_height_m = options.camera_height;
   scene.pitch_deg = options.camera_pitch;
   scene.fov_deg = random.uniform(options.fov.first, options.fov.second);
   if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
-  scene.yaw_rad = {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
+  scene.yaw_rad = sector(index, count);
   const auto photograph =
       scenes::resized_photograph(image::from_bytes<float>(io::read_image(path)), options.size);
   const auto make = [&](Random& numbers) {
@@ -200,7 +193,7 @@ void write_frames(const Options& options, const scenes::Vehicle& vehicle, bool h
   const auto pictures = options.backgrounds.empty()
                             ? std::vector<std::string>()
                             : share_of(photographs(options.backgrounds), options, held_out);
-  fs::create_directories(folder);
+  make_writable_folder(folder);
   parallel_for(count, [&](std::size_t index) {
     Random random = Random(options.seed).fork(held_out ? 12 : 11).fork(index);
     io::Frame frame =

@@ -149,6 +149,7 @@
 #include <tapestry/io/face_list_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/float_formats.hpp>
+#include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>

@@ -36,7 +36,7 @@ rm photographs/[bc].png
 expect_exit 4 "one photograph" frames --backgrounds photographs --output one
 expect_error_line "photographs: too few photographs .*expected at least 2.*found 1"
 expect_exit 3 "no folder" frames --backgrounds nowhere --output nowhere
-expect_error_line "nowhere: cannot read the folder"
+expect_error_line "nowhere: cannot list the folder"
 expect_exit 2 "heights of a street's camera" frames --backgrounds photographs --elevation 1 2 --output mixed
 
 expect_exit 4 "a car of hundreds of metres" frames --mesh centimetres.obj --material body --output long

@@ -66,8 +66,9 @@ class Objective {
   }
 
   /// Lets another detector, in which the car has this class, count as much as those before: an ensemble,
-  /// whose adversarial terms are means. It must outlive the objective. \throws DomainError as the
-  /// constructor; ShapeError if it takes pictures of other extents than the first
+  /// whose adversarial terms are means. It must outlive the objective.
+  ///
+  /// \throws DomainError as the constructor; ShapeError if it takes pictures of other extents than the first
   void join(const detect::Detector<T>& detector, std::size_t class_index) {
     loss::require_raw_logits("objective", detector.heads());
     detect::require_class("objective", detector.heads(), class_index);

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
-#include <system_error>
 #include <tapestry/core/error.hpp>
+#include <tapestry/io/folder_listing.hpp>
 #include <utility>
 #include <vector>
 
@@ -28,15 +28,8 @@ inline std::string numeric_order_key(const std::string& path) {
 /// The .npz files of a folder in order of their names, numbers by value: data2 before data10.
 /// \throws FileError: malformed (not a readable folder), mismatch (no .npz file in it)
 [[nodiscard]] inline std::vector<std::string> frame_paths(const std::string& folder) {
-  std::vector<std::string> paths;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error))
-    if (entry->path().extension() == ".npz") paths.push_back(entry->path().string());
-  if (error) {
-    throw FileError(ErrorKind::malformed,
-                    {.path = folder, .what = "cannot list the folder: " + error.message()});
-  }
+  auto paths =
+      listed_paths(folder, [](const std::filesystem::path& path) { return path.extension() == ".npz"; });
   if (paths.empty()) throw FileError(ErrorKind::mismatch, {.path = folder, .what = "holds no frame (*.npz)"});
   std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
     return std::pair(detail::numeric_order_key(a), a) < std::pair(detail::numeric_order_key(b), b);

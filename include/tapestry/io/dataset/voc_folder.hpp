@@ -12,6 +12,7 @@
 #include <tapestry/io/dataset/dataset.hpp>
 #include <tapestry/io/dataset/xml_reader.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>
 #include <vector>
@@ -119,16 +120,7 @@ namespace detail {
 
 /// The .xml files of a folder, in order of their names.
 [[nodiscard]] inline std::vector<std::string> xml_paths(const std::string& folder) {
-  namespace fs = std::filesystem;
-  std::vector<std::string> paths;
-  std::error_code error;
-  fs::directory_iterator entry(folder, error);
-  for (; !error && entry != fs::directory_iterator(); entry.increment(error))
-    if (entry->path().extension() == ".xml") paths.push_back(entry->path().string());
-  if (error)
-    throw FileError(ErrorKind::malformed, {folder, "", "cannot list the folder: " + error.message()});
-  std::sort(paths.begin(), paths.end());
-  return paths;
+  return listed_paths(folder, [](const std::filesystem::path& path) { return path.extension() == ".xml"; });
 }
 
 /// Numbers the classes in order of their names.
@@ -159,9 +151,8 @@ inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::
 /// are in order of their names.
 ///
 /// \param images  folder of the pictures; empty: JPEGImages beside Annotations, else that of the labels
-/// \throws FileError  malformed (a folder that cannot be listed), mismatch (no .xml, a picture that is
-/// missing
-///                    or has two labels); further as parse_voc() and read_text_file()
+/// \throws FileError  malformed (a folder that cannot be listed), mismatch (no .xml, a picture that
+///                    is missing or has two labels); further as parse_voc() and read_text_file()
 [[nodiscard]] inline Dataset read_voc(const std::string& folder, const std::string& images = "") {
   namespace fs = std::filesystem;
   constexpr std::uint64_t largest = std::uint64_t(4) << 20U;

@@ -12,6 +12,7 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/dataset/dataset.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>
 #include <vector>
@@ -76,14 +77,6 @@ namespace detail {
   return is_regular_file(other.string()) ? other.string() : "";
 }
 
-/// Whether a name ends as that of a picture that can be read.
-[[nodiscard]] inline bool has_picture_name(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-}
-
 /// Adds the next picture with its labels; none where it has no file of labels.
 /// \returns whether it has one
 inline bool add_yolo_picture(Dataset& dataset, const std::string& path, std::size_t class_count) {
@@ -119,17 +112,12 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
 ///                    further as parse_yolo_labels() and read_text_file()
 [[nodiscard]] inline Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
   namespace fs = std::filesystem;
-  std::error_code error;
+  std::error_code ignored;
   const std::string images = folder + "/images";
-  const std::string from = fs::is_directory(images, error) ? images : folder;
-  std::vector<std::string> paths;
-  fs::directory_iterator entry(from, error);
-  for (; !error && entry != fs::directory_iterator(); entry.increment(error))
-    if (detail::has_picture_name(entry->path())) paths.push_back(entry->path().string());
-  if (error) throw FileError(ErrorKind::malformed, {from, "", "cannot list the folder: " + error.message()});
+  const std::string from = fs::is_directory(images, ignored) ? images : folder;
+  const auto paths = listed_paths(from, has_picture_name);
   if (paths.empty())
     throw FileError(ErrorKind::mismatch, {from, "", "no pictures", ".png, .jpg or .jpeg files", "none"});
-  std::sort(paths.begin(), paths.end());
   Dataset dataset;
   std::size_t labelled = 0;
   for (const auto& path : paths)

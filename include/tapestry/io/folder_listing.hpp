@@ -1,0 +1,36 @@
+#pragma once
+#include <algorithm>
+#include <cctype>
+#include <concepts>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+namespace tapestry::io {
+
+/// Paths of a folder's entries that `accepts` takes, sorted.
+/// \throws FileError (malformed) if the folder cannot be listed
+template <std::predicate<const std::filesystem::path&> Accepts>
+[[nodiscard]] std::vector<std::string> listed_paths(const std::string& folder, Accepts accepts) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error))
+    if (accepts(entry->path())) paths.push_back(entry->path().string());
+  if (error)
+    throw FileError(ErrorKind::malformed, {folder, "", "cannot list the folder: " + error.message()});
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+/// Whether a name ends as that of a picture that can be read.
+[[nodiscard]] inline bool has_picture_name(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+}
+
+}  // namespace tapestry::io
