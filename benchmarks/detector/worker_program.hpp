@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
-#include <fstream>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <utility>
 #include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
+#include "../support/numbers_file.hpp"
 #include "../support/serve.hpp"
 #include "decisions.hpp"
 #include "problem.hpp"
@@ -43,10 +43,7 @@ inline void append(std::vector<float>& all, const float* values, std::size_t cou
 }
 
 inline void write_answer(const std::string& path, const Answer& answer) {
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(answer.values.data()),
-             static_cast<std::streamsize>(4 * answer.values.size()));
-  if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
+  write_numbers(path, answer.values);
   if (!answer.decisions.chosen.empty()) write_decisions(decisions_path(path), answer.decisions);
 }
 

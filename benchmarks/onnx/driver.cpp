@@ -106,7 +106,7 @@ void score(Comparison& comparison, const std::vector<Variant>& rivals, GraphRun<
     if (!contestant.failure.empty()) continue;
     const std::string path = answer_path(folders, comparison.threads, i);
     const double error = relative_distance(
-        read_floats(path), rivals[i].wants_gradient ? reference.gradient() : reference.outputs());
+        read_numbers<float>(path), rivals[i].wants_gradient ? reference.gradient() : reference.outputs());
     fs::remove(path);
     if (!(error < largest_rounding)) {
       contestant.failure = "computes something else: an error of " + formatted("%.1e", error);
@@ -148,7 +148,7 @@ void run(const Options& options) {
   std::vector<float> picture(3 * options.size * options.size);
   Random random(1);
   for (float& value : picture) value = static_cast<float>(255 * random.uniform());
-  write_floats(problem.input, picture);
+  write_numbers(problem.input, picture);
   for (const std::string& model : options.models) {
     const std::string name = fs::path(model).stem().string() + "-" + std::to_string(options.size);
     if (!std::regex_search(name, std::regex(options.case_pattern))) continue;

@@ -19,7 +19,7 @@ class GraphRun {
   /// \param simplifies  see nn::Network
   explicit GraphRun(const NetworkOptions& options, bool simplifies = true)
       : network_(read(options, simplifies)) {
-    for (const float value : read_floats(options.input)) picture_.push_back(static_cast<T>(value));
+    for (const float value : read_numbers<float>(options.input)) picture_.push_back(static_cast<T>(value));
     picture_.resize(picture_.size() + 128 / sizeof(T));  // may be read past the end
     for (std::size_t i = 0; i < network_.output_count(); ++i)
       weightings_.push_back(weighting<T>(nn::size_of(network_.output_shape(i))));

@@ -1,15 +1,12 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstddef>
-#include <cstring>
-#include <fstream>
 #include <string>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
+#include "../support/numbers_file.hpp"
 #include "../support/serve.hpp"
 
 namespace tapestry::benchmarks {
@@ -31,21 +28,6 @@ template <class T>
   std::vector<T> weights(count);
   for (T& weight : weights) weight = static_cast<T>(random.normal());
   return weights;
-}
-
-/// Floats of a file that a program wrote.
-[[nodiscard]] inline std::vector<float> read_floats(const std::string& path) {
-  const auto bytes = io::read_file(path);
-  std::vector<float> values(bytes.size() / sizeof(float));
-  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
-  return values;
-}
-
-inline void write_floats(const std::string& path, const std::vector<float>& values) {
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(values.data()),
-             static_cast<std::streamsize>(sizeof(float) * values.size()));
-  if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
 }
 
 /// The main function of a program that runs one library on one network.

@@ -20,7 +20,7 @@ class TapestryNetwork {
     if (wants_gradient_) run_.adjoint();
   }
   void save(const std::string& path) {
-    write_floats(path, wants_gradient_ ? run_.gradient() : run_.outputs());
+    write_numbers(path, wants_gradient_ ? run_.gradient() : run_.outputs());
   }
 
  private:

@@ -2,12 +2,12 @@
 #include <CLI/CLI.hpp>
 #include <concepts>
 #include <cstddef>
-#include <fstream>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
+#include "../support/numbers_file.hpp"
 #include "../support/serve.hpp"
 #include "scene.hpp"
 
@@ -45,9 +45,7 @@ class RendererEngine {
   { return renderer_.working_mib(); }
   void save(const std::string& path) {
     const std::vector<float> answer = renderer_.first_answer();
-    std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(answer.data()), static_cast<std::streamsize>(4 * answer.size()));
-    if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
+    write_numbers(path, answer);
   }
 
  private:

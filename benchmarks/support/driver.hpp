@@ -3,18 +3,17 @@
 #include <algorithm>
 #include <csignal>
 #include <cstddef>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <regex>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <utility>
 #include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "figure.hpp"
+#include "numbers_file.hpp"
 #include "result.hpp"
 #include "rounds.hpp"
 
@@ -88,15 +87,6 @@ struct Folders {
 [[nodiscard]] inline Point point_of(const Result& result, double least, double speed) {
   const bool peer = is_peer(result.variant);
   return {peer ? result.variant.substr(5) : result.variant, std::max(*result.error, least), speed, peer};
-}
-
-/// The numbers of an answer that a worker saved.
-template <class T>
-[[nodiscard]] std::vector<T> read_numbers(const std::string& path) {
-  const auto bytes = io::read_file(path);
-  std::vector<T> values(bytes.size() / sizeof(T));
-  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
-  return values;
 }
 
 /// Writes a figure, unless it would be empty, and says where it is.

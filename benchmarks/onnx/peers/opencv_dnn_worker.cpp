@@ -13,7 +13,7 @@ namespace {
 class OpenCvNetwork {
  public:
   explicit OpenCvNetwork(const NetworkOptions& options)
-      : network_(cv::dnn::readNetFromONNX(options.model)), values_(read_floats(options.input)) {
+      : network_(cv::dnn::readNetFromONNX(options.model)), values_(read_numbers<float>(options.input)) {
     if (options.wants_gradient) throw Error(ErrorKind::usage, "OpenCV has no gradient");
     cv::setNumThreads(options.threads);
     network_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
@@ -35,7 +35,7 @@ class OpenCvNetwork {
     std::vector<float> values;
     for (const cv::Mat& output : outputs_)
       values.insert(values.end(), output.ptr<float>(), output.ptr<float>() + output.total());
-    write_floats(path, values);
+    write_numbers(path, values);
   }
 
  private:
