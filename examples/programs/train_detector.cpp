@@ -29,6 +29,7 @@
 #include "shell/progress.hpp"
 #include "shell/settings.hpp"
 #include "shell/stop_signal.hpp"
+#include "shell/trained_network.hpp"
 
 namespace {
 using namespace tapestry;
@@ -102,32 +103,10 @@ Start starting_network(const Options& options) {
     initialise(network, options.seed);
     return {std::move(network), io::read_text_file(options.cfg)};
   }
-  std::string own_cfg;
-  if (io::is_safetensors(options.weights)) {
-    const io::DetectorFile file(options.weights);
-    if (file.metadata().is_folded)
-      throw FileError(ErrorKind::mismatch,
-                      {options.weights, "", "batch normalisation is folded into the weights",
-                       "a detector to train, as convert_weights writes without --fold"});
-    own_cfg = file.metadata().cfg;
-  }
+  const std::string cfg = trainable_cfg(options.cfg, options.weights);
   auto loaded = io::read_network<float>(options.cfg, options.weights, options.size, options.size);
   print_warnings(loaded.warnings);
-  return {std::move(loaded.network), options.cfg.empty() ? own_cfg : io::read_text_file(options.cfg)};
-}
-
-/// Writes the network in the form that the file's name asks for.
-void save(const detect::Network<float>& network, const std::string& cfg, const std::string& path) {
-  if (!path.ends_with(".safetensors")) {
-    io::write_weight_file(path, network);
-    return;
-  }
-  io::DetectorMetadata metadata;
-  metadata.cfg = cfg;
-  metadata.images_seen = network.images_seen();
-  metadata.batch_norm_epsilon = network.config().batch_norm_epsilon;
-  metadata.decode = detect::decode_family_of(network.config());
-  io::write_detector_file(path, metadata, network.parameters(), network.config().name);
+  return {std::move(loaded.network), cfg};
 }
 
 /// A kind of held-out view: main cars that show at least 40 % of themselves, with one kind of paint.
@@ -166,7 +145,7 @@ Validation validate(const detect::Network<float>& network, const std::vector<Lab
   Array<float, 4> batch(Extents<4>{1, size, size, 3});
   Validation result;
   for (const LabelledScene& scene : scenes) {
-    put_into_batch(scene, 0, false, {1, 1, 1}, batch);
+    put_into_batch(scene, 0, {}, batch);
     network.forward(batch, pass);
     detect::require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
     const auto detections =
@@ -204,14 +183,6 @@ void print_validation(const detect::Network<float>& network, const std::vector<H
   std::fflush(stdout);
 }
 
-double scheduled_rate(const Options& options, std::size_t step) {
-  constexpr double warm_up = 200, floor = 0.01;
-  const double at = static_cast<double>(step + 1);
-  const double turned = std::numbers::pi * at / static_cast<double>(options.steps);
-  return options.learning_rate * std::min(1.0, at / warm_up) *
-         (floor + (1 - floor) * (1 + std::cos(turned)) / 2);
-}
-
 /// The network with what a step needs, kept from step to step.
 class Trainer {
  public:
@@ -234,7 +205,7 @@ class Trainer {
       throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
     tape_.reverse(terms.total);
     network_.update_running_statistics(*pass_, 0.03);
-    adam_.set_learning_rate(scheduled_rate(options_, index));
+    adam_.set_learning_rate(warm_cosine_rate(options_.learning_rate, index, options_.steps, 200));
     adam_.step(network_.parameters(), parameters.adjoint());
     network_.set_images_seen(network_.images_seen() + options_.batch);
     return {static_cast<double>(terms.box.value()), static_cast<double>(terms.objectness.value()),
@@ -299,14 +270,14 @@ int train(const CLI::App& app, const char* program, const Options& options) {
             duration_text(seconds / static_cast<double>(done) * static_cast<double>(options.steps - done)) +
             " left",
         done == options.steps);
-    if (done % options.save_every == 0) save(network, start.cfg, options.output);
+    if (done % options.save_every == 0) save_network(network, start.cfg, options.output);
     if (done % options.validate_every == 0 && done < options.steps) {
       std::printf("after step %zu, loss %.3f\n", done, smoothed);
       print_validation(network, sets);
     }
   }
   if (done == 0) StopSignal::throw_if_arrived();
-  if (done > 0) save(network, start.cfg, options.output);
+  if (done > 0) save_network(network, start.cfg, options.output);
   if (done < options.steps && StopSignal::arrived()) {
     std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
                  command_to_go_on(app, program, options, done).c_str());

@@ -71,6 +71,7 @@
 #include <tapestry/core/thread_pool.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
+#include <tapestry/detect/batch_norm_folding_variable.hpp>
 #include <tapestry/detect/bin_distribution.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>

@@ -28,28 +28,9 @@
 #include "step_log.hpp"
 #include "stop_signal.hpp"
 #include "survey_watch.hpp"
+#include "texture_training.hpp"
 
 namespace tapestry::shell {
-
-/// Drawn scenes are many and quick; frames may be few, or too many for more than the paper's five passes.
-inline std::size_t default_epochs(std::size_t views, bool drawn) {
-  return drawn ? 20 : std::max<std::size_t>(5, block_count(2400, views));
-}
-
-inline Array<float, 2> start_texture(const OptimisationSettings& settings, const raster::PaintedMesh& car) {
-  const std::size_t count = car.layout.texel_count(car.mesh);
-  if (settings.start == "zero") return zeros<float, 2>({count, 3});
-  if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
-  Random random = Random(settings.seed).fork(0x7374617274ULL);
-  return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
-}
-
-/// The texels between which smoothness counts steps; null where it counts them in pictures.
-inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const OptimisationSettings& settings,
-                                                               const raster::PaintedMesh& car) {
-  if (settings.smooth_over != "texture") return nullptr;
-  return std::make_shared<const Array<float, 2>>(raster::used_texels<float>(car));
-}
 
 /// One run in its folder.
 class CamouflageRun {
@@ -123,22 +104,15 @@ class CamouflageRun {
   [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
 
   [[nodiscard]] std::vector<std::string> input_paths() const {
-    std::vector<std::string> paths{options_.scene.mesh};
-    const auto& detector = options_.detector;
-    for (const auto& optional :
-         {detector.cfg, detector.weights, detector.detector, detector.names, options_.scene.faces})
-      if (!optional.empty()) paths.push_back(optional);
+    auto paths = shell::input_paths(options_.scene, options_.detector, inputs_.frames);
     const auto& ensemble = options_.optimisation.ensemble;
     paths.insert(paths.end(), ensemble.begin(), ensemble.end());
-    paths.insert(paths.end(), inputs_.frames.test.begin(), inputs_.frames.test.end());
-    if (inputs_.frames.held_out)
-      paths.insert(paths.end(), inputs_.frames.train.begin(), inputs_.frames.train.end());
     return paths;
   }
 
   /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
   void open_folder() {
-    const Json manifest = make_manifest(settings_json(options_), options_.optimisation.seed,
+    const Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
                                         inputs_.frames.held_out, input_paths());
     settings_ = identity_text(manifest);
     if (options_.resume)
@@ -148,20 +122,7 @@ class CamouflageRun {
   }
 
   void restore(camouflage::Training<float>& training) {
-    const std::string name = path("checkpoint.npz");
-    if (!is_there(name, ErrorKind::malformed)) return;  // stopped before the first one
-    auto checkpoint = camouflage::read_checkpoint<float>(name);
-    if (checkpoint.settings != settings_)
-      throw Error(ErrorKind::in_use, name + ": belongs to a run with other settings");
-    if (checkpoint.state.parameter.shape() != training.parameter().shape())
-      throw FileError(ErrorKind::mismatch, {name, "", "its texture has another size than the run's",
-                                            std::to_string(training.parameter().shape(0)) + " texels",
-                                            std::to_string(checkpoint.state.parameter.shape(0))});
-    if (checkpoint.state.step > training.step_count())
-      throw FileError(ErrorKind::mismatch, {name, "", "more steps taken than the run has",
-                                            "at most " + std::to_string(training.step_count()),
-                                            std::to_string(checkpoint.state.step)});
-    training.restore(std::move(checkpoint.state));
+    restore_training(path("checkpoint.npz"), settings_, training);
     saved_steps_ = training.steps_taken();
   }
 

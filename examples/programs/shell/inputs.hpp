@@ -193,6 +193,18 @@ struct Inputs {
   std::vector<std::string> warnings;
 };
 
+/// Every file that a run reads for its car, its detector and its frames.
+inline std::vector<std::string> input_paths(const SceneSettings& scene, const DetectorSettings& detector,
+                                            const FrameLists& frames) {
+  std::vector<std::string> paths{scene.mesh};
+  for (const auto& optional :
+       {detector.cfg, detector.weights, detector.detector, detector.names, scene.faces})
+    if (!optional.empty()) paths.push_back(optional);
+  paths.insert(paths.end(), frames.test.begin(), frames.test.end());
+  if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
+  return paths;
+}
+
 /// Frames that come with the programs show the bundled sedan, whatever mesh is given.
 inline std::vector<std::string> warnings_about(const SceneSettings& scene) {
   const BundledAssets bundled;

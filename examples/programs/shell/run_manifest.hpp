@@ -16,10 +16,11 @@ namespace tapestry::shell {
 
 inline std::string manifest_path(const std::string& folder) { return folder + "/manifest.json"; }
 
+/// \param program      whose run it is
 /// \param input_paths  every file that the run reads
-inline Json make_manifest(const Json& settings, std::uint64_t seed, bool held_out,
+inline Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out,
                           const std::vector<std::string>& input_paths) {
-  return {{"program", "camouflage"},
+  return {{"program", program},
           {"version", TAPESTRY_VERSION_TEXT},
           {"compiler", __VERSION__},
           {"seed", seed},
@@ -35,14 +36,15 @@ inline std::string identity_text(const Json& manifest) {
 
 /// Versions that differ in their last number only know each other's runs.
 /// \throws FileError (mismatch) for the run of another program or version
-inline void require_same_program(const Json& manifest, const std::string& folder) {
+inline void require_same_program(const std::string& program, const Json& manifest,
+                                 const std::string& folder) {
   const auto text = [&](const char* name) {
     const auto found = manifest.find(name);
     return found != manifest.end() && found->is_string() ? found->get<std::string>() : std::string();
   };
-  if (text("program") != "camouflage")
-    throw FileError(ErrorKind::mismatch, {manifest_path(folder), "", "the run of another program",
-                                          "camouflage", in_quotes(text("program"))});
+  if (text("program") != program)
+    throw FileError(ErrorKind::mismatch, {manifest_path(folder), "", "the run of another program", program,
+                                          in_quotes(text("program"))});
   const std::string own = TAPESTRY_VERSION_TEXT;
   const std::string found = text("version");
   if (found.substr(0, found.rfind('.')) != own.substr(0, own.rfind('.')))
@@ -52,7 +54,7 @@ inline void require_same_program(const Json& manifest, const std::string& folder
 
 /// Reads the manifest of the run in a folder.
 /// \throws FileError: malformed (not the manifest of a run), mismatch (of another program or version)
-inline Json read_manifest(const std::string& folder) {
+inline Json read_manifest(const std::string& folder, const std::string& program = "camouflage") {
   const Json manifest = read_json_file(manifest_path(folder));
   const auto is_input = [](const Json& input) {
     return input.is_object() && input.contains("path") && input["path"].is_string();
@@ -61,7 +63,7 @@ inline Json read_manifest(const std::string& folder) {
   if (!inputs.is_array() || !std::all_of(inputs.begin(), inputs.end(), is_input) ||
       !manifest.contains("options"))
     throw FileError(ErrorKind::malformed, {manifest_path(folder), "", "not the manifest of a run"});
-  require_same_program(manifest, folder);
+  require_same_program(program, manifest, folder);
   return manifest;
 }
 
@@ -78,7 +80,7 @@ inline std::string names_of_missing(const Json& some, const Json& others) {
 
 /// \throws Error (in_use) unless the run in a folder has the inputs of this manifest
 inline void require_same_inputs(const Json& manifest, const std::string& folder) {
-  const Json saved = read_manifest(folder);
+  const Json saved = read_manifest(folder, manifest.value("program", std::string()));
   std::string changed = names_of_missing(manifest["inputs"], saved["inputs"]);
   if (changed.empty()) changed = names_of_missing(saved["inputs"], manifest["inputs"]);
   if (!changed.empty())

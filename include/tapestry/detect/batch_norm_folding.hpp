@@ -1,8 +1,10 @@
 #pragma once
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <string>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
@@ -18,6 +20,16 @@ namespace tapestry::detect {
   for (LayerConfig& layer : config.layers) layer.batch_normalize = false;
   return config;
 }
+
+namespace detail {
+/// How many parameters are left when batch normalisation is folded.
+[[nodiscard]] inline std::size_t folded_count(const ParameterLayout& layout) {
+  std::size_t count = 0;
+  for (const ParameterBlock& block : layout.blocks)
+    if (block.role == ParameterRole::bias || block.role == ParameterRole::weight) count += block.count;
+  return count;
+}
+}  // namespace detail
 
 /// The parameters of without_batch_norm(config) that give the same outputs: with f = γ/√(σ² + ε) of each
 /// filter, weights f·w and biases β − f·μ. They are worked out in double and rounded once, as Network does
@@ -58,6 +70,47 @@ template <std::floating_point T>
     }
   }
   return array_of(folded);
+}
+
+/// Adds (∂folded/∂parameters)ᵀ · folded_adjoint to parameters_adjoint, the running means and variances being
+/// constants, which get nothing; arguments otherwise as in fold_batch_norm().
+///
+///   w̄ += f · f̄w    γ̄ += (Σ w · f̄w − μ · f̄b) / √(σ² + ε)    β̄ += f̄b
+///
+/// with f̄w and f̄b the adjoints of a filter's folded weights and bias. Sums over a filter are taken in double.
+///
+/// \param folded_adjoint  in the order of the folded network's layout
+/// \throws ShapeError     for an adjoint of another length
+template <std::floating_point T>
+void fold_batch_norm_adjoint(const NetworkConfig& config, const ParameterLayout& layout,
+                             const Array<T, 1>& parameters, const Array<T, 1>& folded_adjoint,
+                             Array<T, 1>& parameters_adjoint) {
+  require_shape("fold_batch_norm_adjoint", "folded_adjoint", folded_adjoint, {detail::folded_count(layout)});
+  require_shape("fold_batch_norm_adjoint", "parameters_adjoint", parameters_adjoint, parameters.shape());
+  std::size_t from = 0;
+  for (const ParameterBlock& block : layout.blocks) {
+    if (block.role != ParameterRole::bias && block.role != ParameterRole::weight) continue;
+    const LayerConfig& layer = config.layers[block.layer];
+    const ConvolutionParameters& own = layout.layers[block.layer];
+    const std::size_t filter_size = block.count / layer.filters;
+    for (std::size_t m = 0; m < layer.filters; ++m) {
+      const bool is_weight = block.role == ParameterRole::weight;
+      const double factor = layer.batch_normalize && is_weight
+                                ? detail::folded_factor(parameters, own, m, config.batch_norm_epsilon)
+                                : 1;
+      double factor_adjoint = 0;
+      for (std::size_t i = m * filter_size; i < (m + 1) * filter_size; ++i, ++from) {
+        const auto adjoint = static_cast<double>(folded_adjoint[from]);
+        parameters_adjoint[block.offset + i] += static_cast<T>(factor * adjoint);
+        factor_adjoint += adjoint * (is_weight ? static_cast<double>(parameters[block.offset + i])
+                                               : -static_cast<double>(parameters[own.mean + m]));
+      }
+      if (layer.batch_normalize)
+        parameters_adjoint[own.scale + m] +=
+            static_cast<T>(factor_adjoint / std::sqrt(static_cast<double>(parameters[own.variance + m]) +
+                                                      config.batch_norm_epsilon));
+    }
+  }
 }
 
 }  // namespace tapestry::detect

@@ -1,0 +1,179 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <utility>
+#include <vector>
+
+#include "command_line.hpp"
+#include "file_status.hpp"
+#include "problem_list.hpp"
+#include "run_manifest.hpp"
+#include "settings.hpp"
+
+namespace tapestry::shell {
+
+/// How a detector is hardened, and how paints are optimised against it.
+struct HardenSettings {
+  std::size_t rounds = 16;
+  std::size_t attack_steps = 100;
+  std::size_t steps = 120;
+  std::size_t pictures = 16;
+  double painted = 0.5;
+  double weight_rate = 0.001;
+  std::size_t clean_scenes = 600;
+  std::size_t test_scenes = 200;
+  std::size_t epochs = 0;
+  std::string loss = "max_score";
+  double smoothness = 1;
+  std::size_t batch = 8;
+  double learning_rate = 0.1;
+  std::uint64_t seed = 1;
+};
+
+template <class Visit>
+void visit_settings(HardenSettings& s, Visit visit) {
+  visit("rounds", s.rounds, "rounds, each with a paint of its own");
+  visit("attack-steps", s.attack_steps,
+        "steps of a round's paint before the weights move; later it takes one with each of theirs");
+  visit("steps", s.steps, "steps of the weights in a round");
+  visit("pictures", s.pictures, "pictures a step of the weights");
+  visit("painted", s.painted, "share of these pictures that show a painted car, 0 to 1");
+  visit("weight-rate", s.weight_rate,
+        "Adam's learning rate of the weights, at its highest: it rises for 50 steps, then falls as a cosine "
+        "over all rounds");
+  visit("clean-scenes", s.clean_scenes,
+        "street scenes drawn with labels to learn from, for detectors of the classes car, van and clutter; "
+        "others learn from clean views alone");
+  visit("test-scenes", s.test_scenes, "such scenes held out, for average precision before and after");
+  visit("epochs", s.epochs,
+        "passes over the training views of each attack that is measured; 0: 20 over drawn scenes; over "
+        "frames enough to show 2400, at least 5");
+  visit("loss", s.loss, "adversarial loss of the paints: paper, as_coded or max_score");
+  visit("smoothness-weight", s.smoothness, "weight of the paints' smoothness term, in units of 1e-4");
+  visit("batch", s.batch, "views a step of a paint");
+  visit("learning-rate", s.learning_rate, "Adam's learning rate of the paints");
+  visit("seed", s.seed, "what all paints, orders and draws follow from");
+}
+
+/// What the program harden is asked for.
+struct HardenOptions {
+  SceneSettings scene;
+  DetectorSettings detector;
+  HardenSettings harden;
+  std::string output;
+  int threads = 0;
+  std::size_t checkpoint_steps = 50;
+  std::size_t keep_mib = 4096;
+  bool resume = false;
+  bool quick = false;
+};
+
+inline void describe(CLI::App& app, HardenOptions& options) {
+  add_options(app, options.scene);
+  add_options(app, options.detector);
+  add_options(app, options.harden);
+  app.add_option("--output", options.output, "run folder; runs/harden-001, -002, ... when left out");
+  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it")
+      ->capture_default_str();
+  app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints")
+      ->capture_default_str();
+  app.add_option("--keep-mib", options.keep_mib,
+                 "memory for prepared views, MiB; those beyond are prepared anew")
+      ->capture_default_str();
+  app.add_flag("--resume", options.resume,
+               "go on with the run in --output; settings not given are taken from it");
+  app.add_flag("--quick", options.quick,
+               "a small budget for a first look, where no other is given: 80 scenes, 4 short rounds");
+}
+
+/// What decides the result of a run, under the names of the options.
+inline Json settings_json(const HardenOptions& options) {
+  Json json = Json::object();
+  add_json(json, options.scene);
+  add_json(json, options.detector);
+  add_json(json, options.harden);
+  return json;
+}
+
+inline void require_sound(const HardenSettings& s, ProblemList& list) {
+  list.require(s.rounds >= 1 && s.rounds <= 1000, "--rounds must be 1 to 1000");
+  list.require(s.steps >= 1 && s.steps <= 1000000, "--steps must be 1 to 1000000");
+  list.require(s.attack_steps <= 1000000, "--attack-steps must be at most 1000000");
+  list.require(s.pictures >= 1 && s.pictures <= 1024, "--pictures must be 1 to 1024");
+  list.require(s.painted >= 0 && s.painted <= 1, "--painted lies in 0 to 1");
+  list.require(s.weight_rate > 0, "--weight-rate must be above 0");
+  list.require(s.clean_scenes <= 100000, "--clean-scenes must be at most 100000");
+  list.require(s.test_scenes <= 100000, "--test-scenes must be at most 100000");
+  list.require(s.epochs <= 1000000, "--epochs must be at most 1000000");
+  list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
+  list.require(s.smoothness >= 0, "--smoothness-weight must be at least 0");
+  list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(s.learning_rate > 0, "--learning-rate must be above 0");
+}
+
+/// Of a run to resume, the settings come from its manifest and are checked there.
+inline void require_sound(const HardenOptions& options, ProblemList& list) {
+  require_sound_thread_count(options.threads, list);
+  list.require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
+  list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
+  if (options.resume) return;
+  require_sound(options.scene, list);
+  require_sound(options.detector, list);
+  require_sound(options.harden, list);
+}
+
+/// The budget of --quick for what was not given.
+inline void adopt_quick(const CLI::App& app, HardenOptions& options) {
+  const auto set = [&](const char* option, std::size_t& value, std::size_t quick) {
+    if (app.get_option(option)->count() == 0) value = quick;
+  };
+  if (options.scene.frames.empty()) set("--scenes", options.scene.scenes, 80);
+  set("--texels", options.scene.texels, 32);
+  set("--rounds", options.harden.rounds, 4);
+  set("--attack-steps", options.harden.attack_steps, 40);
+  set("--steps", options.harden.steps, 40);
+  set("--clean-scenes", options.harden.clean_scenes, 60);
+  set("--test-scenes", options.harden.test_scenes, 40);
+  set("--epochs", options.harden.epochs, 20);
+}
+
+inline camouflage::ObjectiveOptions objective_options(const HardenSettings& s, std::size_t class_index) {
+  camouflage::ObjectiveOptions objective;
+  objective.kind = loss::adversarial_loss_by_name(s.loss);
+  objective.smoothness = s.smoothness;
+  objective.class_index = class_index;
+  return objective;
+}
+
+/// Takes the settings of a run to resume from its folder.
+inline void adopt_run(const CLI::App& app, HardenOptions& options) {
+  if (options.output.empty()) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
+  const std::string path = manifest_path(options.output);
+  if (!is_there(path, ErrorKind::malformed))
+    throw FileError(ErrorKind::malformed, {path, "", "no run to resume: the file is missing"});
+  const Json saved = read_manifest(options.output, "harden");
+  std::vector<std::string> differing;
+  adopt_saved(app, saved["options"], path, options.scene, differing);
+  adopt_saved(app, saved["options"], path, options.detector, differing);
+  adopt_saved(app, saved["options"], path, options.harden, differing);
+  if (differing.empty()) return;
+  std::string list;
+  for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
+  throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
+}
+
+/// What to type to go on; settings come from the manifest.
+inline std::string resume_command(const CLI::App& app, const char* program, const HardenOptions& options) {
+  std::vector<std::string> words{program, "--resume", "--output", options.output};
+  std::vector<std::string> from_manifest{"resume", "output", "quick"};
+  const Json settings = settings_json(options);
+  for (const auto& setting : settings.items()) from_manifest.push_back(setting.key());
+  for (auto& word : given_options(app, from_manifest)) words.push_back(std::move(word));
+  return shell_line(words);
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,190 @@
+#pragma once
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/training.hpp>
+#include <tapestry/detect/batch_norm_folding_variable.hpp>
+#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/loss/yolo_training_variable.hpp>
+#include <tapestry/optim/adam.hpp>
+#include <utility>
+#include <vector>
+
+#include "harden_options.hpp"
+#include "hardening_pictures.hpp"
+#include "hardening_state.hpp"
+#include "trained_network.hpp"
+
+namespace tapestry::shell {
+
+/// What a hardening needs beside the detector; all of it must outlive it.
+struct HardeningScene {
+  const raster::PaintedMesh& car;
+  camouflage::ViewStore<float>& store;
+  const std::vector<std::size_t>& usable;  ///< the store's views that show the car
+  const CleanSource& clean;
+  std::size_t class_index;
+};
+
+/// Adversarial training of a detector against car paint, in rounds. Each round begins a fresh paint, which
+/// camouflage::Training optimises against the detector as it is; then the weights learn from clean pictures
+/// and from views with this and other paints, see draw_paint(), while the paint takes a step with each of
+/// theirs, so that it stays the answer to the detector of the moment.
+///
+/// Source: Madry et al., "Towards deep learning models resistant to adversarial attacks" (ICLR 2018), whose
+/// inner maximum over small perturbations of each picture is here one over a texture that all views share.
+///
+/// Batch normalisation keeps its running statistics, see detect::fold_batch_norm() on the tape; its shifts
+/// and scales learn. Statistics of a batch would mix those of clean and painted pictures, which differ (Xie
+/// et al., "Adversarial examples improve image recognition", CVPR 2020), and would make the detector that
+/// learns another one than that which is attacked and used, whose statistics are the running ones.
+class Hardening {
+ public:
+  /// \param detector  is changed; the others must outlive the hardening
+  Hardening(detect::Network<float>& detector, const HardenSettings& settings, HardeningScene scene)
+      : detector_(detector),
+        folded_(detect::without_batch_norm(detector.config()), detector.input_height(),
+                detector.input_width()),
+        settings_(settings),
+        scene_(scene),
+        objective_(detector, objective_options(settings, scene.class_index)),
+        adam_(detector.layout().count, {settings.weight_rate}),
+        batch_(scene.store, scene.usable, scene.clean, settings.pictures, settings.painted) {
+    state_.parameters = std::as_const(detector).parameters();
+    state_.adam = adam_.state();
+    begin_round();
+  }
+
+  [[nodiscard]] std::size_t step_count() const {
+    return settings_.rounds * (settings_.attack_steps + settings_.steps);
+  }
+  [[nodiscard]] std::uint64_t steps_taken() const { return state_.done; }
+  [[nodiscard]] bool finished() const { return state_.done >= step_count(); }
+  [[nodiscard]] const std::vector<HardeningStep>& history() const { return state_.history; }
+
+  /// A copy of everything a checkpoint needs; also what read_hardening() compares one with.
+  [[nodiscard]] HardeningState state() const {
+    HardeningState state = state_;
+    state.parameters = std::as_const(detector_).parameters();
+    state.adam = adam_.state();
+    auto training = training_->state();
+    state.paint = std::move(training.parameter);
+    state.attack = std::move(training.adam);
+    return state;
+  }
+
+  /// \throws FileError (mismatch) for a state that no run of these settings comes to
+  void restore(const std::string& path, HardeningState state) {
+    const std::uint64_t of_round = settings_.attack_steps + settings_.steps;
+    const std::uint64_t round = state.done / of_round, within = state.done % of_round;
+    if (state.done > step_count())
+      throw FileError(ErrorKind::mismatch, {path, "", "more steps taken than the run has",
+                                            std::to_string(step_count()), std::to_string(state.done)});
+    detail::require_size(path, "paints", round, state.paints.size());
+    const std::uint64_t learnt = within > settings_.attack_steps ? within - settings_.attack_steps : 0;
+    detail::require_size(path, "history", round * settings_.steps + learnt, state.history.size());
+    detail::require_size(path, "adam_step", state.history.size(), state.adam.step);
+    detector_.parameters() = state.parameters;
+    adam_.restore(state.adam);
+    for (const auto& paint : state.paints) pool_.add(scene_.car, paint, settings_.seed);
+    state_ = std::move(state);
+    count_images();
+    begin_round();
+    if (within > 0) {
+      detail::require_size(path, "attack_step", within, state_.attack.step);
+      training_->restore({state_.paint, state_.attack, within, {}});
+    }
+  }
+
+  /// A step of the paint and, once the paint has had its start, one of the weights.
+  /// \throws NumericError if a loss or a gradient is not finite
+  void step() {
+    const std::uint64_t within = state_.done % (settings_.attack_steps + settings_.steps);
+    training_->step();
+    if (within >= settings_.attack_steps) learn();
+    ++state_.done;
+    if (within + 1 < settings_.attack_steps + settings_.steps) return;
+    state_.paints.push_back(camouflage::texture_colours(training_->parameter()));
+    pool_.add(scene_.car, state_.paints.back(), settings_.seed);
+    if (!finished()) begin_round();
+  }
+
+  /// One line that says how far it is.
+  [[nodiscard]] std::string progress_text() const {
+    const std::size_t of_round = settings_.attack_steps + settings_.steps;
+    const HardeningStep last = state_.history.empty() ? HardeningStep{} : state_.history.back();
+    char text[160];
+    std::snprintf(text, sizeof text, "round %zu of %zu, step %llu of %zu: detector's loss %.3f, paint's %.3f",
+                  std::min<std::size_t>(state_.done / of_round + 1, settings_.rounds), settings_.rounds,
+                  static_cast<unsigned long long>(state_.done), step_count(), last.total,
+                  objective_.terms().total);
+    return text;
+  }
+
+ private:
+  /// A fresh paint, mid grey and random in turns, in a fresh order of the views.
+  void begin_round() {
+    const std::uint64_t round = state_.done / (settings_.attack_steps + settings_.steps);
+    Random random = Random(settings_.seed).fork(0x726F756E64ULL).fork(round);
+    const std::size_t texels = scene_.car.layout.texel_count(scene_.car.mesh);
+    auto start = zeros<float, 2>({texels, 3});
+    if (round % 2 == 1)
+      start = camouflage::parameter_of_colours(camouflage::random_colours<float>(texels, random));
+    camouflage::TrainingOptions options;
+    options.batch = settings_.batch;
+    options.seed = random.bits();
+    options.adam.learning_rate = settings_.learning_rate;
+    training_.emplace(objective_, scene_.store, scene_.usable, std::move(start), options);
+  }
+
+  void learn() {
+    const std::size_t index = state_.history.size();
+    batch_.fill(Random(settings_.seed).fork(0x6C6561726EULL).fork(index),
+                camouflage::texture_colours(training_->parameter()), pool_);
+    tape_.clear();
+    const auto scope = tape_.activate();
+    const ArrayVariable<float, 4> images = batch_.images();
+    const auto parameters = tape_.input(std::as_const(detector_).parameters());
+    const auto folded = detect::fold_batch_norm(detector_.config(), detector_.layout(), parameters);
+    const auto terms =
+        loss::yolo_training(folded_, detect::forward(folded_, images, folded, pass_), batch_.truths());
+    if (!std::isfinite(terms.total.value()))
+      throw NumericError("harden: the detector's loss in step " + std::to_string(state_.done + 1) +
+                         " is not finite");
+    tape_.reverse(terms.total);
+    adam_.set_learning_rate(
+        warm_cosine_rate(settings_.weight_rate, index, settings_.rounds * settings_.steps, 50));
+    adam_.step(detector_.parameters(), parameters.adjoint());
+    const auto number = [](const Variable<float>& term) { return static_cast<double>(term.value()); };
+    state_.history.push_back({number(terms.box), number(terms.objectness), number(terms.classification),
+                              number(terms.total), objective_.terms().total});
+    count_images();
+  }
+
+  void count_images() {
+    detector_.set_images_seen(images_before_ + state_.history.size() * settings_.pictures);
+  }
+
+  detect::Network<float>& detector_;
+  detect::Network<float> folded_;  ///< what learns: the same function without batch normalisation
+  HardenSettings settings_;
+  HardeningScene scene_;
+  camouflage::Objective<float> objective_;
+  std::uint64_t images_before_ = detector_.images_seen();
+  optim::Adam<float> adam_;
+  MixedBatch batch_;
+  PaintPool pool_;
+  HardeningState state_;  ///< but for what detector_, adam_ and training_ hold
+  std::optional<camouflage::Training<float>> training_;
+  std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
+  Tape<float> tape_;
+};
+
+}  // namespace tapestry::shell

@@ -1,0 +1,169 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <vector>
+
+#include "report.hpp"
+
+namespace tapestry::shell {
+
+/// One detector in the same held-out views.
+struct DetectorFindings {
+  std::string name;                         ///< undefended or hardened
+  std::vector<evaluate::Measurement> rows;  ///< by picture, see hardening_rows()
+  std::optional<double> ap50{};             ///< AP at IoU ≥ 0.5 on clean drawn scenes, mean over classes
+};
+
+/// What a hardening bought.
+struct HardeningReport {
+  DetectorFindings undefended, hardened;
+  std::size_t views = 0;
+  std::size_t test_scenes = 0;
+  bool held_out = false;
+  double seconds = 0;
+  Json options;
+};
+
+/// The rows of a detector's table, in order, with what each picture shows.
+inline const std::vector<std::pair<std::string, std::string>>& hardening_rows() {
+  static const std::vector<std::pair<std::string, std::string>> rows{
+      {"photo", "the untouched frame"},
+      {"clean", "the car in its own colours, rendered"},
+      {"transfer", "a paint optimised against the undefended detector"},
+      {"transfer noise", "noise matched to that paint"},
+      {"adaptive", "a fresh paint optimised against this very detector, with one seed and budget for both"},
+      {"adaptive noise", "noise matched to that paint"},
+      {"random", "random noise"}};
+  return rows;
+}
+
+inline const evaluate::Measurement& row_of(const DetectorFindings& detector, const std::string& name) {
+  for (const auto& row : detector.rows)
+    if (row.name == name) return row;
+  throw DomainError("hardening report: no row " + name);
+}
+
+/// Points of P@0.5 that the hardened detector finds more under its adaptive attack than the undefended one
+/// under its own, and the same of clean renders; intervals by paired bootstrap over the views.
+struct HardeningGain {
+  evaluate::Effect adaptive, clean;
+};
+
+inline HardeningGain gain_of(const HardeningReport& report) {
+  const auto gain = [&](const char* row) {
+    return evaluate::effect_beyond(row_of(report.hardened, row), row_of(report.undefended, row));
+  };
+  return {gain("adaptive"), gain("clean")};
+}
+
+inline std::string gain_text(const HardeningReport& report) {
+  const HardeningGain gain = gain_of(report);
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "hardened minus undefended: P@0.5 under the adaptive attack %+.1f points [%.1f, %.1f], clean "
+                "%+.1f points [%.1f, %.1f]",
+                100 * gain.adaptive.p_at_50.mean, 100 * gain.adaptive.p_at_50.interval[0],
+                100 * gain.adaptive.p_at_50.interval[1], 100 * gain.clean.p_at_50.mean,
+                100 * gain.clean.p_at_50.interval[0], 100 * gain.clean.p_at_50.interval[1]);
+  return text;
+}
+
+inline std::string precision_text(const HardeningReport& report) {
+  if (!report.undefended.ap50 || !report.hardened.ap50) return {};
+  char text[200];
+  std::snprintf(text, sizeof text, "AP at IoU 0.5 on %zu clean drawn scenes: undefended %.3f, hardened %.3f",
+                report.test_scenes, *report.undefended.ap50, *report.hardened.ap50);
+  return text;
+}
+
+inline std::string views_text(const HardeningReport& report) {
+  return std::to_string(report.views) +
+         (report.held_out ? " held-out views" : " views, the same that were trained on");
+}
+
+/// The table as it is printed.
+inline std::string hardening_text(const HardeningReport& report) {
+  std::string text = views_text(report) + "; P@0.5 (95 %), mean best confidence\n";
+  char line[200];
+  std::snprintf(line, sizeof line, "  %-15s %-32s %s\n", "", "undefended", "hardened");
+  text += line;
+  for (const auto& [name, what] : hardening_rows()) {
+    std::array<char[64], 2> cells;
+    const std::array detectors{&report.undefended, &report.hardened};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto& row = row_of(*detectors[i], name);
+      std::snprintf(cells[i], sizeof cells[i], "%5.1f %% (%.1f to %.1f)  %.3f", 100 * row.rate.p_at_50,
+                    100 * row.rate.interval[0], 100 * row.rate.interval[1], row.mean_best_confidence);
+    }
+    std::snprintf(line, sizeof line, "  %-15s %-32s %s\n", name.c_str(), cells[0], cells[1]);
+    text += line;
+  }
+  text += "  " + gain_text(report) + "\n";
+  if (const auto precision = precision_text(report); !precision.empty()) text += "  " + precision + "\n";
+  return text;
+}
+
+inline std::string hardening_markdown(const HardeningReport& report) {
+  std::string text = "# Hardening a detector\n\nMeasured on " + views_text(report) +
+                     ". P@0.5 with its 95 % interval (Wilson), and the mean best confidence.\n\n"
+                     "| picture | undefended | | hardened | |\n|---|---|---|---|---|\n";
+  for (const auto& [name, what] : hardening_rows()) {
+    text += "| " + name + ": " + what;
+    for (const auto* detector : {&report.undefended, &report.hardened}) {
+      const auto& row = row_of(*detector, name);
+      char cells[96];
+      std::snprintf(cells, sizeof cells, " | %.1f %% [%.1f, %.1f] | %.3f", 100 * row.rate.p_at_50,
+                    100 * row.rate.interval[0], 100 * row.rate.interval[1], row.mean_best_confidence);
+      text += cells;
+    }
+    text += " |\n";
+  }
+  text += "\n" + gain_text(report) + " (paired bootstrap over the views).\n";
+  if (const auto precision = precision_text(report); !precision.empty()) text += "\n" + precision + ".\n";
+  return text;
+}
+
+/// One line a detector and picture, for other programs: shares and confidences in 0 to 1.
+inline std::string hardening_csv(const HardeningReport& report) {
+  std::string text =
+      "detector,picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence\n";
+  char line[200];
+  for (const auto* detector : {&report.undefended, &report.hardened})
+    for (const auto& row : detector->rows) {
+      std::snprintf(line, sizeof line, "%s,%s,%zu,%zu,%.9g,%.9g,%.9g,%.9g\n", detector->name.c_str(),
+                    row.name.c_str(), row.rate.views, row.rate.detected, row.rate.p_at_50,
+                    row.rate.interval[0], row.rate.interval[1], row.mean_best_confidence);
+      text += line;
+    }
+  return text;
+}
+
+inline Json json_of(const DetectorFindings& detector) {
+  Json rows = Json::object();
+  for (const auto& row : detector.rows) rows[row.name] = json_of(row);
+  return {{"pictures", rows}, {"ap50", detector.ap50 ? Json(*detector.ap50) : Json()}};
+}
+
+inline Json hardening_json(const HardeningReport& report) {
+  const HardeningGain gain = gain_of(report);
+  const auto json = [](const evaluate::Effect& effect) {
+    Json differences = json_of(effect);
+    differences.erase("beyond");
+    return differences;
+  };
+  return {{"undefended", json_of(report.undefended)},
+          {"hardened", json_of(report.hardened)},
+          {"gain", {{"adaptive", json(gain.adaptive)}, {"clean", json(gain.clean)}}},
+          {"held_out", report.held_out},
+          {"test_scenes", report.test_scenes},
+          {"seconds", report.seconds},
+          {"peak_mib", peak_mib()},
+          {"options", report.options}};
+}
+
+}  // namespace tapestry::shell

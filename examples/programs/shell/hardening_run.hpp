@@ -1,0 +1,239 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <iostream>
+#include <string>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <utility>
+#include <vector>
+
+#include "harden_options.hpp"
+#include "hardening.hpp"
+#include "hardening_report.hpp"
+#include "inputs.hpp"
+#include "program.hpp"
+#include "progress.hpp"
+#include "run_folder.hpp"
+#include "run_manifest.hpp"
+#include "scene_precision.hpp"
+#include "step_log.hpp"
+#include "stop_signal.hpp"
+#include "survey_watch.hpp"
+#include "texture_training.hpp"
+
+namespace tapestry::shell {
+
+/// One run of harden in its folder: the rounds, then the attacks that are measured, then the report. Each
+/// part leaves a checkpoint of its own, so that a run goes on after any death.
+class HardeningRun {
+ public:
+  /// \param cfg  text that the hardened detector is written with
+  HardeningRun(HardenOptions options, Inputs inputs, std::string cfg, std::string resume_command)
+      : options_(std::move(options)),
+        inputs_(std::move(inputs)),
+        cfg_(std::move(cfg)),
+        resume_command_(std::move(resume_command)),
+        undefended_(dynamic_cast<const detect::Network<float>&>(*inputs_.detector.network)),
+        hardened_(undefended_.cast<float>()),
+        train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
+        test_(inputs_.car.painted, store_settings(),
+              frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)) {
+    hardened_.set_images_seen(undefended_.images_seen());
+  }
+
+  /// \returns the exit code
+  int execute() {
+    try {
+      run();
+      return 0;
+    } catch (const Stopped&) {
+      const bool has_begun = is_there(manifest_path(options_.output), ErrorKind::write);
+      std::cerr << '\n' << (has_begun ? "stopped" : "stopped before the first step; nothing was written");
+      if (has_begun) std::cerr << ". Resume with\n  " << resume_command_;
+      std::cerr << '\n';
+      return StopSignal::exit_code();
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Colours = Array<float, 2>;
+
+  void run() {
+    const auto start = Clock::now();
+    print_warnings(inputs_.warnings);
+    std::vector<std::string> warnings;
+    usable_train_ = views_with_car(train_, warnings);
+    usable_test_ = inputs_.frames.held_out ? views_with_car(test_, warnings) : usable_train_;
+    print_warnings(warnings);
+    if (usable_train_.empty() || usable_test_.empty())
+      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
+    if (options_.harden.epochs == 0)
+      options_.harden.epochs = default_epochs(usable_train_.size(), inputs_.frames.drawn > 0);
+    open_folder();
+    harden();
+    Random seeds = Random(options_.harden.seed).fork(0x61747461636BULL);
+    const std::uint64_t transfer_seed = seeds.bits(), fresh_seed = seeds.bits();
+    const Colours transfer = attack("transfer", "undefended", undefended_, transfer_seed);
+    const Colours on_undefended = attack("adaptive_undefended", "undefended", undefended_, fresh_seed);
+    const Colours on_hardened = attack("adaptive_hardened", "hardened", hardened_, fresh_seed);
+    report(transfer, on_undefended, on_hardened, start);
+  }
+
+  [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
+    return {undefended_.input_height(), undefended_.input_width(), options_.scene.samples,
+            options_.keep_mib << 20U, inputs_.detector.fit};
+  }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
+
+  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
+  void open_folder() {
+    const Json manifest =
+        make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out,
+                      input_paths(options_.scene, options_.detector, inputs_.frames));
+    identity_ = identity_text(manifest);
+    if (options_.resume)
+      require_same_inputs(manifest, options_.output);
+    else
+      write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
+  }
+
+  /// Drawn scenes have labels for these classes only.
+  [[nodiscard]] bool knows_scenes() const {
+    return inputs_.detector.names == std::vector<std::string>{"car", "van", "clutter"} &&
+           undefended_.input_height() == undefended_.input_width();
+  }
+
+  [[nodiscard]] std::vector<scenes::LabelledScene> scenes_of(std::uint64_t stream, std::size_t count) const {
+    if (!knows_scenes()) return {};
+    return draw_scenes(Random(options_.harden.seed).fork(stream), count, undefended_.input_width());
+  }
+
+  void harden() {
+    const CleanSource clean{scenes_of(0x636C65616EULL, options_.harden.clean_scenes),
+                            camouflage::own_colours<float>(inputs_.car.painted),
+                            view_truths(undefended_, inputs_.class_index, train_, usable_train_,
+                                        options_.detector.confidence, options_.detector.nms)};
+    Hardening hardening(hardened_, options_.harden,
+                        {inputs_.car.painted, train_, usable_train_, clean, inputs_.class_index});
+    const std::string checkpoint = path("checkpoint.npz");
+    if (options_.resume && is_there(checkpoint, ErrorKind::malformed))
+      hardening.restore(checkpoint, read_hardening(checkpoint, identity_, hardening.state()));
+    const auto save = [&] { write_hardening(checkpoint, hardening.state(), identity_); };
+    take_steps(hardening, save, [&] { return "hardening: " + hardening.progress_text(); });
+    write_text(path("history.csv"), hardening_history(hardening.history()));
+    save_network(hardened_, cfg_, path("hardened.safetensors"));
+  }
+
+  /// Takes what steps are left, and saves every so often, at the end and when a signal arrives.
+  /// \param work  a camouflage::Training or a Hardening
+  /// \throws Stopped after saving
+  template <class Work, class Save, class Text>
+  void take_steps(Work& work, Save save, Text text) {
+    ProgressLine progress;
+    const auto start = Clock::now();
+    const auto first = static_cast<double>(work.steps_taken());
+    while (!work.finished()) {
+      work.step();
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      const auto done = static_cast<double>(work.steps_taken());
+      const double left = static_cast<double>(work.step_count()) - done;
+      progress.show(text() + ", " + duration_text(seconds / (done - first) * left) + " left",
+                    work.finished());
+      const bool is_due =
+          work.finished() || StopSignal::arrived() || work.steps_taken() % options_.checkpoint_steps == 0;
+      if (is_due) save();
+      StopSignal::throw_if_arrived();
+    }
+  }
+
+  /// Optimises a paint against a detector by the budget of --epochs.
+  /// \returns its colours
+  Colours attack(const std::string& name, const std::string& detector_name,
+                 const detect::Network<float>& detector, std::uint64_t seed) {
+    camouflage::Objective<float> objective(detector, objective_options(options_.harden, inputs_.class_index));
+    camouflage::TrainingOptions options;
+    options.epochs = options_.harden.epochs;
+    options.batch = options_.harden.batch;
+    options.seed = seed;
+    options.adam.learning_rate = options_.harden.learning_rate;
+    const std::size_t texels = inputs_.car.painted.layout.texel_count(inputs_.car.painted.mesh);
+    camouflage::Training<float> training(objective, train_, usable_train_, zeros<float, 2>({texels, 3}),
+                                         options);
+    const std::string checkpoint = path(name + ".npz");
+    if (options_.resume) restore_training(checkpoint, identity_, training);
+    take_steps(
+        training, [&] { camouflage::write_checkpoint(checkpoint, training.state(), identity_); },
+        [&] {
+          char text[160];
+          std::snprintf(text, sizeof text, "attacking the %s detector (%s): step %llu of %zu, loss %.3f",
+                        detector_name.c_str(), name.c_str(),
+                        static_cast<unsigned long long>(training.steps_taken()), training.step_count(),
+                        objective.terms().total);
+          return std::string(text);
+        });
+    auto colours = camouflage::texture_colours(training.parameter());
+    io::write_image(path(name + ".png"), camouflage::atlas_of<float>(inputs_.car.painted, colours));
+    return colours;
+  }
+
+  [[nodiscard]] DetectorFindings findings(const std::string& name, const detect::Network<float>& detector,
+                                          const Colours& transfer, const Colours& adaptive,
+                                          const std::vector<scenes::LabelledScene>& test_scenes) {
+    auto& store = inputs_.frames.held_out ? test_ : train_;
+    const auto& car = inputs_.car.painted;
+    const std::uint64_t seed = options_.harden.seed;
+    const Colours clean = camouflage::own_colours<float>(car);
+    const auto noise_of = [&](const Colours& paint) {
+      return evaluate::matched_controls(car, paint, seed).front().colours;
+    };
+    const Colours transfer_noise = noise_of(transfer), adaptive_noise = noise_of(adaptive);
+    const Colours random = evaluate::plain_controls<float>(clean.shape(0), seed).front().colours;
+    const std::vector<const Colours*> shown{nullptr,   &clean,          &transfer, &transfer_noise,
+                                            &adaptive, &adaptive_noise, &random};
+    evaluate::Meter<float> meter(detector, inputs_.class_index,
+                                 {options_.detector.confidence, options_.detector.nms});
+    SurveyWatch watch(meter, shown.size() * usable_test_.size());
+    DetectorFindings found{name, {}, {}};
+    for (std::size_t i = 0; i < shown.size(); ++i)
+      found.rows.push_back(
+          evaluate::measure(hardening_rows()[i].first, meter, store, usable_test_, shown[i], watch));
+    if (!test_scenes.empty()) found.ap50 = scene_precision(detector, options_.detector.nms, test_scenes);
+    return found;
+  }
+
+  void report(const Colours& transfer, const Colours& on_undefended, const Colours& on_hardened,
+              Clock::time_point start) {
+    const auto test_scenes = scenes_of(0x74657374ULL, options_.harden.test_scenes);
+    HardeningReport report;
+    report.undefended = findings("undefended", undefended_, transfer, on_undefended, test_scenes);
+    report.hardened = findings("hardened", hardened_, transfer, on_hardened, test_scenes);
+    report.views = usable_test_.size();
+    report.test_scenes = test_scenes.size();
+    report.held_out = inputs_.frames.held_out;
+    report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    report.options = settings_json(options_);
+    const std::string text = hardening_text(report);
+    write_text(path("report.txt"), text);
+    write_text(path("report.md"), hardening_markdown(report));
+    write_text(path("metrics.csv"), hardening_csv(report));
+    write_text(path("metrics.json"), report_text(hardening_json(report)));
+    std::cout << text << "hardened detector: " << path("hardened.safetensors")
+              << "\nreport: " << path("report.md") << '\n';
+  }
+
+  HardenOptions options_;
+  Inputs inputs_;
+  std::string cfg_, resume_command_;
+  const detect::Network<float>& undefended_;
+  detect::Network<float> hardened_;
+  camouflage::ViewStore<float> train_, test_;
+  std::vector<std::size_t> usable_train_, usable_test_;
+  std::string identity_;
+};
+
+}  // namespace tapestry::shell

@@ -1,0 +1,61 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/used_texels.hpp>
+#include <utility>
+
+#include "file_status.hpp"
+#include "settings.hpp"
+
+namespace tapestry::shell {
+
+// What programs share that optimise a texture: how it begins, for how long, and from where it goes on.
+
+/// Drawn scenes are many and quick; frames may be few, or too many for more than the paper's five passes.
+inline std::size_t default_epochs(std::size_t views, bool drawn) {
+  return drawn ? 20 : std::max<std::size_t>(5, block_count(2400, views));
+}
+
+inline Array<float, 2> start_texture(const OptimisationSettings& settings, const raster::PaintedMesh& car) {
+  const std::size_t count = car.layout.texel_count(car.mesh);
+  if (settings.start == "zero") return zeros<float, 2>({count, 3});
+  if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
+  Random random = Random(settings.seed).fork(0x7374617274ULL);
+  return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
+}
+
+/// The texels between which smoothness counts steps; null where it counts them in pictures.
+inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const OptimisationSettings& settings,
+                                                               const raster::PaintedMesh& car) {
+  if (settings.smooth_over != "texture") return nullptr;
+  return std::make_shared<const Array<float, 2>>(raster::used_texels<float>(car));
+}
+
+/// Goes on from a checkpoint, if there is one yet.
+/// \param identity  of the run, see identity_text()
+/// \throws Error (in_use) for the checkpoint of another run; FileError (mismatch) for one that cannot be of
+///         this training
+inline void restore_training(const std::string& path, const std::string& identity,
+                             camouflage::Training<float>& training) {
+  if (!is_there(path, ErrorKind::malformed)) return;
+  auto checkpoint = camouflage::read_checkpoint<float>(path);
+  if (checkpoint.settings != identity)
+    throw Error(ErrorKind::in_use, path + ": belongs to a run with other settings");
+  if (checkpoint.state.parameter.shape() != training.parameter().shape())
+    throw FileError(ErrorKind::mismatch, {path, "", "its texture has another size than the run's",
+                                          std::to_string(training.parameter().shape(0)) + " texels",
+                                          std::to_string(checkpoint.state.parameter.shape(0))});
+  if (checkpoint.state.step > training.step_count())
+    throw FileError(ErrorKind::mismatch, {path, "", "more steps taken than the run has",
+                                          "at most " + std::to_string(training.step_count()),
+                                          std::to_string(checkpoint.state.step)});
+  training.restore(std::move(checkpoint.state));
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,56 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <string>
+#include <tapestry/detect/decode_family.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/network_file.hpp>
+
+namespace tapestry::shell {
+
+// What programs share that train a Darknet detector.
+
+/// The text of the cfg that weights to be trained belong to: that of the file `cfg` or, where none is named,
+/// the one within a converted detector.
+/// \throws FileError (mismatch) if batch normalisation is folded into the weights
+inline std::string trainable_cfg(const std::string& cfg, const std::string& weights) {
+  std::string own_cfg;
+  if (io::is_safetensors(weights)) {
+    const io::DetectorFile file(weights);
+    if (file.metadata().is_folded)
+      throw FileError(ErrorKind::mismatch, {weights, "", "batch normalisation is folded into the weights",
+                                            "a detector to train, as convert_weights writes without --fold"});
+    own_cfg = file.metadata().cfg;
+  }
+  return cfg.empty() ? own_cfg : io::read_text_file(cfg);
+}
+
+/// Writes the network in the form that the file's name asks for: a detector with its cfg, or Darknet weights.
+inline void save_network(const detect::Network<float>& network, const std::string& cfg,
+                         const std::string& path) {
+  if (!path.ends_with(".safetensors")) {
+    io::write_weight_file(path, network);
+    return;
+  }
+  io::DetectorMetadata metadata;
+  metadata.cfg = cfg;
+  metadata.images_seen = network.images_seen();
+  metadata.batch_norm_epsilon = network.config().batch_norm_epsilon;
+  metadata.decode = detect::decode_family_of(network.config());
+  io::write_detector_file(path, metadata, network.parameters(), network.config().name);
+}
+
+/// The learning rate of a step, counted from 0: it rises evenly over the first `warm_up` steps and falls as
+/// half a cosine over all, to a hundredth of `highest`.
+inline double warm_cosine_rate(double highest, std::size_t step, std::size_t steps, double warm_up) {
+  constexpr double floor = 0.01;
+  const double at = static_cast<double>(step + 1);
+  const double turned = std::numbers::pi * at / static_cast<double>(steps);
+  return highest * std::min(1.0, at / warm_up) * (floor + (1 - floor) * (1 + std::cos(turned)) / 2);
+}
+
+}  // namespace tapestry::shell
