@@ -7,14 +7,15 @@
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/io/npz_file.hpp>
 
 #include "shell/dataset_evaluation.hpp"
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
+#include "shell/protocol/run.hpp"
 #include "shell/report.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
+#include "shell/run_texture.hpp"
 #include "shell/settings.hpp"
 #include "shell/survey_watch.hpp"
 
@@ -27,6 +28,7 @@ struct Options {
   SceneSettings scene;
   DetectorSettings detector;
   DatasetSettings dataset;
+  ProtocolSettings protocol;
   std::vector<double> sweep{0.05, 0.1, 0.25, 0.5, 0.75};
   std::string output;
   std::uint64_t seed = 1;
@@ -42,10 +44,13 @@ void describe(CLI::App& app, Options& options) {
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.dataset);
+  add_options(app, options.protocol, protocol_help());
   app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
       ->capture_default_str();
-  app.add_option("--output", options.output,
-                 "folder for metrics.json, metrics.csv and contact sheets; nothing is written when left out");
+  app.add_option(
+      "--output", options.output,
+      "folder for metrics.json, metrics.csv and contact sheets, or for the files of --protocol, which goes "
+      "on there when it was interrupted; nothing is written when left out");
   app.add_option("--seed", options.seed, "seed of the random controls; that of a run gives its own again")
       ->capture_default_str();
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
@@ -69,8 +74,10 @@ void adopt_run(const CLI::App& app, Options& options) {
 }
 
 /// What was asked for, once the run's settings are adopted.
-void require_sound(const Options& options) {
+void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
+  require_protocol_options(app, options.protocol, options.clean_only, list);
+  require_sound(options.protocol, protocol_names(), list);
   require_sound(options.scene, list);
   require_sound(options.detector, list);
   require_sound_thread_count(options.threads, list);
@@ -80,21 +87,6 @@ void require_sound(const Options& options) {
   if (!options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
     throw Error(ErrorKind::in_use,
                 options.output + " holds a run, whose metrics would be lost; give another --output");
-}
-
-/// The colours that a run ended with.
-Array<float, 2> read_colours(const std::string& path, std::size_t texel_count) {
-  auto colours = io::NpzFile::read(path).array<float, 2>("colours");
-  if (colours.shape(0) != texel_count || colours.shape(1) != 3)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "the texture does not fit the car",
-                     io::shape_text(std::vector<std::size_t>{texel_count, 3}),
-                     io::shape_text(std::vector<std::size_t>{colours.shape(0), colours.shape(1)})});
-  for (std::size_t i = 0; i < colours.size(); ++i)
-    if (!(colours.data()[i] >= 0 && colours.data()[i] <= 1))
-      throw FileError(ErrorKind::malformed, {path, "", "colour " + std::to_string(i), "a number in 0 to 1",
-                                             std::to_string(colours.data()[i])});
-  return colours;
 }
 
 /// Prints how often the car was found at each threshold of the sweep, and adds it to the metrics.
@@ -123,8 +115,11 @@ int run(const CLI::App& app, Options& options) {
   if (options.run.empty() && !options.clean_only)
     throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
   if (!options.run.empty()) adopt_run(app, options);
-  require_sound(options);
+  require_sound(app, options);
   if (options.threads > 0) limit_threads(options.threads);
+  if (!options.protocol.protocol.empty())
+    return evaluate_protocol({options.protocol, options.scene, options.detector,
+                              options.clean_only ? "" : options.run, options.seed, options.output});
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;
@@ -170,8 +165,8 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Measures how often a detector finds a car: the untouched photo, the clean car, a camouflage and the "
-      "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector. Or, "
-      "with "
+      "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector. "
+      "With --protocol, the same over renders from all around, or of a partly hidden car. Or, with "
       "--dataset, average precision on labelled pictures.");
   describe(app, options);
   return run_program(app, argc, argv, [&] { return run(app, options); });

@@ -106,9 +106,12 @@
 #include <tapestry/evaluate/matched_noise.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
+#include <tapestry/evaluate/occlusion.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/evaluate/shuffled_patches.hpp>
 #include <tapestry/evaluate/survey.hpp>
+#include <tapestry/evaluate/views.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>

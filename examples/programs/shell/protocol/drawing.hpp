@@ -1,0 +1,162 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace tapestry::shell {
+
+/// A part of a figure, in coordinates of its own.
+struct Panel {
+  double width = 0;
+  double height = 0;
+  std::string svg;
+};
+
+/// Panels side by side, as many as there is room for, above a legend.
+struct Figure {
+  std::string title;
+  std::vector<Panel> panels;
+  Panel legend;
+  std::size_t columns = 1;  ///< of the panels in a picture of their own; a page wraps them
+};
+
+/// Colours for light and dark pages. What lies on a coloured cell has the same colour on both.
+inline constexpr const char* figure_style = R"(svg text { font: 12px sans-serif; fill: #24292f }
+svg .heading { font-size: 15px; font-weight: bold } svg .title { font-size: 13px; font-weight: bold }
+svg .muted { fill: #57606a } svg .middle { text-anchor: middle } svg .end { text-anchor: end }
+svg .value { font-size: 10px } svg .on-dark { fill: #fff } svg .on-light { fill: #14181d }
+svg .paper { fill: #fff } svg .cell { stroke: #fff; stroke-width: 1 }
+svg .none { fill: #eceff2; stroke: #fff } svg .ink { stroke: #24292f; fill: none }
+svg .grid { stroke: #d8dee4; fill: none }
+svg .body { fill: #8c959f } svg .glass { fill: #fff }
+svg .first { fill: #8c959f } svg .second { fill: #d1730c } svg .third { fill: #2f81c7 }
+@media (prefers-color-scheme: dark) {
+svg text { fill: #e6edf3 } svg .muted { fill: #9da7b3 }
+svg .on-dark { fill: #fff } svg .on-light { fill: #14181d }
+svg .paper { fill: #0d1117 } svg .cell { stroke: #0d1117 } svg .none { fill: #21262d; stroke: #0d1117 }
+svg .ink { stroke: #e6edf3 } svg .grid { stroke: #30363d } svg .glass { fill: #0d1117 }
+}
+)";
+
+namespace detail {
+inline std::string fixed(double value, int digits) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
+  return text.data();
+}
+inline std::string coordinate(double value) {
+  const std::string text = fixed(value, 2);
+  return text == "-0.00" ? "0.00" : text;
+}
+}  // namespace detail
+
+/// Text for a page or a drawing, with what has a meaning there written out.
+inline std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    out += c == '<'   ? "&lt;"
+           : c == '>' ? "&gt;"
+           : c == '&' ? "&amp;"
+           : c == '"' ? "&quot;"
+                      : std::string(1, c);
+  return out;
+}
+
+inline std::string svg_text(double x, double y, const std::string& style, const std::string& words) {
+  return "<text x=\"" + detail::coordinate(x) + "\" y=\"" + detail::coordinate(y) + "\" class=\"" + style +
+         "\">" + escaped(words) + "</text>\n";
+}
+
+inline std::string svg_line(double x1, double y1, double x2, double y2, const std::string& style) {
+  return "<path d=\"M" + detail::coordinate(x1) + " " + detail::coordinate(y1) + "L" +
+         detail::coordinate(x2) + " " + detail::coordinate(y2) + "\" class=\"" + style + "\"/>\n";
+}
+
+inline std::string svg_rectangle(double x, double y, double width, double height,
+                                 const std::string& attributes) {
+  return "<rect x=\"" + detail::coordinate(x) + "\" y=\"" + detail::coordinate(y) + "\" width=\"" +
+         detail::coordinate(width) + "\" height=\"" + detail::coordinate(height) + "\" " + attributes +
+         "/>\n";
+}
+
+/// The colours of the shares 0, ¼, ½, ¾ and 1: dark blue to pale yellow, lighter all the way.
+inline constexpr std::array<std::array<double, 3>, 5> share_stops{
+    {{43, 48, 99}, {38, 92, 128}, {41, 138, 133}, {126, 187, 106}, {247, 226, 122}}};
+
+inline std::array<int, 3> share_colour(double share) {
+  const double at = std::clamp(share, 0.0, 1.0) * (share_stops.size() - 1);
+  const std::size_t first = std::min(static_cast<std::size_t>(at), share_stops.size() - 2);
+  const double part = at - static_cast<double>(first);
+  std::array<int, 3> colour{};
+  for (std::size_t c = 0; c < 3; ++c)
+    colour[c] = static_cast<int>(
+        std::lround(share_stops[first][c] + part * (share_stops[first + 1][c] - share_stops[first][c])));
+  return colour;
+}
+
+inline std::string colour_text(double share) {
+  const auto [red, green, blue] = share_colour(share);
+  return "rgb(" + std::to_string(red) + "," + std::to_string(green) + "," + std::to_string(blue) + ")";
+}
+
+inline std::string fill_of(double share) { return "fill=\"" + colour_text(share) + "\""; }
+
+/// The class of what is written on the colour of a share.
+inline const char* style_on(double share) { return share > 0.55 ? "on-light" : "on-dark"; }
+
+/// A bar of the colours of shares with its ends and what they mean.
+inline std::string share_scale(double left, double top, double width, const std::string& meaning) {
+  std::string svg = "<linearGradient id=\"shares\">";
+  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
+    svg += "<stop offset=\"" + detail::coordinate(share) + "\" stop-color=\"" + colour_text(share) + "\"/>";
+  svg += "</linearGradient>\n" + svg_rectangle(left, top, width, 12, "fill=\"url(#shares)\"");
+  for (int tick = 0; tick <= 4; ++tick) {
+    const char* anchor = tick == 0 ? "muted" : tick == 4 ? "muted end" : "muted middle";
+    svg += svg_text(left + width * tick / 4, top + 27, anchor,
+                    std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
+  }
+  return svg + svg_text(left, top - 7, "", meaning);
+}
+
+/// The figure as a picture of its own.
+inline std::string figure_svg(const Figure& figure) {
+  constexpr double header = 34;
+  const double cell_width = figure.panels.empty() ? 0 : figure.panels.front().width;
+  const double cell_height = figure.panels.empty() ? 0 : figure.panels.front().height;
+  const std::size_t columns = std::max<std::size_t>(1, std::min(figure.columns, figure.panels.size()));
+  const std::size_t rows = (figure.panels.size() + columns - 1) / columns;
+  const double legend_top = header + static_cast<double>(rows) * cell_height;
+  const double width = std::max(static_cast<double>(columns) * cell_width, figure.legend.width);
+  const std::string extents =
+      detail::coordinate(width) + " " + detail::coordinate(legend_top + figure.legend.height);
+  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + extents + "\" width=\"" +
+                    detail::coordinate(width) + "\">\n<style>\n" + figure_style +
+                    "</style>\n<rect width=\"100%\" height=\"100%\" class=\"paper\"/>\n";
+  svg += svg_text(14, 22, "heading", figure.title);
+  const auto place = [&](double x, double y, const Panel& panel) {
+    svg += "<g transform=\"translate(" + detail::coordinate(x) + " " + detail::coordinate(y) + ")\">\n" +
+           panel.svg + "</g>\n";
+  };
+  for (std::size_t i = 0; i < figure.panels.size(); ++i)
+    place(cell_width * static_cast<double>(i % columns),
+          header + cell_height * static_cast<double>(i / columns), figure.panels[i]);
+  place(0, legend_top, figure.legend);
+  return svg + "</svg>\n";
+}
+
+/// The figure as part of a page, whose style must hold figure_style: panels wrap where the page is narrow.
+inline std::string figure_html(const Figure& figure) {
+  const auto drawing = [](const Panel& panel) {
+    return "<svg viewBox=\"0 0 " + detail::coordinate(panel.width) + " " + detail::coordinate(panel.height) +
+           "\" style=\"width:" + detail::coordinate(panel.width) + "px\">\n" + panel.svg + "</svg>\n";
+  };
+  std::string html = "<div class=\"panels\">\n";
+  for (const Panel& panel : figure.panels) html += drawing(panel);
+  return html + "</div>\n" + drawing(figure.legend);
+}
+
+}  // namespace tapestry::shell

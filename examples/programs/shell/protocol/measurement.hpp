@@ -1,0 +1,150 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/meter.hpp>
+#include <tapestry/evaluate/protocol_cells.hpp>
+#include <tapestry/io/npz_file.hpp>
+#include <utility>
+#include <vector>
+
+#include "../progress.hpp"
+#include "../stop_signal.hpp"
+#include "protocol.hpp"
+
+namespace tapestry::shell {
+
+/// Reads outcomes that were saved.
+/// \throws FileError: malformed (damaged, or with values that no measurement has), mismatch (of other
+/// extents)
+inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::size_t frames,
+                                                std::size_t textures) {
+  const auto file = io::NpzFile::read(path);
+  evaluate::ProtocolOutcomes outcomes;
+  outcomes.state = file.array<std::uint8_t, 1>("state");
+  outcomes.found = file.array<std::uint8_t, 2>("found");
+  outcomes.best_confidence = file.array<double, 2>("best_confidence");
+  outcomes.hidden_share = file.array<double, 1>("hidden_share");
+  const evaluate::ProtocolOutcomes expected(frames, textures);
+  if (outcomes.state.shape() != expected.state.shape() || outcomes.found.shape() != expected.found.shape() ||
+      outcomes.best_confidence.shape() != expected.best_confidence.shape() ||
+      outcomes.hidden_share.shape() != expected.hidden_share.shape())
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "outcomes of another measurement",
+                     std::to_string(frames) + " frames of " + std::to_string(textures) + " textures", ""});
+  const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+  const auto at_most = [](std::uint8_t most) { return [=](std::uint8_t value) { return value <= most; }; };
+  if (!std::ranges::all_of(outcomes.state.storage(), at_most(2)) ||
+      !std::ranges::all_of(outcomes.found.storage(), at_most(1)) ||
+      !std::ranges::all_of(outcomes.best_confidence.storage(), is_share) ||
+      !std::ranges::all_of(outcomes.hidden_share.storage(), is_share))
+    throw FileError(ErrorKind::malformed, {path, "", "values that no measurement has"});
+  return outcomes;
+}
+
+inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutcomes& outcomes) {
+  io::NpzWriter file;
+  file.add("state", outcomes.state);
+  file.add("found", outcomes.found);
+  file.add("best_confidence", outcomes.best_confidence);
+  file.add("hidden_share", outcomes.hidden_share);
+  file.write(path);
+}
+
+/// Measures the frames of a protocol one after the other, each with all textures, and saves what it has about
+/// once a second. It holds one view at a time.
+class ProtocolMeasurement {
+ public:
+  /// \param textures  the clean one first; like all others it must outlive this
+  /// \param path      where outcomes are saved; nowhere when empty
+  ProtocolMeasurement(const Protocol& protocol, const std::vector<evaluate::Control<float>>& textures,
+                      std::string path, evaluate::ProtocolOutcomes outcomes)
+      : protocol_(protocol), textures_(textures), path_(std::move(path)), outcomes_(std::move(outcomes)) {}
+
+  /// Measures what is pending.
+  /// \throws Stopped after saving, when a signal has arrived; NumericError naming a frame
+  void run(const raster::PaintedMesh& car, const evaluate::ProtocolPicture& picture,
+           evaluate::Meter<float>& meter) {
+    using evaluate::FrameState;
+    const auto start = Clock::now();
+    Clock::time_point saved{};  // long ago: the first frame is saved at once
+    for (std::size_t frame = 0; frame < protocol_.frames.size(); ++frame) {
+      if (outcomes_.state_of(frame) != FrameState::pending) continue;
+      if (StopSignal::arrived()) {
+        save();
+        throw Stopped{};
+      }
+      const bool is_measured = measure(frame, car, picture, meter);
+      outcomes_.state(frame) =
+          static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
+      ++frames_done_;
+      show(seconds_since(start));
+      if (seconds_since(saved) < 1) continue;
+      save();
+      saved = Clock::now();
+    }
+    save();
+  }
+
+  [[nodiscard]] const evaluate::ProtocolOutcomes& outcomes() const { return outcomes_; }
+  /// Frames that this process has been through.
+  [[nodiscard]] std::size_t frames_done() const { return frames_done_; }
+  [[nodiscard]] std::size_t frames_pending() const {
+    return static_cast<std::size_t>(std::ranges::count(outcomes_.state.storage(), std::uint8_t{0}));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  }
+
+  bool measure(std::size_t frame, const raster::PaintedMesh& car, const evaluate::ProtocolPicture& settings,
+               evaluate::Meter<float>& meter) {
+    const auto view = evaluate::protocol_view<float>(protocol_.frames[frame], car, settings);
+    if (view.visible_pixels == 0) return false;
+    std::optional<FrameChange> change;
+    if (protocol_.change) {
+      change = protocol_.change(view, frame);
+      if (!change) return false;
+      outcomes_.hidden_share(frame) = change->hidden_share;
+    }
+    for (std::size_t k = 0; k < textures_.size(); ++k) {
+      Array<float, 3> picture = camouflage::picture_of(view, textures_[k].colours);
+      if (change) change->apply(picture);
+      const auto result = meter.examine(picture, view);
+      outcomes_.found(frame, k) = result.found ? 1 : 0;
+      outcomes_.best_confidence(frame, k) = result.best_confidence;
+    }
+    return true;
+  }
+
+  void show(double seconds) {
+    const std::size_t left = frames_pending();
+    const std::size_t done = protocol_.frames.size() - left;
+    const double to_go = seconds / static_cast<double>(frames_done_) * static_cast<double>(left);
+    progress_.show(
+        protocol_.name + ": frame " + std::to_string(done) + " of " +
+            std::to_string(protocol_.frames.size()) + ", each with " + std::to_string(textures_.size()) +
+            (textures_.size() == 1 ? " texture, " : " textures, ") + duration_text(to_go) + " left",
+        left == 0);
+  }
+
+  void save() const {
+    if (!path_.empty()) write_outcomes(path_, outcomes_);
+  }
+
+  const Protocol& protocol_;
+  const std::vector<evaluate::Control<float>>& textures_;
+  std::string path_;
+  evaluate::ProtocolOutcomes outcomes_;
+  std::size_t frames_done_ = 0;
+  ProgressLine progress_;
+};
+
+}  // namespace tapestry::shell

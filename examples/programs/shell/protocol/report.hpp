@@ -1,0 +1,150 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <tapestry/evaluate/protocol_cells.hpp>
+#include <vector>
+
+#include "../run_folder.hpp"
+#include "drawing.hpp"
+#include "protocol.hpp"
+#include "tables.hpp"
+
+namespace tapestry::shell {
+
+/// What the terminal shows.
+inline std::string protocol_text(const Protocol& protocol, const ProtocolResult& result,
+                                 const std::vector<std::string>& notes) {
+  std::string text =
+      text_of(summary_table(protocol, result)) + "\n" + text_of(found_grid(protocol, result, 0, false));
+  for (std::size_t k = 1; k < result.shown_textures(); ++k)
+    text += "\n" + text_of(success_grid(protocol, result, k, false));
+  text += "\n" + worst_cell_text(protocol, result) + "\n";
+  for (const auto& note : notes) text += "- " + note + "\n";
+  return text;
+}
+
+/// Tables with their intervals: where each texture is found, and what it hides.
+inline std::vector<WordTable> all_tables(const Protocol& protocol, const ProtocolResult& result) {
+  std::vector<WordTable> tables{summary_table(protocol, result), found_grid(protocol, result, 0, true)};
+  for (std::size_t k = 1; k < result.textures.size(); ++k)
+    tables.push_back(success_grid(protocol, result, k, true));
+  for (std::size_t k = 1; k < result.shown_textures(); ++k)
+    tables.push_back(found_grid(protocol, result, k, true));
+  return tables;
+}
+
+inline std::string protocol_markdown(const Protocol& protocol, const ProtocolResult& result,
+                                     const std::vector<std::string>& notes) {
+  std::string text = "# " + protocol.title + "\n\n![" + protocol.title + "](" + protocol.name + ".svg)\n\n";
+  for (const auto& table : all_tables(protocol, result)) text += markdown_of(table);
+  text += "**" + worst_cell_text(protocol, result) + "**\n\n";
+  for (const auto& note : notes) text += "- " + note + "\n";
+  return text + "- Every cell with every texture: " + protocol.name + ".csv.\n";
+}
+
+namespace detail {
+inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const std::string& texture,
+                           std::size_t k) {
+  const auto& [rate, confidence, success] = cell.textures[k];
+  std::array<char, 400> text{};
+  std::snprintf(text.data(), text.size(), "%s,%s,%zu,%zu,%.9g,%zu,%.9g,%.9g,%.9g,%.9g,%zu,", name.c_str(),
+                texture.c_str(), cell.measured, cell.left_out, cell.mean_hidden_share, rate.detected,
+                rate.p_at_50, rate.interval[0], rate.interval[1], confidence, success.views);
+  std::string row = text.data();
+  if (k == 0 || success.views == 0) return row + ",,,\n";
+  std::snprintf(text.data(), text.size(), "%zu,%.9g,%.9g,%.9g\n", success.hidden, success.rate,
+                success.interval[0], success.interval[1]);
+  return row + text.data();
+}
+
+inline Json cell_json(const evaluate::Cell& cell, const std::vector<std::string>& textures) {
+  Json json = {
+      {"frames", cell.measured}, {"left_out", cell.left_out}, {"mean_hidden_share", cell.mean_hidden_share}};
+  for (std::size_t k = 0; k < textures.size(); ++k) {
+    const auto& [rate, confidence, success] = cell.textures[k];
+    Json texture = {{"detected", rate.detected},
+                    {"p_at_50", rate.views > 0 ? Json(rate.p_at_50) : Json()},
+                    {"interval", rate.interval},
+                    {"mean_best_confidence", confidence}};
+    if (k > 0)
+      texture["attack_success"] = {{"views", success.views},
+                                   {"hidden", success.hidden},
+                                   {"rate", success.views > 0 ? Json(success.rate) : Json()},
+                                   {"interval", success.interval}};
+    json["textures"][textures[k]] = texture;
+  }
+  return json;
+}
+}  // namespace detail
+
+/// A row for each cell and texture, and the whole at the end; shares in 0 to 1, empty where they are not
+/// defined.
+inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& result) {
+  const auto& table = protocol.table;
+  std::string text = table.row_title + "," + table.column_title +
+                     ",texture,frames,left_out,mean_hidden_share,detected,p_at_50,p_at_50_low,p_at_50_high,"
+                     "mean_best_confidence,detected_in_clean,hidden,asr,asr_low,asr_high\n";
+  for (std::size_t cell = 0; cell < result.cells.size(); ++cell)
+    for (std::size_t k = 0; k < result.textures.size(); ++k)
+      text += detail::csv_row(
+          table.rows[cell / table.columns.size()] + "," + table.columns[cell % table.columns.size()],
+          result.cells[cell], result.textures[k], k);
+  for (std::size_t k = 0; k < result.textures.size(); ++k)
+    text += detail::csv_row("all,all", result.whole, result.textures[k], k);
+  return text;
+}
+
+/// \param settings  what was asked for, of which inputs
+inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result,
+                          const std::vector<std::string>& notes, const Json& settings) {
+  const auto& table = protocol.table;
+  Json json = {{"protocol", protocol.name}, {"textures", result.textures}, {"notes", notes}};
+  const auto worst = worst_cell(result);
+  json["worst_cell"] = worst ? Json{{table.row_title, table.rows[*worst / table.columns.size()]},
+                                    {table.column_title, table.columns[*worst % table.columns.size()]}}
+                             : Json();
+  json["whole"] = detail::cell_json(result.whole, result.textures);
+  for (std::size_t cell = 0; cell < result.cells.size(); ++cell) {
+    Json entry = {{table.row_title, table.rows[cell / table.columns.size()]},
+                  {table.column_title, table.columns[cell % table.columns.size()]}};
+    entry.update(detail::cell_json(result.cells[cell], result.textures));
+    json["cells"].push_back(entry);
+  }
+  json["settings"] = settings;
+  return json;
+}
+
+/// A page with figure and tables that needs nothing else.
+inline std::string protocol_html(const Protocol& protocol, const ProtocolResult& result,
+                                 const std::vector<std::string>& notes) {
+  const Figure figure = protocol.figure(protocol, result);
+  std::string page =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+      escaped(protocol.title) + "</title>\n<style>\n" + figure_style +
+      R"(body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding: 0 1em }
+body { background: #fff; color: #24292f }
+.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
+svg { max-width: 100%; height: auto; display: block }
+.wide { overflow-x: auto; margin: 1em 0 }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums }
+caption { text-align: left; font-weight: bold; padding: .3em 0 }
+td, th { padding: .15em .7em .15em 0; text-align: right; white-space: nowrap }
+td:first-child, th:first-child { text-align: left }
+tr + tr { border-top: 1px solid #d8dee4 }
+@media (prefers-color-scheme: dark) {
+body { background: #0d1117; color: #e6edf3 } tr + tr { border-color: #30363d }
+}
+</style></head><body>
+<h1>)" +
+      escaped(protocol.title) + "</h1>\n<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
+      "<h2>Tables</h2>\n";
+  for (const auto& table : all_tables(protocol, result)) page += html_of(table);
+  page += "<p><b>" + escaped(worst_cell_text(protocol, result)) + "</b></p>\n<ul>\n";
+  for (const auto& note : notes) page += "<li>" + escaped(note) + "</li>\n";
+  return page + "</ul>\n</body></html>\n";
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,55 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "../problem_list.hpp"
+
+namespace tapestry::shell {
+
+/// Which of the paper's measurements, and how.
+struct ProtocolSettings {
+  std::string protocol;  ///< its name; none when empty
+  std::string controls = "all";
+  std::vector<double> background{1, 1, 1};
+  bool quick = false;
+};
+
+inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& protocols) {
+  app.add_option(
+      "--protocol", s.protocol,
+      "measure renders of the car, without frames, as the tables of the FCA paper do: " + protocols);
+  app.add_option("--controls", s.controls,
+                 "of --protocol: all, or matched for matched noise and shuffled patches alone")
+      ->capture_default_str();
+  app.add_option("--background", s.background,
+                 "of --protocol: colour behind the car, three numbers from 0 to 1")
+      ->expected(3)
+      ->capture_default_str();
+  app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");
+}
+
+/// What a protocol has no use for, and what nothing but a protocol uses.
+inline void require_protocol_options(const CLI::App& app, const ProtocolSettings& s, bool clean_only,
+                                     ProblemList& list) {
+  const auto refuse = [&](const std::vector<const char*>& options, const std::string& why) {
+    for (const char* option : options) list.require(app.get_option(option)->count() == 0, option + why);
+  };
+  if (s.protocol.empty())
+    refuse({"--controls", "--background", "--quick"}, " needs --protocol");
+  else
+    refuse({"--frames", "--scenes", "--mask", "--sweep"}, " has no part in --protocol");
+  if (clean_only) refuse({"--controls"}, " has no part in --clean-only");
+}
+
+inline void require_sound(const ProtocolSettings& s, const std::vector<std::string>& protocols,
+                          ProblemList& list) {
+  if (s.protocol.empty()) return;
+  list.require_choice("--protocol", s.protocol, protocols);
+  list.require_choice("--controls", s.controls, {"all", "matched"});
+  for (const double channel : s.background)
+    list.require(channel >= 0 && channel <= 1, "--background takes numbers from 0 to 1");
+}
+
+}  // namespace tapestry::shell

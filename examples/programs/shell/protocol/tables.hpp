@@ -1,0 +1,182 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <tapestry/evaluate/protocol_cells.hpp>
+#include <vector>
+
+#include "drawing.hpp"
+#include "protocol.hpp"
+
+namespace tapestry::shell {
+
+/// A table of words, to be shown as text, Markdown or HTML; its first column is on the left, others on the
+/// right.
+struct WordTable {
+  std::string title;
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows{};
+};
+
+inline std::string text_of(const WordTable& table) {
+  std::vector<std::size_t> widths(table.header.size());
+  const auto widen = [&](const std::vector<std::string>& row) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  };
+  widen(table.header);
+  for (const auto& row : table.rows) widen(row);
+  std::string text = table.title + "\n";
+  const auto add = [&](const std::vector<std::string>& row) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string space(widths[i] - row[i].size(), ' ');
+      text += "  " + (i == 0 ? row[i] + space : space + row[i]);
+    }
+    text += "\n";
+  };
+  add(table.header);
+  for (const auto& row : table.rows) add(row);
+  return text;
+}
+
+inline std::string markdown_of(const WordTable& table) {
+  std::string text = "**" + table.title + "**\n\n";
+  const auto add = [&](const std::vector<std::string>& row) {
+    for (const auto& word : row) text += "| " + word + " ";
+    text += "|\n";
+  };
+  add(table.header);
+  for (std::size_t i = 0; i < table.header.size(); ++i) text += i == 0 ? "|---" : "|---:";
+  text += "|\n";
+  for (const auto& row : table.rows) add(row);
+  return text + "\n";
+}
+
+inline std::string html_of(const WordTable& table) {
+  std::string text = "<div class=\"wide\"><table><caption>" + escaped(table.title) + "</caption>\n";
+  const auto add = [&](const std::vector<std::string>& row, const std::string& tag) {
+    text += "<tr>";
+    for (const auto& word : row) text += "<" + tag + ">" + escaped(word) + "</" + tag + ">";
+    text += "</tr>\n";
+  };
+  add(table.header, "th");
+  for (const auto& row : table.rows) add(row, "td");
+  return text + "</table></div>\n";
+}
+
+/// What a row of a grid is called, and its columns.
+inline std::vector<std::string> grid_header(const Protocol& protocol) {
+  std::vector<std::string> header{protocol.table.row_title + " \\ " + protocol.table.column_title};
+  header.insert(header.end(), protocol.table.columns.begin(), protocol.table.columns.end());
+  return header;
+}
+
+/// One word a cell of the protocol's table.
+template <class Word>
+WordTable grid_table(const Protocol& protocol, const ProtocolResult& result, const std::string& title,
+                     Word word) {
+  WordTable table{title, grid_header(protocol)};
+  for (std::size_t row = 0; row < protocol.table.rows.size(); ++row) {
+    std::vector<std::string> words{protocol.table.rows[row]};
+    for (std::size_t column = 0; column < protocol.table.columns.size(); ++column)
+      words.push_back(word(result.cells[row * protocol.table.columns.size() + column]));
+    table.rows.push_back(words);
+  }
+  return table;
+}
+
+inline std::string interval_text(const std::array<double, 2>& interval) {
+  return "[" + detail::fixed(100 * interval[0], 1) + ", " + detail::fixed(100 * interval[1], 1) + "]";
+}
+
+/// A share with what it was counted from.
+struct Proportion {
+  double share;
+  std::size_t hits, trials;
+  std::array<double, 2> interval;
+};
+inline Proportion proportion_of(const evaluate::DetectionRate& rate) {
+  return {rate.p_at_50, rate.detected, rate.views, rate.interval};
+}
+inline Proportion proportion_of(const evaluate::AttackSuccess& success) {
+  return {success.rate, success.hidden, success.views, success.interval};
+}
+
+/// "83.3 (75 of 90)", or with its interval "83.3 [74, 90] (75 of 90)"; "-" of none.
+inline std::string share_text(const Proportion& proportion, bool with_interval) {
+  const auto& [share, hits, trials, interval] = proportion;
+  if (trials == 0) return "-";
+  std::string text = detail::fixed(100 * share, 1);
+  if (with_interval)
+    text += " [" + detail::fixed(100 * interval[0], 0) + ", " + detail::fixed(100 * interval[1], 0) + "]";
+  return text + " (" + std::to_string(hits) + " of " + std::to_string(trials) + ")";
+}
+
+/// In how many frames of each cell the car is found.
+inline WordTable found_grid(const Protocol& protocol, const ProtocolResult& result, std::size_t texture,
+                            bool with_intervals) {
+  return grid_table(protocol, result,
+                    result.textures[texture] + ": frames in which the car is found, % (P@0.5)",
+                    [=](const evaluate::Cell& cell) {
+                      return share_text(proportion_of(cell.textures[texture].rate), with_intervals);
+                    });
+}
+
+/// How often a texture hides the car where the clean one does not.
+inline WordTable success_grid(const Protocol& protocol, const ProtocolResult& result, std::size_t texture,
+                              bool with_intervals) {
+  return grid_table(protocol, result,
+                    result.textures[texture] + ": attack success, % of the frames found in clean",
+                    [=](const evaluate::Cell& cell) {
+                      return share_text(proportion_of(cell.textures[texture].success), with_intervals);
+                    });
+}
+
+/// All textures over all frames.
+inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& result) {
+  WordTable table{
+      protocol.title + ": all frames",
+      {"texture", "found in", "P@0.5, %", "95 %", "mean best confidence", "attack success, %", "95 %"}};
+  for (std::size_t k = 0; k < result.textures.size(); ++k) {
+    const auto& [rate, confidence, success] = result.whole.textures[k];
+    const bool is_attack = k > 0 && success.views > 0;
+    table.rows.push_back(
+        {result.textures[k], std::to_string(rate.detected) + " of " + std::to_string(rate.views),
+         rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),
+         detail::fixed(confidence, 3), is_attack ? detail::fixed(100 * success.rate, 1) : "-",
+         is_attack ? interval_text(success.interval) : "-"});
+  }
+  return table;
+}
+
+/// The name of a cell.
+inline std::string cell_name(const Protocol& protocol, std::size_t cell) {
+  const auto& table = protocol.table;
+  return table.row_title + " " + table.rows[cell / table.columns.size()] + ", " + table.column_title + " " +
+         table.columns[cell % table.columns.size()];
+}
+
+/// The worst cell: where the camouflage hides the car least, or without one, where the detector finds it
+/// least.
+inline std::optional<std::size_t> worst_cell(const ProtocolResult& result) {
+  return result.has_camouflage ? evaluate::least_hidden_cell(result.cells, 1)
+                               : evaluate::least_found_cell(result.cells, 0);
+}
+
+inline std::string worst_cell_text(const Protocol& protocol, const ProtocolResult& result) {
+  const auto worst = worst_cell(result);
+  if (!worst)
+    return result.has_camouflage ? "attack success is not defined: the clean car is never found"
+                                 : "no frames";
+  const auto& cell = result.cells[*worst];
+  if (!result.has_camouflage)
+    return "worst cell: the plain car is found least at " + cell_name(protocol, *worst) + ", P@0.5 " +
+           share_text(proportion_of(cell.textures[0].rate), true) + " %";
+  return "worst cell: the camouflage hides the car least at " + cell_name(protocol, *worst) +
+         ", attack success " + share_text(proportion_of(cell.textures[1].success), true) + " %; " +
+         result.textures[2] + " there " + share_text(proportion_of(cell.textures[2].success), true) + " %";
+}
+
+}  // namespace tapestry::shell

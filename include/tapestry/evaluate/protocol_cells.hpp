@@ -1,0 +1,150 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/views.hpp>
+#include <vector>
+
+namespace tapestry::evaluate {
+
+/// How far a frame of a protocol is.
+enum class FrameState : std::uint8_t {
+  pending = 0,
+  measured = 1,
+  left_out = 2,  ///< nothing of the car shows, or it cannot be changed as the protocol asks
+};
+
+/// What a detector made of every picture of a protocol: each frame with each texture, the clean one first.
+struct ProtocolOutcomes {
+  Array<std::uint8_t, 1> state;      ///< [frame], a FrameState
+  Array<std::uint8_t, 2> found;      ///< [frame, texture], 0 or 1
+  Array<double, 2> best_confidence;  ///< [frame, texture], see best_confidence()
+  Array<double, 1> hidden_share;     ///< [frame], of the car's silhouette, 0 where nothing is laid over it
+
+  ProtocolOutcomes() = default;
+  ProtocolOutcomes(std::size_t frames, std::size_t textures)
+      : state(zeros<std::uint8_t, 1>({frames})),
+        found(zeros<std::uint8_t, 2>({frames, textures})),
+        best_confidence(zeros<double, 2>({frames, textures})),
+        hidden_share(zeros<double, 1>({frames})) {}
+
+  [[nodiscard]] std::size_t frame_count() const { return found.shape(0); }
+  [[nodiscard]] std::size_t texture_count() const { return found.shape(1); }
+  [[nodiscard]] FrameState state_of(std::size_t frame) const { return static_cast<FrameState>(state(frame)); }
+};
+
+/// How one texture fares in the frames of a cell.
+struct TextureCell {
+  DetectionRate rate{};             ///< P@0.5 over the measured frames
+  double mean_best_confidence = 0;  ///< over them, 0 without any
+  AttackSuccess success{};  ///< of those found with the clean texture; nothing is hidden for that itself
+};
+
+/// Some frames of a protocol.
+struct Cell {
+  std::size_t measured = 0;
+  std::size_t left_out = 0;
+  double mean_hidden_share = 0;         ///< over the measured frames, 0 without any
+  std::vector<TextureCell> textures{};  ///< in the order of the outcomes
+};
+
+/// The cell of the frames for which belongs(index) holds; frames that are pending count nowhere.
+/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no texture
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] Cell cell_of(const ProtocolOutcomes& outcomes, Belongs belongs) {
+  const std::size_t frames = outcomes.frame_count(), textures = outcomes.texture_count();
+  require_shape("cell_of", "state", outcomes.state, {frames});
+  require_shape("cell_of", "best_confidence", outcomes.best_confidence, {frames, textures});
+  require_shape("cell_of", "hidden_share", outcomes.hidden_share, {frames});
+  if (textures == 0) throw ShapeError("cell_of: outcomes of no texture");
+  Cell cell;
+  std::vector<std::vector<bool>> found(textures);
+  std::vector<double> confidence(textures, 0.0);
+  double hidden = 0;
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    if (outcomes.state_of(frame) == FrameState::pending || !belongs(frame)) continue;
+    if (outcomes.state_of(frame) != FrameState::measured) {
+      ++cell.left_out;
+      continue;
+    }
+    ++cell.measured;
+    hidden += outcomes.hidden_share(frame);
+    for (std::size_t k = 0; k < textures; ++k) {
+      found[k].push_back(outcomes.found(frame, k) != 0);
+      confidence[k] += outcomes.best_confidence(frame, k);
+    }
+  }
+  const auto mean = [&](double sum) {
+    return cell.measured > 0 ? sum / static_cast<double>(cell.measured) : 0.0;
+  };
+  cell.mean_hidden_share = mean(hidden);
+  for (std::size_t k = 0; k < textures; ++k)
+    cell.textures.push_back(
+        {detection_rate(found[k]), mean(confidence[k]), attack_success_rate(found[0], found[k])});
+  return cell;
+}
+
+/// The cells of a table, row by row.
+/// \param frames  one for every frame of the outcomes
+/// \throws ShapeError as cell_of(), or for another number of frames or a frame beside the table
+[[nodiscard]] inline std::vector<Cell> cells_of(const ProtocolTable& table,
+                                                const std::vector<ProtocolFrame>& frames,
+                                                const ProtocolOutcomes& outcomes) {
+  if (frames.size() != outcomes.frame_count())
+    throw ShapeError("cells_of: outcomes of " + std::to_string(outcomes.frame_count()) +
+                     " frames, expected " + std::to_string(frames.size()));
+  for (const ProtocolFrame& frame : frames)
+    if (frame.row >= table.rows.size() || frame.column >= table.columns.size())
+      throw ShapeError("cells_of: a frame is in row " + std::to_string(frame.row) + ", column " +
+                       std::to_string(frame.column) + " of a table of " + std::to_string(table.rows.size()) +
+                       " by " + std::to_string(table.columns.size()));
+  std::vector<Cell> cells;
+  for (std::size_t cell = 0; cell < table.cell_count(); ++cell)
+    cells.push_back(
+        cell_of(outcomes, [&](std::size_t frame) { return table.cell_of(frames[frame]) == cell; }));
+  return cells;
+}
+
+/// The cell in which a texture hides the car least: that of the lowest attack success among those whose clean
+/// car is found at all; of equal ones that with more such frames, then the first. None where the clean car is
+/// never found. \param texture  its number in the outcomes
+[[nodiscard]] inline std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
+                                                                  std::size_t texture) {
+  std::optional<std::size_t> worst;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const AttackSuccess& success = cells[i].textures.at(texture).success;
+    if (success.views == 0) continue;
+    if (worst) {
+      const AttackSuccess& other = cells[*worst].textures[texture].success;
+      if (success.rate > other.rate || (success.rate == other.rate && success.views <= other.views)) continue;
+    }
+    worst = i;
+  }
+  return worst;
+}
+
+/// The cell in which a detector finds the car least, by P@0.5; of equal ones that with more frames, then the
+/// first. None without frames.
+[[nodiscard]] inline std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
+                                                                 std::size_t texture) {
+  std::optional<std::size_t> worst;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const DetectionRate& rate = cells[i].textures.at(texture).rate;
+    if (rate.views == 0) continue;
+    if (worst) {
+      const DetectionRate& other = cells[*worst].textures[texture].rate;
+      if (rate.p_at_50 > other.p_at_50 || (rate.p_at_50 == other.p_at_50 && rate.views <= other.views))
+        continue;
+    }
+    worst = i;
+  }
+  return worst;
+}
+
+}  // namespace tapestry::evaluate

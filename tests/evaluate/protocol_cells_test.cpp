@@ -1,0 +1,133 @@
+#include <tapestry/evaluate/protocol_cells.hpp>
+
+#include <tapestry/core/random.hpp>
+
+#include "../support/catch.hpp"
+
+namespace evaluate = tapestry::evaluate;
+using evaluate::FrameState;
+
+namespace {
+/// Of some frames, some measured, some left out, some to come.
+evaluate::ProtocolOutcomes random_outcomes(std::size_t frames, std::size_t textures) {
+  tapestry::Random random(11);
+  evaluate::ProtocolOutcomes outcomes(frames, textures);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    outcomes.state(frame) = static_cast<std::uint8_t>(random.chance(0.8)   ? FrameState::measured
+                                                      : random.chance(0.5) ? FrameState::left_out
+                                                                           : FrameState::pending);
+    if (outcomes.state_of(frame) != FrameState::measured) continue;
+    outcomes.hidden_share(frame) = random.uniform();
+    for (std::size_t k = 0; k < textures; ++k) {
+      outcomes.found(frame, k) = random.chance(k == 0 ? 0.9 : 0.4) ? 1 : 0;
+      outcomes.best_confidence(frame, k) = random.uniform();
+    }
+  }
+  return outcomes;
+}
+
+/// One cell a frame list: found with the clean texture, and with the other.
+evaluate::Cell cell_of(const std::vector<std::pair<bool, bool>>& found) {
+  evaluate::ProtocolOutcomes outcomes(found.size(), 2);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);
+    outcomes.found(i, 0) = found[i].first ? 1 : 0;
+    outcomes.found(i, 1) = found[i].second ? 1 : 0;
+  }
+  return evaluate::cell_of(outcomes, [](std::size_t) { return true; });
+}
+}  // namespace
+
+TEST_CASE("a cell counts what was found, lost and left out", "[evaluate][cells]") {
+  evaluate::ProtocolOutcomes outcomes(6, 2);
+  const std::vector<FrameState> states{FrameState::measured, FrameState::measured, FrameState::measured,
+                                       FrameState::left_out, FrameState::pending,  FrameState::measured};
+  for (std::size_t i = 0; i < 6; ++i) outcomes.state(i) = static_cast<std::uint8_t>(states[i]);
+  outcomes.found(0, 0) = outcomes.found(1, 0) = outcomes.found(5, 0) = 1;
+  outcomes.found(1, 1) = outcomes.found(2, 1) =
+      1;  // found painted where the clean car is lost counts for P@0.5
+  outcomes.best_confidence(0, 1) = 0.5;
+  outcomes.best_confidence(1, 1) = 1;
+  outcomes.hidden_share(2) = 0.4;
+  const auto cell = evaluate::cell_of(outcomes, [](std::size_t frame) { return frame < 5; });
+  CHECK(cell.measured == 3);
+  CHECK(cell.left_out == 1);
+  CHECK(cell.textures[0].rate.detected == 2);
+  CHECK(cell.textures[0].success.hidden == 0);
+  CHECK(cell.textures[1].rate.detected == 2);
+  CHECK(cell.textures[1].success.views == 2);
+  CHECK(cell.textures[1].success.hidden == 1);
+  CHECK(cell.textures[1].success.rate == 0.5);
+  CHECK(cell.textures[1].success.interval == evaluate::wilson_interval(1, 2));
+  CHECK(cell.textures[1].mean_best_confidence == 0.5);
+  CHECK(cell.mean_hidden_share == Approx(0.4 / 3));
+}
+
+TEST_CASE("the cells of a table add up to the whole", "[evaluate][cells]") {
+  const evaluate::ViewGrid grid{{1.5, 3}, {0, 10}, 15};
+  const auto table = evaluate::view_table(grid);
+  const auto frames = evaluate::view_frames(grid);
+  const auto outcomes = random_outcomes(frames.size(), 3);
+  const auto cells = evaluate::cells_of(table, frames, outcomes);
+  const auto whole = evaluate::cell_of(outcomes, [](std::size_t) { return true; });
+  REQUIRE(cells.size() == 16);
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::size_t measured = 0, left_out = 0, detected = 0, views = 0, hidden = 0;
+    double confidence = 0;
+    for (const auto& cell : cells) {
+      measured += cell.measured;
+      left_out += cell.left_out;
+      detected += cell.textures[k].rate.detected;
+      views += cell.textures[k].success.views;
+      hidden += cell.textures[k].success.hidden;
+      confidence += cell.textures[k].mean_best_confidence * static_cast<double>(cell.measured);
+    }
+    CHECK(measured == whole.measured);
+    CHECK(left_out == whole.left_out);
+    CHECK(detected == whole.textures[k].rate.detected);
+    CHECK(views == whole.textures[0].rate.detected);
+    CHECK(hidden == whole.textures[k].success.hidden);
+    CHECK(confidence == Approx(whole.textures[k].mean_best_confidence * static_cast<double>(measured)));
+  }
+  CHECK(whole.measured < frames.size());
+  CHECK(whole.left_out > 0);
+}
+
+TEST_CASE("a cell whose clean car is never found has no attack success", "[evaluate][cells]") {
+  const auto cell = cell_of({{false, false}, {false, true}});
+  CHECK(cell.textures[1].success.views == 0);
+  CHECK(cell.textures[1].success.interval == std::array<double, 2>{0.0, 1.0});
+  CHECK(cell.textures[1].rate.views == 2);
+  const auto empty = cell_of({});
+  CHECK(empty.measured == 0);
+  CHECK(empty.textures[1].rate.views == 0);
+  CHECK(empty.textures[1].mean_best_confidence == 0);
+  CHECK(!evaluate::least_hidden_cell({cell, empty}, 1));
+  CHECK(evaluate::least_found_cell({empty, cell}, 0) == std::size_t{1});
+  CHECK(!evaluate::least_found_cell({empty}, 0));
+}
+
+TEST_CASE("the worst cell is where the camouflage hides least", "[evaluate][cells]") {
+  const auto half = cell_of({{true, true}, {true, false}});
+  const auto undefined = cell_of({{false, true}});
+  const auto none_of_one = cell_of({{true, true}});
+  const auto none_of_two = cell_of({{true, true}, {true, true}});
+  CHECK(evaluate::least_hidden_cell({half, undefined, none_of_one}, 1) == std::size_t{2});
+  CHECK(evaluate::least_hidden_cell({none_of_one, none_of_two, none_of_two}, 1) == std::size_t{1});
+  CHECK(evaluate::least_found_cell({none_of_two, half, undefined}, 1) == std::size_t{1});
+}
+
+TEST_CASE("outcomes that do not fit are refused", "[evaluate][cells]") {
+  const evaluate::ViewGrid grid{{5}, {0}, 45};
+  const auto table = evaluate::view_table(grid);
+  auto frames = evaluate::view_frames(grid);
+  CHECK_THROWS_AS(evaluate::cells_of(table, frames, random_outcomes(7, 2)), tapestry::ShapeError);
+  frames[3].column = 1;
+  CHECK_THROWS_WITH(evaluate::cells_of(table, frames, random_outcomes(8, 2)),
+                    "cells_of: a frame is in row 3, column 1 of a table of 8 by 1");
+  auto torn = random_outcomes(8, 2);
+  torn.hidden_share = tapestry::zeros<double, 1>({7});
+  CHECK_THROWS_AS(evaluate::cell_of(torn, [](std::size_t) { return true; }), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::cell_of(random_outcomes(8, 0), [](std::size_t) { return true; }),
+                  tapestry::ShapeError);
+}

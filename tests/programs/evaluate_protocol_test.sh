@@ -1,0 +1,152 @@
+#!/usr/bin/env bash
+# evaluate --protocol from the outside: the same files by any number of threads and after any death, refusals.
+source "$(dirname "$0")/support.sh"
+evaluate=$programs/evaluate
+assets=$sources/examples/assets
+[ -x "$evaluate" ] && [ -x "$programs/camouflage" ] && [ -e "$assets/detector.weights" ] || exit 77
+
+mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
+expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --output run
+small=(--run run --quick --controls matched --size 128 --background 0.5 0.5 0.5)
+
+# expect_same_report PROTOCOL FOLDER FOLDER: every file but what it cost.
+expect_same_report() {
+  local file
+  for file in "$1".{csv,json,md,svg,html} outcomes.npz settings.json; do
+    expect_file "$2/$file"
+    expect_same "$2/$file" "$3/$file"
+  done
+}
+
+expect_exit 0 "views, two threads" "$evaluate" --protocol views "${small[@]}" --threads 2 --output two
+grep -Eq '^views: frame 432 of 432, each with 4 textures, 0 s left' command.err && pass || fail "no word on how far it is"
+grep -q 'worst cell: ' command.out && pass || fail "no worst cell"
+for words in 'seed 1' 'confidence above 0.25' 'IoU 0.45' 'half of the field of view is 30 degrees' '--quick'; do
+  for file in command.out two/views.md two/views.html two/views.json; do
+    grep -qF -- "$words" "$file" && pass || fail "$file says nothing of '$words'"
+  done
+done
+grep -Eq '^this process: [0-9.]+ s for 432 frames, peak memory [0-9]+ MiB, 2 threads' command.out && pass || fail "no cost"
+grep -q '"seconds"' two/cost.json && pass || fail "cost.json lacks the seconds"
+grep -Eq 'http-equiv|src=|href=|@import' two/views.html && fail "the page needs other files" || pass
+grep -q 'prefers-color-scheme: dark' two/views.svg && pass || fail "no colours for dark pages"
+
+# 48 cells and the whole, 4 textures each; the cells add up, and what was found in clean is the denominator.
+[ "$(wc -l <two/views.csv)" -eq 197 ] && pass || fail "views.csv has $(wc -l <two/views.csv) lines"
+awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
+  { frames = $column["frames"]; detected = $column["detected"]; clean = $column["detected_in_clean"]; hidden = $column["hidden"] + 0 }
+  $1 == "all" { if (frames != sum_frames[$3] || detected != sum_detected[$3] || clean != sum_clean[$3] ||
+      hidden != sum_hidden[$3] || clean != sum_detected["clean"]) exit 1; wholes++; next }
+  { sum_frames[$3] += frames; sum_detected[$3] += detected; sum_clean[$3] += clean; sum_hidden[$3] += hidden }
+  frames != 9 || hidden > clean || clean > frames { exit 1 }
+  $3 != "clean" && clean > 0 && ($column["asr"] - hidden / clean) ^ 2 > 1e-12 { exit 1 }
+  $3 == "clean" && $column["asr"] != "" || clean == 0 && $column["asr"] != "" { exit 1 }
+  END { exit !(wholes == 4 && sum_frames["clean"] == 432 && sum_detected["clean"] > 20) }' two/views.csv && pass ||
+  fail "the cells of views.csv do not add up"
+
+expect_exit 0 "one thread" "$evaluate" --protocol views "${small[@]}" --threads 1 --output one
+expect_same_report views one two
+
+# Killed some moment after it has saved something and started again, until it is through. (F01)
+RANDOM=5
+kills=0
+code=137
+while [ "$code" -eq 137 ] && [ "$kills" -lt 40 ]; do
+  touch started
+  "$evaluate" --protocol occlusion "${small[@]}" --output killed >/dev/null 2>killed.err &
+  process=$!
+  if [ "$kills" -lt 3 ]; then
+    for _ in $(seq 300); do
+      [ killed/outcomes.npz -nt started ] && break
+      sleep 0.05
+    done
+    sleep "0.$((RANDOM % 7))"
+    kill -KILL "$process" 2>/dev/null
+  fi
+  wait "$process" 2>/dev/null
+  code=$?
+  [ "$code" -eq 137 ] && kills=$((kills + 1))
+done
+[ "$code" -eq 0 ] && pass || fail "a measurement after a kill ended with $code: $(cat killed.err)"
+echo "killed $kills times"
+expect_exit 0 "occlusion at one go" "$evaluate" --protocol occlusion "${small[@]}" --output whole
+expect_same_report occlusion killed whole
+grep -q 'overlap with that of the whole car' whole/occlusion.md && pass || fail "no word on the target box"
+awk -F , 'NR > 1 && $1 != "all" { share = $6; group = $1 }
+  group ~ /^small/ && !(share >= 0.05 && share <= 0.3) { exit 1 }
+  group ~ /^middle/ && !(share > 0.3 && share < 0.7) { exit 1 }
+  group ~ /^large/ && !(share >= 0.7 && share <= 0.95) { exit 1 }
+  END { exit NR != 53 }' whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
+cp whole/occlusion.csv before.csv
+expect_exit 0 "again, with nothing left to do" "$evaluate" --protocol occlusion "${small[@]}" --output whole
+grep -q '^this process: .* for 0 frames' command.out && pass || fail "frames were measured again"
+expect_same whole/occlusion.csv before.csv
+
+# Stopped politely. (F15)
+"$evaluate" --protocol occlusion "${small[@]}" --output stopped >/dev/null 2>stopped.err &
+process=$!
+for _ in $(seq 100); do
+  grep -q 'frame' stopped.err && break
+  sleep 0.1
+done
+kill -INT "$process"
+wait "$process"
+code=$?
+if [ "$code" -eq 130 ]; then
+  grep -q 'frames to go; the same command goes on' stopped.err && pass || fail "no word on how to go on"
+  expect_file stopped/outcomes.npz
+elif [ "$code" -ne 0 ]; then fail "SIGINT: exit code $code"; fi
+expect_exit 0 "after the stop" "$evaluate" --protocol occlusion "${small[@]}" --output stopped
+expect_same_report occlusion stopped whole
+
+expect_exit 0 "the plain car" "$evaluate" --protocol occlusion --quick --clean-only --size 128 --output plain
+grep -q 'worst cell: the plain car is found least at' command.out && pass || fail "no worst cell of the plain car"
+[ "$(wc -l <plain/occlusion.csv)" -eq 14 ] && pass || fail "more than the plain car was measured"
+
+# Other settings in the folder of a measurement. (F26)
+expect_exit 7 "another seed" "$evaluate" --protocol occlusion "${small[@]}" --seed 2 --output whole
+expect_error_line 'whole holds a measurement with other settings: --seed \(was 1, now 2\)'
+expect_exit 7 "another protocol" "$evaluate" --protocol views "${small[@]}" --output whole
+expect_error_line 'protocol \(was "occlusion", now "views"\)'
+expect_exit 7 "all views" "$evaluate" --protocol occlusion "${small[@]:0:2}" "${small[@]:3}" --output whole
+expect_error_line '--quick \(was true, now false\)'
+expect_exit 0 "another camouflage" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --seed 2 --start random --output other
+expect_exit 7 "the camouflage of another run" "$evaluate" --protocol occlusion --run other "${small[@]:2}" --output whole
+expect_error_line 'inputs: other/texture.npz'
+expect_exit 7 "the folder of a run" "$evaluate" --protocol views "${small[@]}" --output run
+expect_error_line 'run holds a run'
+cmp -s whole/occlusion.csv before.csv && pass || fail "a refused measurement changed the files"
+
+# Damaged files of a measurement. (F27)
+cp -r whole damaged
+head -c 300 whole/outcomes.npz >damaged/outcomes.npz
+expect_exit 3 "cut outcomes" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
+expect_error_line 'damaged/outcomes.npz:@300: '
+cp two/outcomes.npz damaged/outcomes.npz
+expect_exit 4 "outcomes of another measurement" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
+expect_error_line 'damaged/outcomes.npz: outcomes of another measurement; expected 216 frames of 4 textures'
+printf '{"program": "evaluate"}' >damaged/settings.json
+expect_exit 3 "settings that are none" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
+expect_error_line 'damaged/settings.json: not the settings of a measurement'
+
+# Options that make no sense.
+expect_exit 2 "an unknown protocol" "$evaluate" --protocol sideways --clean-only
+expect_error_line "--protocol is 'sideways'; expected one of views, occlusion"
+expect_exit 2 "an unknown set of controls" "$evaluate" --protocol views --run run --controls some
+expect_exit 2 "a colour that is none" "$evaluate" --protocol views --clean-only --background 2 0 0
+expect_error_line '^error: --background takes numbers from 0 to 1'
+expect_exit 2 "frames" "$evaluate" --protocol views --clean-only --frames frames
+expect_error_line '^error: --frames has no part in --protocol'
+expect_exit 2 "controls of nothing" "$evaluate" --protocol views --clean-only --controls all
+expect_exit 2 "quick without a protocol" "$evaluate" --clean-only --quick
+expect_error_line '^error: --quick needs --protocol'
+expect_exit 2 "neither a run nor the plain car" "$evaluate" --protocol views
+expect_exit 2 "a data set" "$evaluate" --protocol views --dataset frames
+expect_error_line '^error: --protocol has no part in --dataset'
+expect_exit 3 "no such run" "$evaluate" --protocol views --run absent --output none
+expect_exit 4 "the texture of another layout" "$evaluate" --protocol views --run run --texels 16 --output none
+[ -e none ] && fail "a refused measurement left a folder behind" || pass
+touch file
+expect_exit 5 "a file in the folder's place" "$evaluate" --protocol views "${small[@]}" --output file
+
+finish
