@@ -1,0 +1,92 @@
+#pragma once
+#include <Eigen/Core>
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/parallel.hpp>
+
+namespace tapestry::image {
+
+/// colour ↦ matrix · colour + offset, then cut to 0 … 1: contrast, saturation and hue of a camera; or the
+/// blacks, whites and colour error of a printer, for the texels of a paint.
+struct ColourChange {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+};
+
+/// Contrast about mid grey, and saturation about the luma of ITU-R BT.601; 1 leaves either as it is.
+[[nodiscard]] inline ColourChange contrast_and_saturation(double contrast, double saturation) {
+  const Eigen::RowVector3d luma(0.299, 0.587, 0.114);
+  const Eigen::Matrix3d saturated =
+      saturation * Eigen::Matrix3d::Identity() + (1 - saturation) * Eigen::Vector3d::Ones() * luma;
+  return {contrast * saturated, Eigen::Vector3d::Constant((1 - contrast) / 2)};
+}
+
+namespace detail {
+
+template <class T, std::size_t Rank>
+void require_colours(const char* operation, const Array<T, Rank>& colours) {
+  if (colours.shape(Rank - 1) != 3)
+    throw ShapeError(std::string(operation) + ": " + std::to_string(colours.shape(Rank - 1)) +
+                     " channels, expected 3");
+}
+
+/// Calls visit(i) for the first number of each colour, from several threads.
+template <class Visit>
+void for_each_colour(std::size_t numbers, Visit visit) {
+  constexpr std::size_t size = 3 * 4096;
+  parallel_for(block_count(numbers, size), [&](std::size_t block) {
+    const auto [begin, end] = block_range(block, numbers, size);
+    for (std::size_t i = begin; i < end; i += 3) visit(i);
+  });
+}
+
+template <class T>
+[[nodiscard]] Eigen::Matrix<T, 3, 1> changed_before_cut(const Eigen::Matrix<T, 3, 3>& matrix,
+                                                        const Eigen::Matrix<T, 3, 1>& offset,
+                                                        const T* colour) {
+  return matrix * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(colour) + offset;
+}
+
+}  // namespace detail
+
+/// \param colours  [..., 3]: a picture or texels
+/// \returns        of the same extents, in [0, 1]
+/// \throws ShapeError if there are not three channels
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] Array<T, Rank> transformed(const Array<T, Rank>& colours, const ColourChange& change) {
+  detail::require_colours("transformed", colours);
+  const Eigen::Matrix<T, 3, 3> matrix = change.matrix.cast<T>();
+  const Eigen::Matrix<T, 3, 1> offset = change.offset.cast<T>();
+  Array<T, Rank> out(colours.shape());
+  detail::for_each_colour(colours.size(), [&](std::size_t i) {
+    const auto value = detail::changed_before_cut<T>(matrix, offset, colours.data() + i);
+    for (std::size_t c = 0; c < 3; ++c)
+      out.data()[i + c] = std::clamp(value[static_cast<Eigen::Index>(c)], T(0), T(1));
+  });
+  return out;
+}
+
+/// Adds the derivatives of transformed() to `colours_adjoint`; channels that were cut have none.
+/// \throws ShapeError if extents differ, or as transformed()
+template <std::floating_point T, std::size_t Rank>
+void transformed_adjoint(const Array<T, Rank>& colours, const ColourChange& change,
+                         const Array<T, Rank>& out_adjoint, Array<T, Rank>& colours_adjoint) {
+  detail::require_colours("transformed_adjoint", colours);
+  require_shape("transformed_adjoint", "out_adjoint", out_adjoint, colours.shape());
+  require_shape("transformed_adjoint", "colours_adjoint", colours_adjoint, colours.shape());
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  const Eigen::Matrix<T, 3, 3> matrix = change.matrix.cast<T>();
+  const Vector offset = change.offset.cast<T>();
+  detail::for_each_colour(colours.size(), [&](std::size_t i) {
+    const Vector value = detail::changed_before_cut<T>(matrix, offset, colours.data() + i);
+    const Vector inside = (value.array() >= 0 && value.array() <= 1).template cast<T>();
+    Eigen::Map<Vector>(colours_adjoint.data() + i) +=
+        matrix.transpose() * inside.cwiseProduct(Eigen::Map<const Vector>(out_adjoint.data() + i));
+  });
+}
+
+}  // namespace tapestry::image

@@ -1,0 +1,104 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <string_view>
+#include <tapestry/core/random.hpp>
+#include <tapestry/image/transform/chain.hpp>
+
+namespace tapestry::image {
+
+/// How far the conditions of a photograph vary around those of the frames: how its camera is held, the light,
+/// its lens, its sensor and its file. Of each range something is drawn uniformly; 0 leaves it as it is.
+struct Conditions {
+  double turn_degrees = 0;    ///< largest pan and tilt of the camera, either way
+  double roll_degrees = 0;    ///< largest roll, either way
+  double zoom = 0;            ///< largest change of the focal length, as a share, either way
+  double exposure_stops = 0;  ///< largest change of exposure, either way
+  double colour_cast = 0;     ///< largest change of the gain of red and of blue, as a share, either way
+  double shadow = 0;          ///< largest share of light that a shadow takes; in half of the pictures
+  double contrast = 0;        ///< largest change of contrast and of saturation, as a share, either way
+  double blur_px = 0;         ///< largest standard deviation of blur, pixels of the detector's input
+  double noise = 0;           ///< largest standard deviation of the sensor's noise at mid grey
+  int worst_quality = 0;      ///< of JPEG, 1 to 95: drawn between it and 95; 0 for no compression
+
+  /// Of a printer: how far its blackest black and its whitest white lie from theirs, and the largest error of
+  /// the matrix that its colours are mixed by.
+  double printed_range = 0, printed_error = 0;
+
+  [[nodiscard]] bool operator==(const Conditions&) const = default;
+};
+
+/// A printed paint photographed outdoors: what evaluate measures with and camouflage can train for. Values
+/// are ours; RAUCA-E2E trains with turns of ±5°, scales of 0.7 to 1 and jittered colours.
+inline constexpr Conditions physical_conditions{5, 5, 0.15, 1, 0.1, 0.5, 0.2, 1.5, 0.04, 50, 0.1, 0.05};
+
+namespace detail {
+
+/// Uniform in ±range; draws once, whatever the range, so that one range does not change what others draw.
+inline double either_way(Random& random, double range) { return random.uniform(-1, 1) * range; }
+
+inline SensorNoise drawn_noise(const Conditions& conditions, Random& random) {
+  const double deviation = random.uniform() * conditions.noise;  // at mid grey: half of its variance is shot
+  return {deviation * deviation, std::max(deviation * std::numbers::sqrt2 / 2, 1e-9), random.bits()};
+}
+
+}  // namespace detail
+
+/// Draws what happens to one picture: the camera's motion, the light, blur, contrast, noise and JPEG, in the
+/// order of a camera. The same for the same random numbers.
+///
+/// \param is_smooth  whether JPEG's rounding has slopes, to train; else it is as in files, to measure
+[[nodiscard]] inline TransformationChain draw_chain(const Conditions& conditions, Random random,
+                                                    bool is_smooth) {
+  using detail::either_way;
+  const double degree = std::numbers::pi / 180;
+  TransformationChain chain;
+  CameraMotion motion;
+  motion.pan_rad = either_way(random, conditions.turn_degrees) * degree;
+  motion.tilt_rad = either_way(random, conditions.turn_degrees) * degree;
+  motion.roll_rad = either_way(random, conditions.roll_degrees) * degree;
+  motion.zoom = 1 + either_way(random, conditions.zoom);
+  if (conditions.turn_degrees > 0 || conditions.roll_degrees > 0 || conditions.zoom > 0)
+    chain.emplace_back(warp_of(motion));
+
+  LightChange light;
+  const double exposure = std::exp2(either_way(random, conditions.exposure_stops));
+  const double red = 1 + either_way(random, conditions.colour_cast);
+  const double blue = 1 + either_way(random, conditions.colour_cast);
+  light.gain = {exposure * red, exposure, exposure * blue};
+  const bool is_shadowed = random.chance(0.5);
+  light.shadow = random.uniform() * (is_shadowed ? conditions.shadow : 0);
+  light.shadow_rad = random.uniform(0, 2 * std::numbers::pi);
+  light.shadow_at = either_way(random, 0.5);
+  if (conditions.exposure_stops > 0 || conditions.colour_cast > 0 || conditions.shadow > 0)
+    chain.emplace_back(light);
+
+  const double across = random.uniform() * conditions.blur_px, down = random.uniform() * conditions.blur_px;
+  if (conditions.blur_px > 0) chain.emplace_back(Blur{across, down});
+  const SensorNoise noise = detail::drawn_noise(conditions, random);
+  if (conditions.noise > 0) chain.emplace_back(noise);
+  const double contrast = 1 + either_way(random, conditions.contrast);
+  const double saturation = 1 + either_way(random, conditions.contrast);
+  if (conditions.contrast > 0 || conditions.noise > 0)  // which cuts to 0 … 1 what noise has left
+    chain.emplace_back(contrast_and_saturation(contrast, saturation));
+  const double quality = random.uniform(conditions.worst_quality, 96);
+  if (conditions.worst_quality > 0)
+    chain.emplace_back(JpegCompression{static_cast<int>(quality), true, is_smooth});
+  return chain;
+}
+
+/// Draws what a printer makes of a paint's colours.
+[[nodiscard]] inline ColourChange draw_print(const Conditions& conditions, Random random) {
+  ColourChange print;
+  const double black = random.uniform() * conditions.printed_range;
+  const double white = 1 - random.uniform() * conditions.printed_range;
+  for (Eigen::Index row = 0; row < 3; ++row)
+    for (Eigen::Index column = 0; column < 3; ++column)
+      print.matrix(row, column) += detail::either_way(random, conditions.printed_error);
+  print.matrix *= white - black;
+  print.offset.setConstant(black);
+  return print;
+}
+
+}  // namespace tapestry::image
