@@ -47,6 +47,35 @@ TEST_CASE("the gradient of the whole pipeline agrees with central differences", 
   test::check_pipeline_gradient(objective, views, start);
 }
 
+TEST_CASE("the gradient through a photo session agrees with central differences", "[camouflage][gradient]") {
+  const auto car = test::tiny_car();
+  const auto network = test::tiny_network<double>("mish");
+  const auto views = views_of<double>(car);
+  tapestry::image::Conditions conditions = tapestry::image::physical_conditions;
+  conditions.worst_quality = 0;  // rounding jumps, see the test of JPEG's own adjoint
+  const auto session = camouflage::draw_session<double>(views, conditions, tapestry::Random(5), true);
+  REQUIRE(session.print);
+  camouflage::Objective<double> objective(network, {});
+  const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
+  test::check_pipeline_gradient(objective, views, start, &session);
+  const auto short_session =
+      camouflage::draw_session<double>(std::span(views).first(2), conditions, tapestry::Random(5), true);
+  CHECK_THROWS_AS(objective(tapestry::ArrayVariable<double, 2>(start), views, &short_session),
+                  tapestry::ShapeError);
+}
+
+TEST_CASE("a session without conditions changes no bit", "[camouflage][gradient]") {
+  const auto car = test::tiny_car();
+  const auto network = test::tiny_network<float>();
+  const auto views = views_of<float>(car);
+  const auto session = camouflage::draw_session<float>(views, {}, tapestry::Random(5), true);
+  CHECK_FALSE(session.print);
+  camouflage::Objective<float> objective(network, {});
+  const auto start = test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
+  const tapestry::ArrayVariable<float, 2> parameter(start);
+  CHECK(objective(parameter, views, &session).value() == objective(parameter, views).value());
+}
+
 TEST_CASE("the float pipeline's gradient agrees with double where no kink lies between",
           "[camouflage][gradient]") {
   const auto car = test::tiny_car();

@@ -26,13 +26,15 @@ Array<T, 2> pipeline_gradient(camouflage::Objective<T>& objective, ViewPointers<
 
 /// Checks fifty directions of the gradient against central differences.
 inline void check_pipeline_gradient(camouflage::Objective<double>& objective, ViewPointers<double> views,
-                                    const Array<double, 2>& start) {
+                                    const Array<double, 2>& start,
+                                    const camouflage::PhotoSession* session = nullptr) {
   GradientCheckOptions check;
   check.tolerance = 1e-6;
   check.subset = 50;
   check.step = 1e-5;  // short, since every leaky unit within the step is a kink
   const auto report = check_tape_gradient(
-      [&](const ArrayVariable<double, 2>& parameter) { return objective(parameter, views); }, start, check);
+      [&](const ArrayVariable<double, 2>& parameter) { return objective(parameter, views, session); }, start,
+      check);
   INFO(report.to_text());
   CHECK(report.passed());
   CHECK(report.kinks.size() <= 5);

@@ -5,12 +5,14 @@
 #include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/image/over_variable.hpp>
+#include <tapestry/image/transform/chain_variable.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
 #include <tapestry/loss/smoothness_variable.hpp>
 #include <tapestry/raster/texture_operator_variable.hpp>
@@ -47,6 +49,9 @@ struct ObjectiveTerms {
 ///
 ///   parameter → colours → render → over the frames → detector → adversarial loss + μ · smoothness.
 ///
+/// A photo session prints the colours before and photographs the pictures after they are laid over the
+/// frames.
+///
 /// Source: FCA (AAAI 2022), eq. 2-7 and Algorithm 1, but that smoothness is summed over steps of the paint
 /// within the car (eq. 5: over the composited picture). The network's weights, the frames and the cameras are
 /// passive and record nothing. May be called again before the tape is reversed.
@@ -82,16 +87,21 @@ class Objective {
   ///
   /// \param parameter  [texel, 3]
   /// \param views      at least one
-  [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views) {
+  /// \param session    a shot for each view; if not given, the detectors see the pictures as they are
+  [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views,
+                                       const PhotoSession* session = nullptr) {
     if (views.empty()) throw DomainError("objective: no views");
+    if (session != nullptr && session->shots.size() != views.size())
+      throw ShapeError("objective: a photo session of " + std::to_string(session->shots.size()) +
+                       " shots for " + std::to_string(views.size()) + " views");
     StageClock<T> clock(times_, parameter.is_active());
-    const auto colours = texture_colours(parameter);
+    const auto colours = printed(texture_colours(parameter), session);
     clock.end_of(&StepTimes::update);
     const auto renders = raster::render(operators_of(views), colours);
     clock.end_of(&StepTimes::render);
-    const auto pictures = image::over(renders, backdrops_of(views));
+    const auto pictures = photographed(image::over(renders, backdrops_of(views)), session);
     clock.end_of(&StepTimes::composite);
-    const auto adversarial = adversarial_of(pictures, views, clock);
+    const auto adversarial = adversarial_of(pictures, views, session, clock);
     const Variable<T> smoothness =
         used_texels_ ? loss::atlas_smoothness(colours, used_texels_)
                      : loss::smoothness(renders, interiors_of(views)) / static_cast<T>(views.size());
@@ -139,19 +149,35 @@ class Objective {
     return backdrops;
   }
 
-  static std::vector<loss::Target> targets_of(Views views, std::size_t class_index) {
+  static ArrayVariable<T, 2> printed(ArrayVariable<T, 2> colours, const PhotoSession* session) {
+    if (session == nullptr || !session->print) return colours;
+    return image::transformed(colours, *session->print);
+  }
+
+  static ArrayVariable<T, 4> photographed(ArrayVariable<T, 4> pictures, const PhotoSession* session) {
+    if (session == nullptr) return pictures;
+    std::vector<image::TransformationChain> chains;
+    for (const Shot& shot : session->shots) chains.push_back(shot.chain);
+    return image::transformed(pictures, chains);
+  }
+
+  static std::vector<loss::Target> targets_of(Views views, const PhotoSession* session,
+                                              std::size_t class_index) {
     std::vector<loss::Target> targets;
-    for (const auto& view : views) targets.push_back({class_index, view->target});
+    for (std::size_t i = 0; i < views.size(); ++i)
+      targets.push_back({class_index, session == nullptr ? views[i]->target : session->shots[i].target});
     return targets;
   }
 
-  [[nodiscard]] auto adversarial_of(const ArrayVariable<T, 4>& pictures, Views views, StageClock<T>& clock) {
+  [[nodiscard]] auto adversarial_of(const ArrayVariable<T, 4>& pictures, Views views,
+                                    const PhotoSession* session, StageClock<T>& clock) {
     std::vector<loss::AdversarialTerms<Variable<T>>> of_members;
     for (Member& member : members_) {
       const auto logits = detect::forward(*member.detector, pictures, member.passes.take());
       clock.end_of(&StepTimes::detector_forward, &StepTimes::detector_backward);
-      of_members.push_back(loss::adversarial(*member.detector, logits, targets_of(views, member.class_index),
-                                             options_.kind, options_.weights));
+      of_members.push_back(loss::adversarial(*member.detector, logits,
+                                             targets_of(views, session, member.class_index), options_.kind,
+                                             options_.weights));
       clock.end_of(&StepTimes::losses);
     }
     return loss::mean_of(of_members);

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/optim/adam.hpp>
@@ -24,6 +26,7 @@ struct TrainingOptions {
   std::size_t batch = 1;  ///< views a step
   std::uint64_t seed = 1;
   optim::AdamSettings adam{};
+  image::Conditions conditions{};  ///< what every step photographs its views under; none: as they are
 };
 
 /// Everything that changes while the texture is optimised. Two runs that agree in it and in their
@@ -38,8 +41,9 @@ struct TrainingState {
 
 /// Minimises the objective over the texture by Adam, in shuffled minibatches over views.
 ///
-/// The order of an epoch's views depends on the seed and the epoch's number only, so the state needs no
-/// sampler: the step's number says where it stands. Source: FCA (AAAI 2022), Algorithm 1.
+/// The order of an epoch's views depends on the seed and the epoch's number only, and what they are
+/// photographed under on the step's, so the state needs no sampler: the step's number says where it stands.
+/// Source: FCA (AAAI 2022), Algorithm 1.
 template <class T>
 class Training {
  public:
@@ -117,11 +121,19 @@ class Training {
     return batch;
   }
 
+  /// Depends on the seed and the step's number only, as does the batch.
+  [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const {
+    if (options_.conditions == image::Conditions{}) return {};
+    const Random random = Random(options_.seed).fork(0x70686F746FULL).fork(state_.step);
+    return draw_session<T>(views, options_.conditions, random, true);
+  }
+
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<T, 2> parameter = tape_.input(state_.parameter);
-    const Variable<T> loss = objective_(parameter, views);
+    const auto session = next_session(views);
+    const Variable<T> loss = objective_(parameter, views, session ? &*session : nullptr);
     require_finite_terms(views);
     tape_.reverse(loss);
     return parameter.adjoint();

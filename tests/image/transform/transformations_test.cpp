@@ -64,7 +64,7 @@ TEST_CASE("a moved camera sees a point of the world where it projects it", "[ima
     const double x3 = std::cos(motion.roll_rad) * x1 + std::sin(motion.roll_rad) * y2;
     const double y3 = -std::sin(motion.roll_rad) * x1 + std::cos(motion.roll_rad) * y2;
     const double focal = motion.focal * half;
-    const auto moved = image::warped_point(warp, half + focal * x / z, 40 + focal * y / z, height, width);
+    const auto moved = image::WarpedPoint(warp, height, width)(half + focal * x / z, 40 + focal * y / z);
     CHECK(moved[0] == Approx(half + motion.zoom * focal * x3 / z2).epsilon(1e-12));
     CHECK(moved[1] == Approx(40 + motion.zoom * focal * y3 / z2).epsilon(1e-12));
   }
@@ -77,7 +77,7 @@ TEST_CASE("a warped picture shows at a point what was where it came from", "[ima
   std::size_t inside = 0;
   for (double y = 12.5; y < 48; y += 5)
     for (double x = 12.5; x < 78; x += 5) {
-      const auto at = image::warped_point(warp, x, y, height, width);
+      const auto at = image::WarpedPoint(warp, height, width)(x, y);
       const auto column = static_cast<std::size_t>(at[0]), row = static_cast<std::size_t>(at[1]);
       if (at[0] < 1 || at[1] < 1 || column + 1 >= width || row + 1 >= height) continue;
       ++inside;

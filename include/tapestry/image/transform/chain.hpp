@@ -63,14 +63,4 @@ void transformed_adjoint(const std::vector<Array<T, 3>>& stages, const Transform
   for (std::size_t i = 0; i < adjoint.size(); ++i) picture_adjoint.data()[i] += adjoint.data()[i];
 }
 
-/// Where a point of the first picture, in pixels from its upper left corner, lies after a chain.
-[[nodiscard]] inline std::array<double, 2> transformed_point(const TransformationChain& chain,
-                                                             std::array<double, 2> point, std::size_t height,
-                                                             std::size_t width) {
-  for (const Transformation& transformation : chain)
-    if (const Warp* const warp = std::get_if<Warp>(&transformation))
-      point = warped_point(*warp, point[0], point[1], height, width);
-  return point;
-}
-
 }  // namespace tapestry::image

@@ -43,15 +43,24 @@ struct CameraMotion {
   return {first.asDiagonal() * first_from_moved * moved_inverse.asDiagonal()};
 }
 
-/// Where a point of the source, in pixels from the upper left corner of a picture of these extents, lies in
-/// the warped picture.
-[[nodiscard]] inline std::array<double, 2> warped_point(const Warp& warp, double x, double y,
-                                                        std::size_t height, std::size_t width) {
-  const double middle_x = static_cast<double>(width) / 2, middle_y = static_cast<double>(height) / 2;
-  const Eigen::Vector3d target = warp.source_from_target.inverse() *
-                                 Eigen::Vector3d((x - middle_x) / middle_x, (y - middle_y) / middle_x, 1);
-  return {middle_x + middle_x * target.x() / target.z(), middle_y + middle_x * target.y() / target.z()};
-}
+/// Where points of a picture of some extents lie after a warp, both in pixels from its upper left corner.
+class WarpedPoint {
+ public:
+  WarpedPoint(const Warp& warp, std::size_t height, std::size_t width)
+      : target_from_source_(warp.source_from_target.inverse()),
+        middle_x_(static_cast<double>(width) / 2),
+        middle_y_(static_cast<double>(height) / 2) {}
+
+  [[nodiscard]] std::array<double, 2> operator()(double x, double y) const {
+    const Eigen::Vector3d target =
+        target_from_source_ * Eigen::Vector3d((x - middle_x_) / middle_x_, (y - middle_y_) / middle_x_, 1);
+    return {middle_x_ + middle_x_ * target.x() / target.z(), middle_y_ + middle_x_ * target.y() / target.z()};
+  }
+
+ private:
+  Eigen::Matrix3d target_from_source_;
+  double middle_x_, middle_y_;
+};
 
 namespace detail {
 
