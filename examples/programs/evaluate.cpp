@@ -30,6 +30,8 @@ struct Options {
   DatasetSettings dataset;
   ProtocolSettings protocol;
   std::vector<double> sweep{0.05, 0.1, 0.25, 0.5, 0.75};
+  std::vector<std::string> conditions;
+  std::size_t draws = 4;
   std::string output;
   std::uint64_t seed = 1;
   int threads = 0;
@@ -46,6 +48,12 @@ void describe(CLI::App& app, Options& options) {
   add_options(app, options.dataset);
   add_options(app, options.protocol, protocol_help());
   app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
+      ->capture_default_str();
+  app.add_option(
+      "--conditions", options.conditions,
+      "what the views are photographed under: camera, light, blur, noise, contrast, jpeg, print, or "
+      "physical for all; left out, they are measured as they are");
+  app.add_option("--draws", options.draws, "photographs of each view under --conditions")
       ->capture_default_str();
   app.add_option(
       "--output", options.output,
@@ -81,12 +89,20 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_sound(options.scene, list);
   require_sound(options.detector, list);
   require_sound_thread_count(options.threads, list);
+  list.attempt([&] { (void)image::conditions_by_names(options.conditions); });
+  list.require(options.draws >= 1 && options.draws <= 1000, "--draws must be 1 to 1000");
   for (const double threshold : options.sweep)
     list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
   list.throw_first();
   if (!options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
     throw Error(ErrorKind::in_use,
                 options.output + " holds a run, whose metrics would be lost; give another --output");
+}
+
+/// What the views are photographed under.
+evaluate::Photography photography_of(const Options& options) {
+  if (options.conditions.empty()) return {};
+  return {image::conditions_by_names(options.conditions), options.draws, options.seed};
 }
 
 /// Prints how often the car was found at each threshold of the sweep, and adds it to the metrics.
@@ -140,14 +156,19 @@ int run(const CLI::App& app, Options& options) {
   evaluate::Meter<float> meter(network, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});
   std::vector<Bitmap> sheet;
-  SurveyWatch watch(meter, textures.pictures_a_view() * usable.size());
+  const auto photography = photography_of(options);
+  SurveyWatch watch(meter, textures.pictures_a_view() * usable.size() * photography.draws);
   watch.collect(options.clean_only ? "clean" : "adversarial", sheet);
   RunReport report;
-  report.survey = evaluate::survey(meter, store, usable, textures, watch);
+  report.survey = evaluate::survey(meter, store, usable, textures, watch, photography);
   report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);
   report.options["seed"] = options.seed;
+  if (!options.conditions.empty()) {
+    report.options["conditions"] = options.conditions;
+    report.options["draws"] = options.draws;
+  }
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
   print_sweep(options.sweep, report, metrics);

@@ -153,3 +153,38 @@ TEST_CASE("a survey's visitor can end it", "[evaluate][survey]") {
   CHECK_THROWS_WITH(evaluate::survey(fixture.meter, fixture.store, fixture.views, fixture.textures, give_up),
                     "enough");
 }
+
+TEST_CASE("views are photographed anew for each draw, in the same way for every texture",
+          "[evaluate][conditions]") {
+  Fixture fixture;
+  fixture.textures.controls.resize(1);
+  fixture.textures.controls[0].colours = fixture.textures.clean;  // must fare as clean does
+  evaluate::Photography photography{tapestry::image::physical_conditions, 3, 8};
+  std::vector<tapestry::Array<float, 3>> pictures;
+  const auto survey = [&] {
+    pictures.clear();
+    return evaluate::survey(
+        fixture.meter, fixture.store, fixture.views, fixture.textures,
+        [&](const Measured& measured) { pictures.push_back(measured.picture); }, photography);
+  };
+  const auto first = survey();
+  REQUIRE(pictures.size() == 3 * 2 * 3);
+  CHECK(first.clean.draws == 3);
+  CHECK(first.clean.rate.views == 6);
+  CHECK(first.clean.best_confidence == first.controls[0].best_confidence);
+  CHECK((pictures[6] == pictures[12]));
+  CHECK((pictures[6] != pictures[7]));
+  const auto again = survey();
+  CHECK(again.photo.best_confidence == first.photo.best_confidence);
+  photography.seed = 9;
+  CHECK(survey().photo.best_confidence != first.photo.best_confidence);
+}
+
+TEST_CASE("an effect counts a view once, however often it was photographed", "[evaluate][conditions]") {
+  evaluate::Measurement control{"matched noise", 2, {true, false, true, true}, {0.8, 0.4, 0.9, 0.7}};
+  evaluate::Measurement adversarial{"adversarial", 2, {false, false, true, false}, {0.2, 0.4, 0.5, 0.3}};
+  const auto effect = evaluate::effect_beyond(control, adversarial);
+  CHECK(effect.best_confidence.pairs == 2);
+  CHECK(effect.best_confidence.mean == Approx(0.35));
+  CHECK(effect.p_at_50.mean == Approx(0.5));
+}

@@ -85,6 +85,7 @@ class CamouflageRun {
     training_options.batch = options_.optimisation.batch;
     training_options.seed = options_.optimisation.seed;
     training_options.adam.learning_rate = options_.optimisation.learning_rate;
+    training_options.conditions = image::conditions_by_names(options_.optimisation.conditions);
     camouflage::Training<float> training(objective_, train_, usable_train,
                                          start_texture(options_.optimisation, inputs_.car.painted),
                                          training_options);

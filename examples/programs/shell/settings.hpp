@@ -8,6 +8,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/transform/conditions.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <type_traits>
 #include <utility>
@@ -58,6 +59,7 @@ struct OptimisationSettings {
   std::size_t batch = 8;
   double learning_rate = 0.1;
   std::vector<std::string> ensemble;
+  std::vector<std::string> conditions;
   std::uint64_t seed = 1;
 };
 
@@ -126,7 +128,11 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("ensemble", s.ensemble,
         "further detectors to optimise against, .onnx models or what convert_weights made, of the same input "
         "size and --class: the loss is the mean over all; only the first, --weights, is measured");
-  visit("seed", s.seed, "seed of the start texture and of the views' order");
+  visit(
+      "conditions", s.conditions,
+      "what every step photographs its views under, drawn anew: camera, light, blur, noise, contrast, jpeg, "
+      "print, or physical for all; nothing when left out");
+  visit("seed", s.seed, "seed of the start texture, of the views' order and of --conditions");
 }
 
 /// Adds one option a setting, but none for the settings named in `except`.
@@ -143,7 +149,8 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 /// Settings that, left empty, ask for nothing or leave the choice to the detector; a manifest then lacks
 /// them.
 inline bool is_open_choice(const std::string& name) {
-  return name == "decode" || name == "fit" || name == "detector" || name == "ensemble";
+  return name == "decode" || name == "fit" || name == "detector" || name == "ensemble" ||
+         name == "conditions";
 }
 
 /// Adds the settings to a JSON object under their option names.
@@ -195,6 +202,7 @@ inline void require_sound(const DetectorSettings& s, ProblemList& list) {
 
 inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
   list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
+  list.attempt([&] { (void)image::conditions_by_names(s.conditions); });
   list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});
   list.require_choice("--start", s.start, {"random", "zero", "own"});
   const std::pair<const char*, double> weights[] = {{"--iou-weight", s.iou},

@@ -31,7 +31,7 @@ inline Bitmap annotated(const evaluate::MeasuredPicture<float>& measured,
                         const evaluate::Meter<float>& meter) {
   Bitmap bitmap = image::to_bytes(measured.picture);
   for (const auto& detection : measured.result.detections) {
-    const bool counts = meter.shows_car({detection}, measured.view);
+    const bool counts = meter.shows_car({detection}, measured.target);
     draw_box(bitmap, detection.box,
              counts ? std::array<std::uint8_t, 3>{40, 220, 60} : std::array<std::uint8_t, 3>{255, 150, 0});
   }

@@ -14,15 +14,29 @@ struct Effect {
   PairedDifference p_at_50{};          ///< of the shares of views in which the car is found
 };
 
+namespace detail {
+
+/// The mean of each view's pictures, so that a view counts once however often it was photographed.
+template <class Value>
+std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::size_t draws) {
+  std::vector<double> means(of_pictures.size() / draws);
+  for (std::size_t i = 0; i < of_pictures.size(); ++i)
+    means[i / draws] += static_cast<double>(of_pictures[i]) / static_cast<double>(draws);
+  return means;
+}
+
+}  // namespace detail
+
 /// \param control, adversarial  measured in the same views, in the same order
 /// \throws ShapeError if they do not have as many views; DomainError as paired_bootstrap()
 [[nodiscard]] inline Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
                                           const BootstrapSettings& settings = {}) {
-  const auto shares = [](const std::vector<bool>& found) {
-    return std::vector<double>(found.begin(), found.end());
+  const auto compare = [&](const auto& of_control, const auto& of_adversarial) {
+    return paired_bootstrap(detail::means_of_views(of_control, control.draws),
+                            detail::means_of_views(of_adversarial, adversarial.draws), settings);
   };
-  return {control.name, paired_bootstrap(control.best_confidence, adversarial.best_confidence, settings),
-          paired_bootstrap(shares(control.found), shares(adversarial.found), settings)};
+  return {control.name, compare(control.best_confidence, adversarial.best_confidence),
+          compare(control.found, adversarial.found)};
 }
 
 }  // namespace tapestry::evaluate

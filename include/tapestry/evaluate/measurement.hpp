@@ -1,24 +1,38 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <string>
+#include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/meter.hpp>
+#include <tapestry/image/transform/conditions.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::evaluate {
 
+/// Photographs that stand for views as they are: some of each view, each under conditions of its own.
+struct Photography {
+  image::Conditions conditions{};
+  std::size_t draws = 1;  ///< photographs of each view
+  std::uint64_t seed = 1;
+};
+
 /// How a set of views fares with one texture.
 struct Measurement {
   std::string name;
-  std::vector<bool> found{};              ///< one entry a view: the car found at IoU ≥ ½
-  std::vector<double> best_confidence{};  ///< one entry a view, see best_confidence()
+  std::size_t draws = 1;                  ///< pictures of each view, one behind the other
+  std::vector<bool> found{};              ///< one entry a picture: the car found at IoU ≥ ½
+  std::vector<double> best_confidence{};  ///< one entry a picture, see best_confidence()
   DetectionRate rate{};
-  double mean_best_confidence = 0;     ///< over the views, 0 without any: a rate hides what a mean shows
+  double mean_best_confidence = 0;     ///< over the pictures, 0 without any: a rate hides what a mean shows
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
 };
 
@@ -28,30 +42,63 @@ struct MeasuredPicture {
   const std::string& texture;  ///< the measurement's name
   const Array<T, 3>& picture;  ///< [H, W, 3]
   const camouflage::View<T>& view;
+  const detect::Box& target;  ///< where the car is in the picture
   const ViewResult& result;
 };
 
+namespace detail {
+
+/// The picture of a view in a texture, or the untouched frame when `colours` is null, photographed if asked
+/// for: the same conditions for every texture, the same print of a texture in every view.
+template <class T>
+struct Photograph {
+  Array<T, 3> picture;
+  detect::Box target;
+};
+
+template <class T>
+Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
+                            const Array<T, 2>* colours, const Photography& photography, std::size_t draw) {
+  const auto in = [&](const Array<T, 2>& texture) { return camouflage::picture_of(view, texture); };
+  const image::Conditions& conditions = photography.conditions;
+  if (conditions == image::Conditions{})
+    return {colours != nullptr ? in(*colours) : view.background, view.target};
+  const Random random(photography.seed);
+  const auto shot =
+      camouflage::draw_shot(view, conditions, random.fork(1).fork(draw).fork(view_index), false);
+  Array<T, 3> picture =
+      colours != nullptr
+          ? in(image::transformed(*colours, image::draw_print(conditions, random.fork(2).fork(draw))))
+          : view.background;
+  return {image::transformed(std::move(picture), shot.chain), shot.target};
+}
+
+}  // namespace detail
+
 /// Measures one texture, or the untouched frames when `colours` is null, in some views.
 ///
-/// \param views    indices in the store
-/// \param colours  [texel, 3] in [0, 1]
-/// \param visit    called with each MeasuredPicture in order, to show or keep it; may give up by an exception
+/// \param views        indices in the store
+/// \param colours      [texel, 3] in [0, 1]
+/// \param visit        called with each MeasuredPicture in order, to show or keep it; may give up by an
+///                     exception
+/// \param photography  what the views are photographed under; if left out, they are as they are
 template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Measurement measure(const std::string& name, Meter<T>& meter, camouflage::ViewStore<T>& store,
                                   const std::vector<std::size_t>& views, const Array<T, 2>* colours,
-                                  Visit&& visit) {
-  Measurement measurement{name};
+                                  Visit&& visit, const Photography& photography = {}) {
+  Measurement measurement{name, photography.draws};
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
   for (const std::size_t index : views) {
     const auto view = store.view(index);
-    const Array<T, 3> picture =
-        colours != nullptr ? camouflage::picture_of(*view, *colours) : view->background;
-    const ViewResult result = meter.examine(picture, *view);
-    measurement.found.push_back(result.found);
-    measurement.best_confidence.push_back(result.best_confidence);
-    for (std::size_t i = 0; i < found_in_sweep.size(); ++i)
-      found_in_sweep[i].push_back(result.found_in_sweep[i]);
-    visit(MeasuredPicture<T>{name, picture, *view, result});
+    for (std::size_t draw = 0; draw < photography.draws; ++draw) {
+      const auto [picture, target] = detail::photograph_of(*view, index, colours, photography, draw);
+      const ViewResult result = meter.examine(picture, view->name, target);
+      measurement.found.push_back(result.found);
+      measurement.best_confidence.push_back(result.best_confidence);
+      for (std::size_t i = 0; i < found_in_sweep.size(); ++i)
+        found_in_sweep[i].push_back(result.found_in_sweep[i]);
+      visit(MeasuredPicture<T>{name, picture, *view, target, result});
+    }
   }
   measurement.rate = detection_rate(measurement.found);
   const auto& confidences = measurement.best_confidence;

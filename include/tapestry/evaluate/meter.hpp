@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_decode.hpp>
@@ -51,8 +52,15 @@ class Meter {
   /// \param picture  [H, W, 3], at the size of the network's input
   /// \throws ShapeError for another size, NumericError for logits that are not finite
   [[nodiscard]] ViewResult examine(const Array<T, 3>& picture, const camouflage::View<T>& view) {
+    return examine(picture, view.name, view.target);
+  }
+
+  /// \param name    of the picture, for errors
+  /// \param target  the car's box in it
+  [[nodiscard]] ViewResult examine(const Array<T, 3>& picture, const std::string& name,
+                                   const detect::Box& target) {
     detector_.forward(image::batch_of(picture), pass_);
-    detect::require_finite_logits(pass_.logits, view.name);
+    detect::require_finite_logits(pass_.logits, name);
     double least = settings_.confidence;
     for (const double threshold : settings_.sweep) least = std::min(least, threshold);
     const auto kept = detect::suppress(detect::decode(detector_.heads(), pass_.logits, 0, least,
@@ -60,19 +68,19 @@ class Meter {
                                        settings_.nms, true, detector_.suppression_measure());
     ViewResult result;
     result.detections = above(settings_.confidence, kept);
-    result.found = shows_car(result.detections, view);
+    result.found = shows_car(result.detections, target);
     for (const double threshold : settings_.sweep)
-      result.found_in_sweep.push_back(shows_car(above(threshold, kept), view));
+      result.found_in_sweep.push_back(shows_car(above(threshold, kept), target));
     result.best_confidence = best_confidence<T>({detector_.heads(), loss::to_read(pass_.logits), 0,
                                                  detector_.input_height(), detector_.input_width()},
-                                                {class_index_, view.target});
+                                                {class_index_, target});
     return result;
   }
 
-  /// Whether the car of the view is among the detections, see is_found().
+  /// Whether a car of this box is among the detections, see is_found().
   [[nodiscard]] bool shows_car(const std::vector<detect::Detection>& detections,
-                               const camouflage::View<T>& view) const {
-    return is_found(detections, {class_index_, view.target});
+                               const detect::Box& target) const {
+    return is_found(detections, {class_index_, target});
   }
 
   [[nodiscard]] const MeterSettings& settings() const { return settings_; }

@@ -21,7 +21,7 @@ struct SurveyedTextures {
   std::optional<Array<T, 2>> adversarial;  ///< the camouflage, if there is one
   std::vector<Control<T>> controls;
 
-  /// Pictures of each view that a survey measures, the untouched frame among them.
+  /// Pictures of each view that a survey measures at each draw, the untouched frame among them.
   [[nodiscard]] std::size_t pictures_a_view() const { return 2 + (adversarial ? 1U : 0U) + controls.size(); }
 };
 
@@ -40,16 +40,19 @@ struct Survey {
 template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Survey survey(Meter<T>& meter, camouflage::ViewStore<T>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures<T>& textures,
-                            Visit&& visit) {
+                            Visit&& visit, const Photography& photography = {}) {
+  const auto measured = [&](const std::string& name, const Array<T, 2>* colours) {
+    return measure(name, meter, store, views, colours, visit, photography);
+  };
   Survey survey;
-  survey.photo = measure<T>("photo", meter, store, views, nullptr, visit);
-  survey.clean = measure("clean", meter, store, views, &textures.clean, visit);
+  survey.photo = measured("photo", nullptr);
+  survey.clean = measured("clean", &textures.clean);
   if (textures.adversarial) {
-    survey.adversarial = measure("adversarial", meter, store, views, &*textures.adversarial, visit);
+    survey.adversarial = measured("adversarial", &*textures.adversarial);
     survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found);
   }
   for (const Control<T>& control : textures.controls) {
-    survey.controls.push_back(measure(control.name, meter, store, views, &control.colours, visit));
+    survey.controls.push_back(measured(control.name, &control.colours));
     if (survey.adversarial && control.name == matched_noise_name)
       survey.effect = effect_beyond(survey.controls.back(), *survey.adversarial);
   }

@@ -73,3 +73,15 @@ TEST_CASE("a print keeps colours within its black and its white", "[image][trans
   CHECK((printed(1, 0) < 1 && printed(1, 0) > 0.8));
   CHECK(printed(0, 0) == printed(0, 2));
 }
+
+TEST_CASE("conditions by their names", "[image][transform][conditions][bad_input]") {
+  CHECK(image::conditions_by_names({}) == image::Conditions{});
+  CHECK(image::conditions_by_names({"physical"}) == image::physical_conditions);
+  CHECK(image::conditions_by_names({"jpeg", "camera", "light", "blur", "noise", "contrast", "print"}) ==
+        image::physical_conditions);
+  image::Conditions blur_and_noise;
+  blur_and_noise.blur_px = image::physical_conditions.blur_px;
+  blur_and_noise.noise = image::physical_conditions.noise;
+  CHECK(image::conditions_by_names({"noise", "blur"}) == blur_and_noise);
+  CHECK_THROWS_WITH(image::conditions_by_names({"blur", "fog"}), Catch::Contains("'fog' is none of camera"));
+}

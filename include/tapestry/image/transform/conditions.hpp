@@ -1,10 +1,13 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <string_view>
+#include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/chain.hpp>
+#include <vector>
 
 namespace tapestry::image {
 
@@ -32,6 +35,33 @@ struct Conditions {
 /// A printed paint photographed outdoors: what evaluate measures with and camouflage can train for. Values
 /// are ours; RAUCA-E2E trains with turns of ±5°, scales of 0.7 to 1 and jittered colours.
 inline constexpr Conditions physical_conditions{5, 5, 0.15, 1, 0.1, 0.5, 0.2, 1.5, 0.04, 50, 0.1, 0.05};
+
+/// Of the physical conditions only those of some kinds: camera, light, blur, noise, contrast, jpeg or print,
+/// or all of them for physical. \throws DomainError naming one that is none of these
+[[nodiscard]] inline Conditions conditions_by_names(const std::vector<std::string>& names) {
+  const Conditions& all = physical_conditions;
+  Conditions chosen;
+  for (const std::string& name : names) {
+    const auto is = [&](const char* kind) { return name == kind || name == "physical"; };
+    bool is_known = false;
+    const auto take = [&](const char* kind, auto... members) {
+      if (!is(kind)) return;
+      is_known = true;
+      ((chosen.*members = all.*members), ...);
+    };
+    take("camera", &Conditions::turn_degrees, &Conditions::roll_degrees, &Conditions::zoom);
+    take("light", &Conditions::exposure_stops, &Conditions::colour_cast, &Conditions::shadow);
+    take("blur", &Conditions::blur_px);
+    take("noise", &Conditions::noise);
+    take("contrast", &Conditions::contrast);
+    take("jpeg", &Conditions::worst_quality);
+    take("print", &Conditions::printed_range, &Conditions::printed_error);
+    if (!is_known)
+      throw DomainError("conditions: '" + name +
+                        "' is none of camera, light, blur, noise, contrast, jpeg, print, physical");
+  }
+  return chosen;
+}
 
 namespace detail {
 
