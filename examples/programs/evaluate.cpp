@@ -25,6 +25,7 @@ using namespace tapestry::shell;
 
 struct Options {
   std::string run;
+  std::string against;
   SceneSettings scene;
   DetectorSettings detector;
   DatasetSettings dataset;
@@ -43,6 +44,8 @@ void describe(CLI::App& app, Options& options) {
   app.add_option(
       "--run", options.run,
       "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
+  app.add_option("--against", options.against,
+                 "folder of another run of the same car, measured as 'other run': what --run does beyond it");
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.dataset);
@@ -130,6 +133,8 @@ int run(const CLI::App& app, Options& options) {
       throw Error(ErrorKind::usage, std::string(option) + " needs --dataset");
   if (options.run.empty() && !options.clean_only)
     throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
+  if (!options.against.empty() && options.clean_only)
+    throw Error(ErrorKind::usage, "--against needs --run, which it is compared with");
   if (!options.run.empty()) adopt_run(app, options);
   require_sound(app, options);
   if (options.threads > 0) limit_threads(options.threads);
@@ -152,6 +157,9 @@ int run(const CLI::App& app, Options& options) {
   if (!options.clean_only) textures.adversarial = read_colours(options.run + "/texture.npz", texel_count);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
                                            : evaluate::plain_controls<float>(texel_count, options.seed);
+  if (!options.against.empty())
+    textures.controls.push_back(
+        {evaluate::other_run_name, read_colours(options.against + "/texture.npz", texel_count)});
   if (!options.output.empty()) make_writable_folder(options.output);
   evaluate::Meter<float> meter(network, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});

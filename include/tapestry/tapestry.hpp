@@ -52,6 +52,7 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
@@ -140,6 +141,16 @@
 #include <tapestry/image/planes.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/image/resize_variable.hpp>
+#include <tapestry/image/transform/blur.hpp>
+#include <tapestry/image/transform/chain.hpp>
+#include <tapestry/image/transform/chain_variable.hpp>
+#include <tapestry/image/transform/colour_change.hpp>
+#include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/image/transform/jpeg_compression.hpp>
+#include <tapestry/image/transform/light_change.hpp>
+#include <tapestry/image/transform/rows.hpp>
+#include <tapestry/image/transform/sensor_noise.hpp>
+#include <tapestry/image/transform/warp.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>

@@ -51,6 +51,8 @@ inline Json metrics_json(const RunReport& report) {
           {"asr_views", report.survey.asr.views},
           {"asr_interval", report.survey.asr.interval},
           {"effect", report.survey.effect ? json_of(*report.survey.effect) : Json()},
+          {"effect_beyond_other_run",
+           report.survey.effect_beyond_other_run ? json_of(*report.survey.effect_beyond_other_run) : Json()},
           {"held_out", report.held_out},
           {"seconds", report.seconds},
           {"peak_mib", peak_mib()},
@@ -130,8 +132,8 @@ inline std::string summary_text(const RunReport& report) {
             std::to_string(report.survey.asr.views) + " views found in clean\n";
   else
     text += "  attack success is not defined: no view is found in clean\n";
-  if (report.survey.effect)
-    text += "  " + effect_text(*report.survey.effect) + "\n  (" + effect_note(*report.survey.effect) + ")\n";
+  for (const auto& effect : {report.survey.effect, report.survey.effect_beyond_other_run})
+    if (effect) text += "  " + effect_text(*effect) + "\n  (" + effect_note(*effect) + ")\n";
   return text;
 }
 

@@ -28,6 +28,8 @@ struct Control {
 /// The control that an attack's effect is stated against.
 inline constexpr const char* matched_noise_name = "matched noise";
 inline constexpr const char* shuffled_patches_name = "shuffled";
+/// Another camouflage, measured among the controls.
+inline constexpr const char* other_run_name = "other run";
 
 /// The controls that a camouflage is taken apart into: "matched noise" has its colours and its spectrum and
 /// "shuffled" its parts, neither its design; see matched_noise() and shuffled_patches(). Texels that no view

@@ -33,6 +33,7 @@ struct Survey {
   std::vector<Measurement> controls;
   AttackSuccess asr;             ///< of the views found in `clean`, those not found in `adversarial`
   std::optional<Effect> effect;  ///< beyond matched noise, where that is among the controls
+  std::optional<Effect> effect_beyond_other_run;  ///< where that is among the controls
 };
 
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
@@ -53,8 +54,11 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   }
   for (const Control<T>& control : textures.controls) {
     survey.controls.push_back(measured(control.name, &control.colours));
-    if (survey.adversarial && control.name == matched_noise_name)
+    if (!survey.adversarial) continue;
+    if (control.name == matched_noise_name)
       survey.effect = effect_beyond(survey.controls.back(), *survey.adversarial);
+    if (control.name == other_run_name)
+      survey.effect_beyond_other_run = effect_beyond(survey.controls.back(), *survey.adversarial);
   }
   return survey;
 }

@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# Physical conditions from the outside: camouflage and evaluate under them, and one run against another.
+source "$(dirname "$0")/support.sh"
+camouflage=$programs/camouflage
+evaluate=$programs/evaluate
+[ -x "$camouflage" ] && [ -x "$evaluate" ] && [ -e "$sources/examples/assets/detector.weights" ] || exit 77
+quick=(--scenes 24 --texels 32 --epochs 2 --checkpoint-steps 1 --size 128 --conditions physical)
+
+expect_exit 0 "a run under conditions" "$camouflage" "${quick[@]}" --threads 2 --output two
+grep -q '"conditions": *\[' two/manifest.json && pass || fail "the manifest does not name the conditions"
+expect_exit 0 "the same with one thread" "$camouflage" "${quick[@]}" --threads 1 --output one
+expect_same one/texture.npz two/texture.npz
+expect_exit 0 "without conditions" "$camouflage" --scenes 24 --texels 32 --epochs 2 --size 128 --output plain
+if cmp -s plain/texture.npz two/texture.npz; then fail "conditions change nothing"; else pass; fi
+grep -q '"conditions"' plain/manifest.json && fail "a manifest names conditions that are not there" || pass
+
+# Killed on the way and resumed: the step's number says what is drawn next.
+"$camouflage" "${quick[@]}" --output killed >/dev/null 2>&1 &
+run=$!
+for _ in $(seq 600); do [ -e killed/checkpoint.npz ] && break; sleep 0.05; done
+kill -KILL $run 2>/dev/null
+wait $run 2>/dev/null
+expect_exit 0 "resumed" "$camouflage" --resume --output killed
+expect_same killed/texture.npz two/texture.npz
+
+expect_exit 2 "conditions that are not known" "$camouflage" --conditions blur fog --output none
+expect_error_line "'fog' is none of camera, light"
+expect_exit 7 "resumed under other conditions" "$camouflage" --resume --output two --conditions blur
+
+# Measured under them: the same rows for the same seed and any number of threads.
+under=(--run two --conditions physical --draws 2)
+expect_exit 0 "measured under conditions" "$evaluate" "${under[@]}" --threads 2 --output under
+expect_exit 0 "measured again, one thread" "$evaluate" "${under[@]}" --threads 1 --output under_again
+expect_same under/metrics.csv under_again/metrics.csv
+expect_exit 0 "measured as they are" "$evaluate" --run two --output as_they_are
+if cmp -s under/metrics.csv as_they_are/metrics.csv; then fail "conditions change no figure"; else pass; fi
+[ "$(sed -n 's/^clean,\([0-9]*\),.*/\1/p' under/metrics.csv)" = \
+  $((2 * $(sed -n 's/^clean,\([0-9]*\),.*/\1/p' as_they_are/metrics.csv))) ] && pass || fail "not two pictures a view"
+expect_exit 2 "conditions that are not known" "$evaluate" --run two --conditions fog
+expect_exit 2 "no draws" "$evaluate" --run two --conditions blur --draws 0
+
+# Against another run; against itself nothing is left.
+expect_exit 0 "against another run" "$evaluate" --run two --against plain
+grep -q 'effect beyond other run: mean best confidence' command.out && pass || fail "no effect beyond the other run"
+expect_exit 0 "against itself" "$evaluate" --run two --against two --output itself
+grep -q 'effect beyond other run: mean best confidence 0.000 \[0.000, 0.000\]' command.out && pass || fail "a run differs from itself"
+expect_exit 2 "nothing against a run" "$evaluate" --clean-only --against plain
+expect_exit 3 "a run that is not there" "$evaluate" --run two --against nowhere
+finish
