@@ -1,8 +1,10 @@
 #pragma once
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdlib>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -36,59 +38,75 @@ inline std::vector<double> gaussian_weights(double deviation_px) {
   return weights;
 }
 
-/// Pictures as rows of one axis: position i of a line lies at i · stride.
-struct LineWalk {
-  std::size_t lines, length, stride, channels, line_stride;
-};
-
-template <class T>
-LineWalk walk_across(const Array<T, 3>& p) {
-  return {p.shape(0), p.shape(1), p.shape(2), p.shape(2), p.shape(1) * p.shape(2)};
-}
-template <class T>
-LineWalk walk_down(const Array<T, 3>& p) {
-  return {p.shape(1), p.shape(0), p.shape(1) * p.shape(2), p.shape(2), p.shape(2)};
-}
-
-/// Calls mix(position of out, position of in, weight) for all pairs along all lines; a line and its sums
-/// belong to one thread. Beyond its ends a line goes on as at its end.
-template <class Mix>
-void for_each_weighted_pair(const LineWalk& walk, const std::vector<double>& weights, Mix mix) {
+/// The weight of sample j in the blurred sample i of a line that goes on as at its ends: sample 0 stands for
+/// all before it, sample `last` for all behind.
+inline double blur_weight(const std::vector<double>& weights, std::ptrdiff_t i, std::ptrdiff_t j,
+                          std::ptrdiff_t last) {
   const auto radius = static_cast<std::ptrdiff_t>(weights.size() / 2);
-  const auto last = static_cast<std::ptrdiff_t>(walk.length) - 1;
-  for_each_row(walk.lines, [&](std::size_t line) {
-    const std::size_t begin = line * walk.line_stride;
-    for (std::ptrdiff_t i = 0; i <= last; ++i)
-      for (std::ptrdiff_t tap = -radius; tap <= radius; ++tap) {
-        const auto from = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i + tap, 0, last));
-        mix(begin + static_cast<std::size_t>(i) * walk.stride, begin + from * walk.stride,
-            weights[static_cast<std::size_t>(tap + radius)]);
-      }
-  });
+  double sum = 0;
+  for (std::ptrdiff_t tap = j == 0 ? -radius : j - i; tap <= (j == last ? radius : j - i); ++tap)
+    if (std::abs(tap) <= radius) sum += weights[static_cast<std::size_t>(tap + radius)];
+  return sum;
 }
 
 template <class T>
-Array<T, 3> blurred_along(const Array<T, 3>& picture, const LineWalk& walk, double deviation_px) {
-  const auto weights = gaussian_weights(deviation_px);
+using RowOfPicture = Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>>;
+template <class T>
+using ConstRowOfPicture = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>>;
+
+/// Rows mixed along columns: by the weight of row j in row i, or, for the transpose, of row i in row j.
+template <class T>
+Array<T, 3> mixed_down(const Array<T, 3>& picture, const std::vector<double>& weights, bool is_transposed) {
   if (weights.size() == 1) return picture;
+  const auto radius = static_cast<std::ptrdiff_t>(weights.size() / 2);
+  const auto last = static_cast<std::ptrdiff_t>(picture.shape(0)) - 1;
+  const auto row = static_cast<std::ptrdiff_t>(picture.shape(1) * picture.shape(2));
   Array<T, 3> out = xt::zeros_like(picture);
-  for_each_weighted_pair(walk, weights, [&](std::size_t to, std::size_t from, double weight) {
-    for (std::size_t c = 0; c < walk.channels; ++c)
-      out.data()[to + c] += static_cast<T>(weight) * picture.data()[from + c];
+  for_each_row(picture.shape(0), [&](std::size_t y) {
+    const auto i = static_cast<std::ptrdiff_t>(y);
+    RowOfPicture<T> to(out.data() + i * row, row);
+    for (std::ptrdiff_t j = std::max<std::ptrdiff_t>(0, i - radius); j <= std::min(last, i + radius); ++j)
+      to += static_cast<T>(is_transposed ? blur_weight(weights, j, i, last)
+                                         : blur_weight(weights, i, j, last)) *
+            ConstRowOfPicture<T>(picture.data() + j * row, row);
   });
   return out;
 }
 
+/// Pixels mixed along rows. A row is laid out with what stands before and behind it; the transpose collects
+/// such a row, and adds what has come to lie there to its ends.
 template <class T>
-Array<T, 3> transposed_blur_along(const Array<T, 3>& out_adjoint, const LineWalk& walk, double deviation_px) {
-  const auto weights = gaussian_weights(deviation_px);
-  if (weights.size() == 1) return out_adjoint;
-  Array<T, 3> adjoint = xt::zeros_like(out_adjoint);
-  for_each_weighted_pair(walk, weights, [&](std::size_t to, std::size_t from, double weight) {
-    for (std::size_t c = 0; c < walk.channels; ++c)
-      adjoint.data()[from + c] += static_cast<T>(weight) * out_adjoint.data()[to + c];
+Array<T, 3> mixed_across(const Array<T, 3>& picture, const std::vector<double>& weights, bool is_transposed) {
+  if (weights.size() == 1) return picture;
+  const auto taps = static_cast<std::ptrdiff_t>(weights.size()), radius = taps / 2;
+  const auto channels = static_cast<std::ptrdiff_t>(picture.shape(2));
+  const auto row = static_cast<std::ptrdiff_t>(picture.shape(1)) * channels;
+  Array<T, 3> out = xt::zeros_like(picture);
+  for_each_row(picture.shape(0), [&](std::size_t y) {
+    const ConstRowOfPicture<T> from(picture.data() + static_cast<std::ptrdiff_t>(y) * row, row);
+    RowOfPicture<T> to(out.data() + static_cast<std::ptrdiff_t>(y) * row, row);
+    Eigen::Array<T, Eigen::Dynamic, 1> wide =
+        Eigen::Array<T, Eigen::Dynamic, 1>::Zero(row + 2 * radius * channels);
+    const auto weight = [&](std::ptrdiff_t tap) {
+      return static_cast<T>(weights[static_cast<std::size_t>(tap)]);
+    };
+    if (is_transposed) {
+      for (std::ptrdiff_t tap = 0; tap < taps; ++tap) wide.segment(tap * channels, row) += weight(tap) * from;
+      to = wide.segment(radius * channels, row);
+      for (std::ptrdiff_t x = 0; x < radius; ++x) {
+        to.head(channels) += wide.segment(x * channels, channels);
+        to.tail(channels) += wide.segment((radius + x) * channels + row, channels);
+      }
+      return;
+    }
+    wide.segment(radius * channels, row) = from;
+    for (std::ptrdiff_t x = 0; x < radius; ++x) {
+      wide.segment(x * channels, channels) = from.head(channels);
+      wide.segment((radius + x) * channels + row, channels) = from.tail(channels);
+    }
+    for (std::ptrdiff_t tap = 0; tap < taps; ++tap) to += weight(tap) * wide.segment(tap * channels, row);
   });
-  return adjoint;
+  return out;
 }
 
 }  // namespace detail
@@ -100,8 +118,8 @@ Array<T, 3> transposed_blur_along(const Array<T, 3>& out_adjoint, const LineWalk
 /// \throws DomainError for a deviation that is negative or above 64 pixels
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const Blur& blur) {
-  const auto along_rows = detail::blurred_along(picture, detail::walk_across(picture), blur.across_px);
-  return detail::blurred_along(along_rows, detail::walk_down(picture), blur.down_px);
+  const auto across = detail::mixed_across(picture, detail::gaussian_weights(blur.across_px), false);
+  return detail::mixed_down(across, detail::gaussian_weights(blur.down_px), false);
 }
 
 /// Adds the transpose of transformed() times `out_adjoint` to `picture_adjoint`; all are [H, W, C].
@@ -111,8 +129,8 @@ void transformed_adjoint(const Array<T, 3>& picture, const Blur& blur, const Arr
                          Array<T, 3>& picture_adjoint) {
   require_shape("transformed_adjoint", "out_adjoint", out_adjoint, picture.shape());
   require_shape("transformed_adjoint", "picture_adjoint", picture_adjoint, picture.shape());
-  const auto down = detail::transposed_blur_along(out_adjoint, detail::walk_down(out_adjoint), blur.down_px);
-  const auto across = detail::transposed_blur_along(down, detail::walk_across(down), blur.across_px);
+  const auto down = detail::mixed_down(out_adjoint, detail::gaussian_weights(blur.down_px), true);
+  const auto across = detail::mixed_across(down, detail::gaussian_weights(blur.across_px), true);
   for (std::size_t i = 0; i < across.size(); ++i) picture_adjoint.data()[i] += across.data()[i];
 }
 
