@@ -166,7 +166,7 @@ int run(const CLI::App& app, Options& options) {
   std::vector<Bitmap> sheet;
   const auto photography = photography_of(options);
   SurveyWatch watch(meter, textures.pictures_a_view() * usable.size() * photography.draws);
-  watch.collect(options.clean_only ? "clean" : "adversarial", sheet);
+  watch.collect(options.clean_only ? "clean" : "adversarial", sheet, usable.size() * photography.draws);
   RunReport report;
   report.survey = evaluate::survey(meter, store, usable, textures, watch, photography);
   report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;

@@ -28,14 +28,17 @@ expect_error_line "'fog' is none of camera, light"
 expect_exit 7 "resumed under other conditions" "$camouflage" --resume --output two --conditions blur
 
 # Measured under them: the same rows for the same seed and any number of threads.
-under=(--run two --conditions physical --draws 2)
+under=(--run two --conditions physical --draws 3)
 expect_exit 0 "measured under conditions" "$evaluate" "${under[@]}" --threads 2 --output under
 expect_exit 0 "measured again, one thread" "$evaluate" "${under[@]}" --threads 1 --output under_again
 expect_same under/metrics.csv under_again/metrics.csv
 expect_exit 0 "measured as they are" "$evaluate" --run two --output as_they_are
 if cmp -s under/metrics.csv as_they_are/metrics.csv; then fail "conditions change no figure"; else pass; fi
 [ "$(sed -n 's/^clean,\([0-9]*\),.*/\1/p' under/metrics.csv)" = \
-  $((2 * $(sed -n 's/^clean,\([0-9]*\),.*/\1/p' as_they_are/metrics.csv))) ] && pass || fail "not two pictures a view"
+  $((3 * $(sed -n 's/^clean,\([0-9]*\),.*/\1/p' as_they_are/metrics.csv))) ] && pass || fail "not three pictures a view"
+# Of 240 pictures a sheet shows 160, in 20 rows of 128 pixels and gaps of 4.
+[ "$(od -An -tu1 -j 20 -N 4 under/adversarial.png | awk '{ print 65536 * $2 + 256 * $3 + $4 }')" = 2644 ] && pass ||
+  fail "the sheet's height is $(od -An -tu1 -j 20 -N 4 under/adversarial.png)"
 expect_exit 2 "conditions that are not known" "$evaluate" --run two --conditions fog
 expect_exit 2 "no draws" "$evaluate" --run two --conditions blur --draws 0
 

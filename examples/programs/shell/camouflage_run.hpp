@@ -170,8 +170,8 @@ class CamouflageRun {
     std::vector<Bitmap> before;
     std::vector<Bitmap> after;
     SurveyWatch watch(meter, textures.pictures_a_view() * usable.size());
-    watch.collect("clean", before);
-    watch.collect("adversarial", after);
+    watch.collect("clean", before, usable.size());
+    watch.collect("adversarial", after, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
     write_textures(training.parameter(), colours);

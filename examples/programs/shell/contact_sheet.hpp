@@ -30,6 +30,10 @@ inline void draw_box(Bitmap& bitmap, const detect::Box& box, const std::array<st
     }
 }
 
+/// Pictures that a sheet holds at most: in eight columns it stays below the 16,384 pixels that a picture file
+/// can be high, up to detectors of 640.
+inline constexpr std::size_t most_on_a_sheet = 160;
+
 /// Pictures side by side on white with a small gap, `columns` to a row; all of one size.
 inline Bitmap contact_sheet(const std::vector<Bitmap>& pictures, std::size_t columns) {
   if (pictures.empty()) return Bitmap(Extents<3>{1, 1, 3}, std::uint8_t(255));

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -45,20 +46,35 @@ class SurveyWatch {
   SurveyWatch(const evaluate::Meter<float>& meter, std::size_t pictures)
       : meter_(meter), progress_(pictures) {}
 
-  /// From now on adds the pictures of a texture to a sheet, which must outlive the watch.
-  void collect(const std::string& texture, std::vector<Bitmap>& sheet) { sheets_[texture] = &sheet; }
+  /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
+  /// outlive the watch; of many those that are evenly spread.
+  void collect(const std::string& texture, std::vector<Bitmap>& sheet, std::size_t pictures) {
+    sheets_[texture] = {&sheet, pictures, 0};
+  }
 
   void operator()(const evaluate::MeasuredPicture<float>& measured) {
     StopSignal::throw_if_arrived();
-    const auto sheet = sheets_.find(measured.texture);
-    if (sheet != sheets_.end()) sheet->second->push_back(annotated(measured, meter_));
+    const auto found = sheets_.find(measured.texture);
+    if (found != sheets_.end() && found->second.takes_next())
+      found->second.sheet->push_back(annotated(measured, meter_));
     progress_.count(measured.texture);
   }
 
  private:
+  struct Collected {
+    std::vector<Bitmap>* sheet;
+    std::size_t pictures;  ///< of the texture
+    std::size_t seen;
+
+    bool takes_next() {
+      const std::size_t most = std::min(pictures, most_on_a_sheet), before = seen++ * most / pictures;
+      return seen * most / pictures > before;
+    }
+  };
+
   const evaluate::Meter<float>& meter_;
   MeasuringProgress progress_;
-  std::map<std::string, std::vector<Bitmap>*> sheets_;
+  std::map<std::string, Collected> sheets_;
 };
 
 }  // namespace tapestry::shell
