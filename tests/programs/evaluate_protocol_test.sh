@@ -76,7 +76,14 @@ awk -F , 'NR > 1 && $1 != "all" { share = $6; group = $1 }
   group ~ /^small/ && !(share >= 0.05 && share <= 0.3) { exit 1 }
   group ~ /^middle/ && !(share > 0.3 && share < 0.7) { exit 1 }
   group ~ /^large/ && !(share >= 0.7 && share <= 0.95) { exit 1 }
-  END { exit NR != 53 }' whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
+  END { exit NR != 66 }' whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
+for table in two/views.csv whole/occlusion.csv; do
+  [ -z "$(head -n 1 "$table" | tr , '\n' | sort | uniq -d)" ] && pass || fail "two columns of $table have one name"
+done
+# Without a car there is something to find at most among rectangles, and nothing to hide.
+awk -F , '$3 == "no car" { rows++; if ($13 != "" || $14 != "") exit 1 } $1 == "all" { found[$3] = $7 }
+  END { exit !(rows == 13 && found["no car"] < found["clean"]) }' whole/occlusion.csv && pass || fail "the rows without a car"
+grep -q ',no car,' two/views.csv && fail "views without a car" || pass
 cp whole/occlusion.csv before.csv
 expect_exit 0 "again, with nothing left to do" "$evaluate" --protocol occlusion "${small[@]}" --output whole
 grep -q '^this process: .* for 0 frames' command.out && pass || fail "frames were measured again"
@@ -101,7 +108,7 @@ expect_same_report occlusion stopped whole
 
 expect_exit 0 "the plain car" "$evaluate" --protocol occlusion --quick --clean-only --size 128 --output plain
 grep -q 'worst cell: the plain car is found least at' command.out && pass || fail "no worst cell of the plain car"
-[ "$(wc -l <plain/occlusion.csv)" -eq 14 ] && pass || fail "more than the plain car was measured"
+[ "$(wc -l <plain/occlusion.csv)" -eq 27 ] && pass || fail "more than the plain car was measured"
 
 # Other settings in the folder of a measurement. (F26)
 expect_exit 7 "another seed" "$evaluate" --protocol occlusion "${small[@]}" --seed 2 --output whole
@@ -124,7 +131,7 @@ expect_exit 3 "cut outcomes" "$evaluate" --protocol occlusion "${small[@]}" --ou
 expect_error_line 'damaged/outcomes.npz:@300: '
 cp two/outcomes.npz damaged/outcomes.npz
 expect_exit 4 "outcomes of another measurement" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
-expect_error_line 'damaged/outcomes.npz: outcomes of another measurement; expected 216 frames of 4 textures'
+expect_error_line 'damaged/outcomes.npz: outcomes of another measurement; expected 216 frames of 5 textures'
 printf '{"program": "evaluate"}' >damaged/settings.json
 expect_exit 3 "settings that are none" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
 expect_error_line 'damaged/settings.json: not the settings of a measurement'

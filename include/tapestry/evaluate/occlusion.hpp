@@ -189,7 +189,7 @@ void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders)
 
 /// Groups × distances.
 [[nodiscard]] inline ProtocolTable occlusion_table(const ViewGrid& grid) {
-  return {"hidden",
+  return {"occlusion",
           {"small (<= 30 %)", "middle (30-70 %)", "large (>= 70 %)"},
           "distance",
           detail::short_numbers(grid.distances)};

@@ -34,11 +34,13 @@ svg .none { fill: #eceff2; stroke: #fff } svg .ink { stroke: #24292f; fill: none
 svg .grid { stroke: #d8dee4; fill: none }
 svg .body { fill: #8c959f } svg .glass { fill: #fff }
 svg .first { fill: #8c959f } svg .second { fill: #d1730c } svg .third { fill: #2f81c7 }
+svg .fourth { fill: #fff; stroke: #57606a }
 @media (prefers-color-scheme: dark) {
 svg text { fill: #e6edf3 } svg .muted { fill: #9da7b3 }
 svg .on-dark { fill: #fff } svg .on-light { fill: #14181d }
 svg .paper { fill: #0d1117 } svg .cell { stroke: #0d1117 } svg .none { fill: #21262d; stroke: #0d1117 }
 svg .ink { stroke: #e6edf3 } svg .grid { stroke: #30363d } svg .glass { fill: #0d1117 }
+svg .fourth { fill: #0d1117; stroke: #9da7b3 }
 }
 )";
 

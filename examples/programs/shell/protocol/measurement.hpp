@@ -60,7 +60,7 @@ inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutc
 /// once a second. It holds one view at a time.
 class ProtocolMeasurement {
  public:
-  /// \param textures  the clean one first; like all others it must outlive this
+  /// \param textures  the clean one first; one without texels is no car. They must outlive this
   /// \param path      where outcomes are saved; nowhere when empty
   ProtocolMeasurement(const Protocol& protocol, const std::vector<evaluate::Control<float>>& textures,
                       std::string path, evaluate::ProtocolOutcomes outcomes)
@@ -115,7 +115,8 @@ class ProtocolMeasurement {
       outcomes_.hidden_share(frame) = change->hidden_share;
     }
     for (std::size_t k = 0; k < textures_.size(); ++k) {
-      Array<float, 3> picture = camouflage::picture_of(view, textures_[k].colours);
+      const auto& colours = textures_[k].colours;
+      Array<float, 3> picture = colours.size() > 0 ? camouflage::picture_of(view, colours) : view.background;
       if (change) change->apply(picture);
       const auto result = meter.examine(picture, view);
       outcomes_.found(frame, k) = result.found ? 1 : 0;

@@ -20,6 +20,10 @@ struct FrameChange {
   std::function<void(Array<float, 3>&)> apply;
 };
 
+/// The pictures without the car, last among the textures of a protocol that changes pictures: what is found
+/// there is no car.
+inline constexpr const char* no_car_name = "no car";
+
 /// What a protocol found out.
 struct ProtocolResult {
   std::vector<std::string> textures;  ///< names; the clean one first, then the camouflage, if there is one
@@ -27,8 +31,17 @@ struct ProtocolResult {
   std::vector<evaluate::Cell> cells;  ///< of the table, row by row
   evaluate::Cell whole;               ///< all frames
 
-  /// The textures that figures show: clean, the camouflage and what is matched to it first of all.
-  [[nodiscard]] std::size_t shown_textures() const { return has_camouflage ? 3 : 1; }
+  /// Whether a texture can hide the car, which the clean one and none cannot.
+  [[nodiscard]] bool is_attack(std::size_t texture) const {
+    return texture > 0 && textures[texture] != no_car_name;
+  }
+  /// The textures that figures show: clean, the camouflage, the noise matched to it, and no car.
+  [[nodiscard]] std::vector<std::size_t> shown_textures() const {
+    std::vector<std::size_t> shown{0};
+    if (has_camouflage) shown.insert(shown.end(), {1, 2});
+    if (textures.back() == no_car_name) shown.push_back(textures.size() - 1);
+    return shown;
+  }
 };
 
 /// A set of renders that a table sums up. A further protocol is a header that makes one of these, and its

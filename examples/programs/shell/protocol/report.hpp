@@ -18,8 +18,10 @@ inline std::string protocol_text(const Protocol& protocol, const ProtocolResult&
                                  const std::vector<std::string>& notes) {
   std::string text =
       text_of(summary_table(protocol, result)) + "\n" + text_of(found_grid(protocol, result, 0, false));
-  for (std::size_t k = 1; k < result.shown_textures(); ++k)
-    text += "\n" + text_of(success_grid(protocol, result, k, false));
+  for (const std::size_t k : result.shown_textures())
+    if (k > 0)
+      text += "\n" + text_of(result.is_attack(k) ? success_grid(protocol, result, k, false)
+                                                 : found_grid(protocol, result, k, false));
   text += "\n" + worst_cell_text(protocol, result) + "\n";
   for (const auto& note : notes) text += "- " + note + "\n";
   return text;
@@ -29,9 +31,9 @@ inline std::string protocol_text(const Protocol& protocol, const ProtocolResult&
 inline std::vector<WordTable> all_tables(const Protocol& protocol, const ProtocolResult& result) {
   std::vector<WordTable> tables{summary_table(protocol, result), found_grid(protocol, result, 0, true)};
   for (std::size_t k = 1; k < result.textures.size(); ++k)
-    tables.push_back(success_grid(protocol, result, k, true));
-  for (std::size_t k = 1; k < result.shown_textures(); ++k)
-    tables.push_back(found_grid(protocol, result, k, true));
+    if (result.is_attack(k)) tables.push_back(success_grid(protocol, result, k, true));
+  for (const std::size_t k : result.shown_textures())
+    if (k > 0) tables.push_back(found_grid(protocol, result, k, true));
   return tables;
 }
 
@@ -45,35 +47,35 @@ inline std::string protocol_markdown(const Protocol& protocol, const ProtocolRes
 }
 
 namespace detail {
-inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const std::string& texture,
+inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const ProtocolResult& result,
                            std::size_t k) {
   const auto& [rate, confidence, success] = cell.textures[k];
   std::array<char, 400> text{};
   std::snprintf(text.data(), text.size(), "%s,%s,%zu,%zu,%.9g,%zu,%.9g,%.9g,%.9g,%.9g,%zu,", name.c_str(),
-                texture.c_str(), cell.measured, cell.left_out, cell.mean_hidden_share, rate.detected,
-                rate.p_at_50, rate.interval[0], rate.interval[1], confidence, success.views);
+                result.textures[k].c_str(), cell.measured, cell.left_out, cell.mean_hidden_share,
+                rate.detected, rate.p_at_50, rate.interval[0], rate.interval[1], confidence, success.views);
   std::string row = text.data();
-  if (k == 0 || success.views == 0) return row + ",,,\n";
+  if (!result.is_attack(k) || success.views == 0) return row + ",,,\n";
   std::snprintf(text.data(), text.size(), "%zu,%.9g,%.9g,%.9g\n", success.hidden, success.rate,
                 success.interval[0], success.interval[1]);
   return row + text.data();
 }
 
-inline Json cell_json(const evaluate::Cell& cell, const std::vector<std::string>& textures) {
+inline Json cell_json(const evaluate::Cell& cell, const ProtocolResult& result) {
   Json json = {
       {"frames", cell.measured}, {"left_out", cell.left_out}, {"mean_hidden_share", cell.mean_hidden_share}};
-  for (std::size_t k = 0; k < textures.size(); ++k) {
+  for (std::size_t k = 0; k < result.textures.size(); ++k) {
     const auto& [rate, confidence, success] = cell.textures[k];
     Json texture = {{"detected", rate.detected},
                     {"p_at_50", rate.views > 0 ? Json(rate.p_at_50) : Json()},
                     {"interval", rate.interval},
                     {"mean_best_confidence", confidence}};
-    if (k > 0)
+    if (result.is_attack(k))
       texture["attack_success"] = {{"views", success.views},
                                    {"hidden", success.hidden},
                                    {"rate", success.views > 0 ? Json(success.rate) : Json()},
                                    {"interval", success.interval}};
-    json["textures"][textures[k]] = texture;
+    json["textures"][result.textures[k]] = texture;
   }
   return json;
 }
@@ -90,9 +92,9 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
     for (std::size_t k = 0; k < result.textures.size(); ++k)
       text += detail::csv_row(
           table.rows[cell / table.columns.size()] + "," + table.columns[cell % table.columns.size()],
-          result.cells[cell], result.textures[k], k);
+          result.cells[cell], result, k);
   for (std::size_t k = 0; k < result.textures.size(); ++k)
-    text += detail::csv_row("all,all", result.whole, result.textures[k], k);
+    text += detail::csv_row("all,all", result.whole, result, k);
   return text;
 }
 
@@ -105,11 +107,11 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
   json["worst_cell"] = worst ? Json{{table.row_title, table.rows[*worst / table.columns.size()]},
                                     {table.column_title, table.columns[*worst % table.columns.size()]}}
                              : Json();
-  json["whole"] = detail::cell_json(result.whole, result.textures);
+  json["whole"] = detail::cell_json(result.whole, result);
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell) {
     Json entry = {{table.row_title, table.rows[cell / table.columns.size()]},
                   {table.column_title, table.columns[cell % table.columns.size()]}};
-    entry.update(detail::cell_json(result.cells[cell], result.textures));
+    entry.update(detail::cell_json(result.cells[cell], result));
     json["cells"].push_back(entry);
   }
   json["settings"] = settings;

@@ -102,7 +102,7 @@ struct ProtocolInputs {
   std::vector<evaluate::Control<float>> textures;  ///< the clean one first
 };
 
-inline ProtocolInputs load_protocol_inputs(ProtocolRequest& request) {
+inline ProtocolInputs load_protocol_inputs(const Protocol& protocol, ProtocolRequest& request) {
   fill_in_bundled(request.scene);
   fill_in_bundled(request.detector);
   ProtocolInputs inputs{load_detector(request.detector), load_car(request.scene), {}};
@@ -111,12 +111,15 @@ inline ProtocolInputs load_protocol_inputs(ProtocolRequest& request) {
   auto& car = inputs.car.painted;
   car.mesh = geometry::normalise_mesh(std::move(car.mesh));
   inputs.textures.push_back({"clean", camouflage::own_colours<float>(car)});
-  if (request.run.empty()) return inputs;
-  auto colours = read_colours(request.run + "/texture.npz", inputs.textures.front().colours.shape(0));
-  auto controls = request.settings.controls == "all" ? evaluate::make_controls(car, colours, request.seed)
-                                                     : evaluate::matched_controls(car, colours, request.seed);
-  inputs.textures.push_back({"adversarial", std::move(colours)});
-  for (auto& control : controls) inputs.textures.push_back(std::move(control));
+  if (!request.run.empty()) {
+    auto colours = read_colours(request.run + "/texture.npz", inputs.textures.front().colours.shape(0));
+    auto controls = request.settings.controls == "all"
+                        ? evaluate::make_controls(car, colours, request.seed)
+                        : evaluate::matched_controls(car, colours, request.seed);
+    inputs.textures.push_back({"adversarial", std::move(colours)});
+    for (auto& control : controls) inputs.textures.push_back(std::move(control));
+  }
+  if (protocol.change) inputs.textures.push_back({no_car_name, {}});
   return inputs;
 }
 
@@ -188,11 +191,11 @@ inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request, cons
 }
 
 inline ProtocolResult result_of(const Protocol& protocol,
-                                const std::vector<evaluate::Control<float>>& textures,
+                                const std::vector<evaluate::Control<float>>& textures, bool has_camouflage,
                                 const evaluate::ProtocolOutcomes& outcomes) {
   ProtocolResult result;
   for (const auto& texture : textures) result.textures.push_back(texture.name);
-  result.has_camouflage = textures.size() > 1;
+  result.has_camouflage = has_camouflage;
   result.cells = evaluate::cells_of(protocol.table, protocol.frames, outcomes);
   result.whole = evaluate::cell_of(outcomes, [](std::size_t) { return true; });
   return result;
@@ -208,7 +211,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   const auto start = std::chrono::steady_clock::now();
   const StopSignal stop_signal;
   const Protocol protocol = make_protocol(request.settings, request.seed);
-  const auto inputs = detail::load_protocol_inputs(request);
+  const auto inputs = detail::load_protocol_inputs(protocol, request);
   const auto& network = *inputs.detector.network;
   const std::size_t class_index = class_index_of(request.detector, inputs.detector);
   const Json settings = detail::settings_of(request);
@@ -232,7 +235,8 @@ inline int evaluate_protocol(ProtocolRequest request) {
               << '\n';
     return StopSignal::exit_code();
   }
-  const ProtocolResult result = detail::result_of(protocol, inputs.textures, measurement.outcomes());
+  const ProtocolResult result =
+      detail::result_of(protocol, inputs.textures, !request.run.empty(), measurement.outcomes());
   const auto notes = detail::notes_of(protocol, result, request, network);
   std::cout << protocol_text(protocol, result, notes);
   if (!folder.empty()) detail::write_report(folder, protocol, result, notes, settings);

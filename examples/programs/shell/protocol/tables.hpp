@@ -141,7 +141,7 @@ inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& r
       {"texture", "found in", "P@0.5, %", "95 %", "mean best confidence", "attack success, %", "95 %"}};
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
     const auto& [rate, confidence, success] = result.whole.textures[k];
-    const bool is_attack = k > 0 && success.views > 0;
+    const bool is_attack = result.is_attack(k) && success.views > 0;
     table.rows.push_back(
         {result.textures[k], std::to_string(rate.detected) + " of " + std::to_string(rate.views),
          rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),

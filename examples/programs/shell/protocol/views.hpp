@@ -89,7 +89,7 @@ class PolarPanel {
 
 inline Figure views_figure(const Protocol& protocol, const ProtocolResult& result) {
   Figure figure{"Where the detector finds the car", {}, {340, 84, ""}, 3};
-  for (std::size_t texture = 0; texture < result.shown_textures(); ++texture)
+  for (const std::size_t texture : result.shown_textures())
     figure.panels.push_back(PolarPanel(protocol, result, texture).draw());
   std::string rings;
   for (const auto& distance : protocol.table.columns) rings += (rings.empty() ? "" : ", ") + distance;
