@@ -158,7 +158,8 @@ TEST_CASE("views are photographed anew for each draw, in the same way for every 
           "[evaluate][conditions]") {
   Fixture fixture;
   fixture.textures.controls.resize(1);
-  fixture.textures.controls[0].colours = fixture.textures.clean;  // must fare as clean does
+  fixture.textures.controls[0].colours = fixture.textures.clean;
+  fixture.textures.adversarial = fixture.textures.clean;
   evaluate::Photography photography{tapestry::image::physical_conditions, 3, 8};
   std::vector<tapestry::Array<float, 3>> pictures;
   const auto survey = [&] {
@@ -168,14 +169,19 @@ TEST_CASE("views are photographed anew for each draw, in the same way for every 
         [&](const Measured& measured) { pictures.push_back(measured.picture); }, photography);
   };
   const auto first = survey();
-  REQUIRE(pictures.size() == 3 * 2 * 3);
+  REQUIRE(pictures.size() == 4 * 2 * 3);
   CHECK(first.clean.draws == 3);
   CHECK(first.clean.rate.views == 6);
-  CHECK(first.clean.best_confidence == first.controls[0].best_confidence);
-  CHECK((pictures[6] == pictures[12]));
-  CHECK((pictures[6] != pictures[7]));
+  CHECK(first.adversarial->best_confidence == first.controls[0].best_confidence);
+  CHECK((pictures[12] == pictures[18]));
+  CHECK((pictures[12] != pictures[13]));
+  CHECK((pictures[6] != pictures[12]));  // the clean car is not printed
   const auto again = survey();
   CHECK(again.photo.best_confidence == first.photo.best_confidence);
+  photography.conditions.printed_range = photography.conditions.printed_error = 0;
+  const auto unprinted = survey();
+  CHECK(unprinted.clean.best_confidence == first.clean.best_confidence);
+  CHECK(unprinted.clean.best_confidence == unprinted.controls[0].best_confidence);
   photography.seed = 9;
   CHECK(survey().photo.best_confidence != first.photo.best_confidence);
 }

@@ -38,6 +38,7 @@ struct Survey {
 
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
+/// Of a photography's print only camouflage and controls are made: a clean car is not printed.
 template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Survey survey(Meter<T>& meter, camouflage::ViewStore<T>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures<T>& textures,
@@ -45,9 +46,11 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   const auto measured = [&](const std::string& name, const Array<T, 2>* colours) {
     return measure(name, meter, store, views, colours, visit, photography);
   };
+  Photography unprinted = photography;
+  unprinted.conditions.printed_range = unprinted.conditions.printed_error = 0;
   Survey survey;
   survey.photo = measured("photo", nullptr);
-  survey.clean = measured("clean", &textures.clean);
+  survey.clean = measure("clean", meter, store, views, &textures.clean, visit, unprinted);
   if (textures.adversarial) {
     survey.adversarial = measured("adversarial", &*textures.adversarial);
     survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found);
