@@ -23,7 +23,7 @@ wait $run 2>/dev/null
 expect_exit 0 "resumed" "$camouflage" --resume --output killed
 expect_same killed/texture.npz two/texture.npz
 
-expect_exit 2 "conditions that are not known" "$camouflage" --conditions blur fog --output none
+expect_exit 2 "conditions that are not known" "$camouflage" --conditions blur fog --output none  # F28
 expect_error_line "'fog' is none of camera, light"
 expect_exit 7 "resumed under other conditions" "$camouflage" --resume --output two --conditions blur
 
