@@ -81,13 +81,17 @@ TEST_CASE("a protocol's view is the car alone, and its target what shows of it",
   CHECK(std::abs(view.target.w - 2 * scale) <= 2);  // whole pixels around it
   CHECK(std::abs(view.target.h - 0.65 * scale) <= 2);
   CHECK(view.target.cx == 24);
-  CHECK(view.background(0, 0, 0) == 51 / 255.0F);
-  CHECK(view.background(47, 47, 2) == 153 / 255.0F);
+  for (std::size_t y = 0; y < 48; ++y)
+    for (std::size_t x = 0; x < 48; ++x)
+      CHECK((view.background(y, x, 0) == 51 / 255.0F && view.background(y, x, 1) == 102 / 255.0F &&
+             view.background(y, x, 2) == 153 / 255.0F));
   CHECK(view.name == "distance 5, elevation 0, azimuth 90");
 
   // In a wide input the square picture lies in the middle, and the car in its own proportions.
   const auto wide = evaluate::protocol_view<float>({5, 0, 90, 0, 0}, car, {48, 96, 4, {}, {1, 1, 1}});
   CHECK(wide.target.cx == 48);
+  CHECK(wide.background(0, 23, 0) == 0.5F);  // beside the square
+  CHECK(wide.background(0, 24, 0) == 1);
   CHECK(std::abs(wide.target.w - view.target.w) <= 2);
   CHECK(std::abs(wide.target.h - view.target.h) <= 2);
 }

@@ -142,16 +142,15 @@ struct ProtocolPicture {
 template <std::floating_point T>
 [[nodiscard]] camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::PaintedMesh& car,
                                                 const ProtocolPicture& picture) {
-  const std::size_t side = std::max(picture.height, picture.width);
   io::Frame blank;
   blank.name = "distance " + detail::short_number(frame.distance) + ", elevation " +
                detail::short_number(frame.elevation_deg) + ", azimuth " +
                detail::short_number(frame.azimuth_deg);
   blank.camera = protocol_camera(frame);
-  blank.image = Array<std::uint8_t, 3>(Extents<3>{side, side, 3});
-  for (std::size_t i = 0; i < blank.image.size(); ++i)
-    blank.image.data()[i] =
-        static_cast<std::uint8_t>(std::lround(255 * std::clamp(picture.background[i % 3], 0.0, 1.0)));
+  blank.image = Array<std::uint8_t, 3>(Extents<3>{1, 1, 3});  // as good as any other square of one colour
+  for (std::size_t c = 0; c < 3; ++c)
+    blank.image(0, 0, c) =
+        static_cast<std::uint8_t>(std::lround(255 * std::clamp(picture.background[c], 0.0, 1.0)));
   return camouflage::make_view<T>(blank, car, picture.height, picture.width, picture.samples_per_axis,
                                   picture.fit);
 }
