@@ -81,6 +81,7 @@ namespace detail {
 
 [[nodiscard]] inline std::vector<std::string> short_numbers(const std::vector<double>& values) {
   std::vector<std::string> texts;
+  texts.reserve(values.size());
   for (const double value : values) texts.push_back(short_number(value));
   return texts;
 }
