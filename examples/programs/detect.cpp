@@ -12,6 +12,7 @@
 #include "shell/contact_sheet.hpp"
 #include "shell/inputs.hpp"
 #include "shell/picture_detections.hpp"
+#include "shell/picture_list.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
 
@@ -34,7 +35,11 @@ void describe(CLI::App& app, Options& options) {
                "print a JSON array; boxes in pixels of the image, x and y the top left corner");
   app.add_option("--annotate", options.annotate,
                  "folder for copies of the pictures with the boxes drawn in; none when left out");
-  app.add_option("IMAGE", options.images, "PNG or JPEG pictures, or frames (.npz)")->required();
+  app.add_option("IMAGE", options.images,
+                 "PNG or JPEG pictures or frames (.npz), folders of them, or lists of them (.txt, a path a "
+                 "line). One that "
+                 "cannot be read is told and left out; the exit status is then that of the first")
+      ->required();
 }
 
 Array<std::uint8_t, 3> read_picture(const std::string& path) {
@@ -70,17 +75,65 @@ std::string annotated_path(const std::string& folder, const std::string& image) 
   return folder + "/" + std::filesystem::path(image).stem().string() + "-detections.png";
 }
 
-/// Everything that can be known to fail is tried before the first detection.
-void require_sound_pictures(const Options& options) {
+/// Pictures of one name in two folders would become one in --annotate.
+void require_own_names(const std::string& folder, const std::vector<std::string>& pictures) {
   std::map<std::string, std::string> taken;
-  for (const auto& image : options.images) {
-    const auto [first, is_free] = taken.emplace(annotated_path(options.annotate, image), image);
-    if (!options.annotate.empty() && !is_free && first->second != image)
+  for (const auto& picture : pictures) {
+    const auto [first, is_free] = taken.emplace(annotated_path(folder, picture), picture);
+    if (!is_free && first->second != picture)
       throw Error(ErrorKind::usage,
-                  "--annotate: " + first->second + " and " + image + " would both become " + first->first);
+                  "--annotate: " + first->second + " and " + picture + " would both become " + first->first);
   }
-  for (const auto& image : options.images) (void)read_picture(image);
 }
+
+/// Detects in one picture after the other, and goes on after one that cannot be read or detected in.
+class Detection {
+ public:
+  Detection(const Options& options, const Detector& detector) : options_(options), detector_(detector) {}
+
+  void detect_in(const std::string& path) {
+    try {
+      auto picture = read_picture(path);
+      const auto start = std::chrono::steady_clock::now();
+      const auto found = detections_in(path, picture, options_.detector, detector_, pass_);
+      seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      ++pictures_;
+      if (options_.json)
+        all_.push_back(json_of(path, found, detector_));
+      else
+        print_table(path, found, detector_.names);
+      if (options_.annotate.empty()) return;
+      for (const auto& detection : found) draw_box(picture, detection.box, {40, 220, 60});
+      io::write_image(annotated_path(options_.annotate, path), picture);
+    } catch (const Error& error) {
+      if (error.kind() == ErrorKind::write) throw;
+      std::cerr << "error: " << printable(error.what()) << '\n';
+      if (failures_++ == 0) code_ = static_cast<int>(error.kind());
+    }
+  }
+
+  /// \returns the exit code
+  int finish() const {
+    if (options_.json)
+      std::cout << report_text(all_);
+    else if (pictures_ > 0)
+      std::printf("fit %s, %.1f ms an image, %.0f MiB at most\n",
+                  std::string(image::name_of(detector_.fit.kind)).c_str(),
+                  1e3 * seconds_ / static_cast<double>(pictures_), peak_mib());
+    if (failures_ > 0 && failures_ + pictures_ > 1)
+      std::cerr << failures_ << " of " << failures_ + pictures_ << " pictures failed\n";
+    return code_;
+  }
+
+ private:
+  const Options& options_;
+  const Detector& detector_;
+  detect::Pass<float> pass_;
+  Json all_ = Json::array();
+  double seconds_ = 0;
+  std::size_t pictures_ = 0, failures_ = 0;
+  int code_ = 0;
+};
 
 int run(Options& options) {
   auto& settings = options.detector;
@@ -92,31 +145,16 @@ int run(Options& options) {
   if (options.threads > 0) limit_threads(options.threads);
   const auto detector = load_detector(settings);
   print_warnings(detector.warnings);
-  require_sound_pictures(options);
-  if (!options.annotate.empty()) make_writable_folder(options.annotate);
-  detect::Pass<float> pass;
-  Json all = Json::array();
-  double seconds = 0;
-  for (const auto& path : options.images) {
-    auto picture = read_picture(path);
-    const auto start = std::chrono::steady_clock::now();
-    const auto detections = detections_in(path, picture, settings, detector, pass);
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (options.json)
-      all.push_back(json_of(path, detections, detector));
-    else
-      print_table(path, detections, detector.names);
-    if (options.annotate.empty()) continue;
-    for (const auto& detection : detections) draw_box(picture, detection.box, {40, 220, 60});
-    io::write_image(annotated_path(options.annotate, path), picture);
+  const auto pictures = pictures_named(options.images);
+  if (!options.annotate.empty()) {
+    require_own_names(options.annotate, pictures);
+    make_writable_folder(options.annotate);
   }
-  if (options.json)
-    std::cout << report_text(all);
-  else
-    std::printf("fit %s, %.1f ms an image, %.0f MiB at most\n",
-                std::string(image::name_of(detector.fit.kind)).c_str(),
-                1e3 * seconds / static_cast<double>(options.images.size()), peak_mib());
-  return 0;
+  Detection detection(options, detector);
+  for (const auto& path : pictures) {
+    detection.detect_in(path);
+  }
+  return detection.finish();
 }
 }  // namespace
 

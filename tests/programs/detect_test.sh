@@ -52,15 +52,38 @@ expect_same command.out usual.json
 expect_exit 2 "an unknown fit" "$detect" --fit crop "$frame"
 expect_error_line '^error: --fit'
 
-# Several pictures of which one is broken: nothing is printed or drawn of the others.
+# Several pictures of which one is broken: it is told, the others are there. (F29)
 head -c 900 "drawn/$(basename "$frame" .npz)-detections.png" >cut.png
 mkfifo pipe.png
 : >empty.png
-for broken in cut.png pipe.png empty.png . /dev/zero; do
-  expect_exit 3 "$broken after a sound one" "$detect" --json --annotate untouched "$frame" "$broken"
+for broken in cut.png pipe.png empty.png /dev/zero; do
+  expect_exit 3 "$broken before a sound one" "$detect" --json --annotate beside "$broken" "$frame"
   expect_error_line "^error: $broken:"
-  [ -s command.out ] && fail "half of the answer was printed" || pass
+  grep -q '^1 of 2 pictures failed$' command.err && pass || fail "no count of failures"
+  [ "$(grep -c '"image"' command.out)" = 1 ] && pass || fail "the sound picture is missing"
+  expect_file "beside/$(basename "$frame" .npz)-detections.png"
 done
+expect_exit 3 "nothing but a broken one" "$detect" --json cut.png
+[ "$(tr -d ' \n' <command.out)" = "[]" ] && pass || fail "not an empty array"
+grep -q 'failed$' command.err && fail "a count of one" || pass
+
+# Folders and lists.
+mkdir -p many
+cp "$assets"/frames/test/00[0-2].npz many
+cp drawn/*-detections.png many/zz.png
+echo text >many/notes.md
+expect_exit 0 "a folder" "$detect" --json many
+[ "$(grep -c '"image": "many/' command.out)" = 4 ] && pass || fail "not the pictures of the folder"
+cp command.out folder.json
+printf '000.npz\n001.npz\n\n002.npz\r\nzz.png\n' >many/list.txt
+expect_exit 0 "a list" "$detect" --json many/list.txt
+expect_same command.out folder.json
+mkdir none && : >none.txt
+expect_exit 3 "a folder without pictures" "$detect" none
+expect_error_line '^error: none: no pictures in the folder'
+expect_exit 3 "a list of nothing" "$detect" none.txt
+expect_error_line '^error: none.txt.*no pictures in the list'
+expect_exit 3 "a list that is not there" "$detect" absent.txt
 mkdir other && cp "$frame" other
 expect_exit 2 "two pictures of one name" "$detect" --annotate untouched "$frame" "other/$(basename "$frame")"
 [ -e untouched ] && fail "a refused command left a folder behind" || pass

@@ -1,0 +1,59 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/folder_listing.hpp>
+#include <tapestry/io/text_lines.hpp>
+#include <vector>
+
+namespace tapestry::shell {
+
+namespace detail {
+
+/// The paths of a list, one a line; relative ones begin at the list's folder, empty lines are skipped.
+inline std::vector<std::string> pictures_of_list(const std::string& path) {
+  const std::string text = io::read_text_file(path, std::uint64_t(1) << 28U);
+  io::TextLines lines(text, path, 4096);
+  std::vector<std::string> pictures;
+  while (lines.next()) {
+    const std::string_view name = lines.rest_of_line();
+    if (!name.empty()) pictures.push_back((std::filesystem::path(path).parent_path() / name).string());
+  }
+  if (pictures.empty()) lines.fail_at(0, "no pictures in the list", "a path a line", "none");
+  return pictures;
+}
+
+}  // namespace detail
+
+/// The pictures that some arguments name: files themselves, folders the pictures and frames in them, sorted,
+/// and lists (.txt) a picture a line.
+/// \throws FileError (malformed) for a folder or a list that cannot be read or names no picture
+inline std::vector<std::string> pictures_named(const std::vector<std::string>& arguments) {
+  std::vector<std::string> pictures;
+  const auto add = [&](const std::vector<std::string>& more) {
+    pictures.insert(pictures.end(), more.begin(), more.end());
+  };
+  std::error_code ignored;
+  for (const std::string& argument : arguments) {
+    if (std::filesystem::is_directory(argument, ignored)) {
+      const auto listed = io::listed_paths(argument, [](const std::filesystem::path& path) {
+        return io::has_picture_name(path) || path.extension() == ".npz";
+      });
+      if (listed.empty())
+        throw FileError(ErrorKind::malformed, {argument, "", "no pictures in the folder",
+                                               ".png, .jpg, .jpeg or .npz files", "none"});
+      add(listed);
+    } else if (argument.ends_with(".txt")) {
+      add(detail::pictures_of_list(argument));
+    } else {
+      pictures.push_back(argument);
+    }
+  }
+  return pictures;
+}
+
+}  // namespace tapestry::shell
