@@ -12,6 +12,7 @@
 # Paths must have no spaces. In the environment: TRAIN, TEST (frames), EPOCHS, TEXELS, SEED, SIZE (of frames, pixels), and
 # FRAMES, a folder of frames of the same car that nothing was optimised on.
 set -euo pipefail
+export LC_ALL=C  # numbers with points
 [ $# -ge 4 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 programs=$(cd "$(dirname "$0")/../.." && pwd)/build/release/examples
 output=$1

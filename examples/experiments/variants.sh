@@ -8,9 +8,10 @@
 # OUTPUT    folder for everything; the table is OUTPUT/variants.md
 # COMMON    options of camouflage for all of them, one argument: mesh, detector, frames, epochs; "" for what is bundled
 # OPTIONS   further options of one of them; may be empty. The first is what the others are compared with
-# Paths must have no spaces. In the environment: SEEDS ("1 2 3"), and MEASURE, options of evaluate for all of them: other
+# All must paint as many texels. What was begun with other options is refused. Paths must have no spaces. In the environment: SEEDS ("1 2 3"), and MEASURE, options of evaluate for all of them: other
 # frames, another detector, --conditions.
 set -euo pipefail
+export LC_ALL=C  # numbers with points
 [ $# -ge 3 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 programs=$(cd "$(dirname "$0")/../.." && pwd)/build/release/examples
 output=$1
@@ -45,10 +46,15 @@ for variant in "$@"; do
       [ ! -e "$run/manifest.json" ] || resume=(--resume)
       "$programs/camouflage" "${common[@]}" "${own[@]}" --seed "$seed" --output "$run" "${resume[@]}"
     fi
+    settings="${common[*]} ${own[*]} measured: ${measure[*]}"
+    if [ -e "$result/done" ] && [ "$(cat "$result/done")" != "$settings" ]; then
+      echo "error: $result was measured with other options: $(cat "$result/done")" >&2
+      exit 7
+    fi
     if [ ! -e "$result/done" ]; then
       mkdir -p "$result"
       "$programs/evaluate" --run "$run" --against "$output/run-$first-$seed" "${measure[@]}" --output "$result" >"$result/printed.txt"
-      touch "$result/done"
+      echo "$settings" >"$result/done"
     fi
     read -ra effect <<<"$(effect "$result" "matched noise")"
     read -ra beyond <<<"$(effect "$result" "other run")"

@@ -93,6 +93,8 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_sound(options.detector, list);
   require_sound_thread_count(options.threads, list);
   list.attempt([&] { (void)image::conditions_by_names(options.conditions); });
+  list.require(!options.conditions.empty() || app.get_option("--draws")->count() == 0,
+               "--draws needs --conditions");
   list.require(options.draws >= 1 && options.draws <= 1000, "--draws must be 1 to 1000");
   for (const double threshold : options.sweep)
     list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
@@ -165,7 +167,8 @@ int run(const CLI::App& app, Options& options) {
                                {options.detector.confidence, options.detector.nms, options.sweep});
   std::vector<Bitmap> sheet;
   const auto photography = photography_of(options);
-  SurveyWatch watch(meter, textures.pictures_a_view() * usable.size() * photography.draws);
+  SurveyWatch watch(meter, textures.pictures_a_view() * usable.size() * photography.draws,
+                    std::max(network.input_height(), network.input_width()));
   watch.collect(options.clean_only ? "clean" : "adversarial", sheet, usable.size() * photography.draws);
   RunReport report;
   report.survey = evaluate::survey(meter, store, usable, textures, watch, photography);
@@ -182,7 +185,7 @@ int run(const CLI::App& app, Options& options) {
   print_sweep(options.sweep, report, metrics);
   if (options.output.empty()) return 0;
   io::write_image(options.output + (options.clean_only ? "/clean.png" : "/adversarial.png"),
-                  contact_sheet(sheet, sheet.size() > 12 ? 8 : 3));
+                  contact_sheet(sheet, sheet_columns(sheet.size())));
   write_text(options.output + "/metrics.csv", metrics_csv(report));
   write_text(options.output + "/metrics.json", report_text(metrics));
   std::cout << "written: " << options.output << "/metrics.json\n";

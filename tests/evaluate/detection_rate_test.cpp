@@ -69,3 +69,15 @@ TEST_CASE("ASR counts only views that were found clean", "[evaluate]") {
   CHECK_THROWS_WITH(evaluate::attack_success_rate({true}, {}),
                     "attack_success_rate: adversarial_found has 0 views, expected 1");
 }
+
+TEST_CASE("photographs of a view count as one in the interval", "[evaluate]") {
+  const auto once = tapestry::evaluate::wilson_interval(64, 80),
+             four = tapestry::evaluate::wilson_interval(256, 320, 4);
+  CHECK(once[0] == Approx(four[0]));
+  CHECK(once[1] == Approx(four[1]));
+  const std::vector<bool> found{true, true, false, true}, hidden{true, false, false, false};
+  CHECK(tapestry::evaluate::detection_rate(found, 2).interval ==
+        tapestry::evaluate::wilson_interval(3, 4, 2));
+  CHECK(tapestry::evaluate::attack_success_rate(found, hidden, 2).interval ==
+        tapestry::evaluate::wilson_interval(2, 3, 2));
+}

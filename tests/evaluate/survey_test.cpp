@@ -172,6 +172,7 @@ TEST_CASE("views are photographed anew for each draw, in the same way for every 
   REQUIRE(pictures.size() == 4 * 2 * 3);
   CHECK(first.clean.draws == 3);
   CHECK(first.clean.rate.views == 6);
+  CHECK(first.clean.rate.interval == evaluate::wilson_interval(first.clean.rate.detected, 6, 3));
   CHECK(first.adversarial->best_confidence == first.controls[0].best_confidence);
   CHECK((pictures[12] == pictures[18]));
   CHECK((pictures[12] != pictures[13]));

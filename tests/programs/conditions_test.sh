@@ -40,6 +40,8 @@ if cmp -s under/metrics.csv as_they_are/metrics.csv; then fail "conditions chang
 [ "$(od -An -tu1 -j 20 -N 4 under/adversarial.png | awk '{ print 65536 * $2 + 256 * $3 + $4 }')" = 2644 ] && pass ||
   fail "the sheet's height is $(od -An -tu1 -j 20 -N 4 under/adversarial.png)"
 expect_exit 2 "conditions that are not known" "$evaluate" --run two --conditions fog
+expect_exit 2 "draws of nothing" "$evaluate" --run two --draws 2
+expect_exit 2 "a protocol under conditions" "$evaluate" --run two --protocol views --quick --conditions blur
 expect_exit 2 "no draws" "$evaluate" --run two --conditions blur --draws 0
 
 # Against another run; against itself nothing is left.

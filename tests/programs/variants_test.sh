@@ -26,6 +26,7 @@ rm -r losses/measured-as_coded-2 losses/variants.md
 expect_exit 0 "what was interrupted goes on" bash "$experiments/losses.sh" losses "$common"
 expect_same losses/variants.md before.md
 
+expect_exit 7 "the same table with other options" bash "$experiments/losses.sh" losses "$common --learning-rate 0.05"
 export SEEDS=1
 expect_exit 0 "first textures" bash "$experiments/initialisation.sh" starts "$common"
 [ "$(grep -cE '^\| (random|zero|own) \| 1 ' starts/variants.md)" = 3 ] && pass || fail "the rows of first textures"

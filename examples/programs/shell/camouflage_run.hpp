@@ -169,14 +169,16 @@ class CamouflageRun {
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<Bitmap> before;
     std::vector<Bitmap> after;
-    SurveyWatch watch(meter, textures.pictures_a_view() * usable.size());
+    const auto& network = *inputs_.detector.network;
+    SurveyWatch watch(meter, textures.pictures_a_view() * usable.size(),
+                      std::max(network.input_height(), network.input_width()));
     watch.collect("clean", before, usable.size());
     watch.collect("adversarial", after, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
     write_textures(training.parameter(), colours);
     write_matched_controls(textures.controls);
-    const std::size_t columns = before.size() > 12 ? 8 : 3;
+    const std::size_t columns = sheet_columns(before.size());
     StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
     io::write_image(path("before.png"), contact_sheet(before, columns));
     StopSignal::throw_if_arrived();

@@ -30,9 +30,16 @@ inline void draw_box(Bitmap& bitmap, const detect::Box& box, const std::array<st
     }
 }
 
-/// Pictures that a sheet holds at most: in eight columns it stays below the 16,384 pixels that a picture file
-/// can be high, up to detectors of 640.
-inline constexpr std::size_t most_on_a_sheet = 160;
+/// Columns of a sheet of so many pictures.
+inline std::size_t sheet_columns(std::size_t pictures) { return pictures > 12 ? 8 : 3; }
+
+/// Pictures of `side` pixels that a sheet holds at most, so that no side of it passes the 16,384 pixels that
+/// a picture file can have.
+inline std::size_t most_on_a_sheet(std::size_t side) {
+  constexpr std::size_t limit = 16384 - 4, most = 160;
+  const std::size_t along = limit / (side + 4);
+  return along >= 8 ? std::min(most, 8 * along) : std::clamp<std::size_t>(3 * along, 1, 12);
+}
 
 /// Pictures side by side on white with a small gap, `columns` to a row; all of one size.
 inline Bitmap contact_sheet(const std::vector<Bitmap>& pictures, std::size_t columns) {

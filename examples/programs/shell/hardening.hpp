@@ -10,6 +10,7 @@
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/training.hpp>
+#include <tapestry/core/finite.hpp>
 #include <tapestry/detect/batch_norm_folding_variable.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/loss/yolo_training_variable.hpp>
@@ -161,7 +162,11 @@ class Hardening {
     tape_.reverse(terms.total);
     adam_.set_learning_rate(
         warm_cosine_rate(settings_.weight_rate, index, settings_.rounds * settings_.steps, 50));
-    adam_.step(detector_.parameters(), parameters.adjoint());
+    const auto gradient = parameters.adjoint();
+    if (!are_finite({gradient.data(), gradient.size()}))
+      throw NumericError("harden: the gradient of the weights in step " + std::to_string(state_.done + 1) +
+                         " is not finite");
+    adam_.step(detector_.parameters(), gradient);
     const auto number = [](const Variable<float>& term) { return static_cast<double>(term.value()); };
     state_.history.push_back({number(terms.box), number(terms.objectness), number(terms.classification),
                               number(terms.total), objective_.terms().total});

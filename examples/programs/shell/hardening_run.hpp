@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -197,7 +198,8 @@ class HardeningRun {
                                             &adaptive, &adaptive_noise, &random};
     evaluate::Meter<float> meter(detector, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
-    SurveyWatch watch(meter, shown.size() * usable_test_.size());
+    SurveyWatch watch(meter, shown.size() * usable_test_.size(),
+                      std::max(detector.input_height(), detector.input_width()));
     DetectorFindings found{name, {}, {}};
     for (std::size_t i = 0; i < shown.size(); ++i)
       found.rows.push_back(

@@ -22,7 +22,8 @@ struct RunReport {
 };
 
 inline Json json_of(const evaluate::Measurement& measurement) {
-  return {{"views", measurement.rate.views},
+  return {{"views", measurement.rate.views / measurement.draws},
+          {"pictures", measurement.rate.views},
           {"detected", measurement.rate.detected},
           {"p_at_50", measurement.rate.p_at_50},
           {"interval", measurement.rate.interval},
@@ -126,6 +127,8 @@ inline std::string summary_text(const RunReport& report) {
         100 * row->rate.interval[0], 100 * row->rate.interval[1], row->mean_best_confidence);
     text += line;
   }
+  if (const std::size_t draws = report.survey.photo.draws; draws > 1)
+    text += "  (" + std::to_string(draws) + " photographs of each view; intervals count a view once)\n";
   if (!report.survey.adversarial) return text;
   if (report.survey.asr.views > 0)
     text += "  attack success " + percent_text(report.survey.asr.rate) + " of the " +

@@ -43,13 +43,15 @@ inline Bitmap annotated(const evaluate::MeasuredPicture<float>& measured,
 /// when a signal has arrived.
 class SurveyWatch {
  public:
-  SurveyWatch(const evaluate::Meter<float>& meter, std::size_t pictures)
-      : meter_(meter), progress_(pictures) {}
+  /// \param pictures  to come
+  /// \param side      of the pictures, the longer one
+  SurveyWatch(const evaluate::Meter<float>& meter, std::size_t pictures, std::size_t side)
+      : meter_(meter), progress_(pictures), side_(side) {}
 
   /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
   /// outlive the watch; of many those that are evenly spread.
   void collect(const std::string& texture, std::vector<Bitmap>& sheet, std::size_t pictures) {
-    sheets_[texture] = {&sheet, pictures, 0};
+    sheets_[texture] = {&sheet, pictures, std::min(pictures, most_on_a_sheet(side_)), 0};
   }
 
   void operator()(const evaluate::MeasuredPicture<float>& measured) {
@@ -64,16 +66,18 @@ class SurveyWatch {
   struct Collected {
     std::vector<Bitmap>* sheet;
     std::size_t pictures;  ///< of the texture
+    std::size_t most;      ///< of them on the sheet
     std::size_t seen;
 
     bool takes_next() {
-      const std::size_t most = std::min(pictures, most_on_a_sheet), before = seen++ * most / pictures;
+      const std::size_t before = seen++ * most / pictures;
       return seen * most / pictures > before;
     }
   };
 
   const evaluate::Meter<float>& meter_;
   MeasuringProgress progress_;
+  std::size_t side_;
   std::map<std::string, Collected> sheets_;
 };
 

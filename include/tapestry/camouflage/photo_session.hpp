@@ -32,8 +32,8 @@ struct PhotoSession {
 
 namespace detail {
 
-/// The box around the covered pixels of a view after a warp. A warp keeps lines straight, so that the ends of
-/// each row say how far it reaches.
+/// The box around the covered pixels of a view after a warp, an empty one if some come to lie behind the
+/// camera. A warp keeps lines straight, so that the ends of each row say how far it reaches.
 template <class T>
 detect::Box warped_target(const View<T>& view, const image::Warp& warp) {
   const std::size_t height = view.background.shape(0), width = view.background.shape(1);
@@ -51,9 +51,10 @@ detect::Box warped_target(const View<T>& view, const image::Warp& warp) {
         std::find_if(std::reverse_iterator(end), std::reverse_iterator(row), is_covered).base();
     for (const T* const edge : {first, last})
       for (const std::size_t below : {y, y + 1}) {
-        const auto [warped_x, warped_y] =
-            at(static_cast<double>(view.window.left) + static_cast<double>(edge - row),
-               static_cast<double>(view.window.top + below));
+        const auto warped = at(static_cast<double>(view.window.left) + static_cast<double>(edge - row),
+                               static_cast<double>(view.window.top + below));
+        if (!warped) return {};
+        const auto [warped_x, warped_y] = *warped;
         left = std::min(left, warped_x), right = std::max(right, warped_x);
         top = std::min(top, warped_y), bottom = std::max(bottom, warped_y);
       }

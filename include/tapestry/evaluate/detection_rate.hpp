@@ -30,11 +30,15 @@ namespace tapestry::evaluate {
 ///
 /// Source: Wilson, "Probable inference" (1927), with z = 1.959964. Unlike the normal approximation it never
 /// leaves [0, 1] and is honest about 0 of n and n of n.
-[[nodiscard]] inline std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials) {
+///
+/// \param pictures_a_trial  trials that were looked at several times count once each: their share over all
+///                          pictures, which hits and trials then count, is held for that of so many fewer
+[[nodiscard]] inline std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials,
+                                                           std::size_t pictures_a_trial = 1) {
   if (trials == 0) return {0.0, 1.0};
   constexpr double z = 1.959963984540054;
-  const auto n = static_cast<double>(trials);
-  const double share = static_cast<double>(hits) / n;
+  const double n = static_cast<double>(trials) / static_cast<double>(pictures_a_trial);
+  const double share = static_cast<double>(hits) / static_cast<double>(trials);
   const double centre = share + z * z / (2 * n);
   const double reach = z * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
   const double scale = 1 / (1 + z * z / n);
@@ -49,12 +53,14 @@ struct DetectionRate {
   std::array<double, 2> interval{0.0, 1.0};  ///< Wilson, 95 %; all of [0, 1] without views
 };
 
-/// \param found  one entry a view
-[[nodiscard]] inline DetectionRate detection_rate(const std::vector<bool>& found) {
+/// \param found            one entry a view, or one a picture
+/// \param pictures_a_view  photographs of a view are no further views: the interval counts them as one
+[[nodiscard]] inline DetectionRate detection_rate(const std::vector<bool>& found,
+                                                  std::size_t pictures_a_view = 1) {
   const auto detected = static_cast<std::size_t>(std::count(found.begin(), found.end(), true));
   if (found.empty()) return {};
   return {found.size(), detected, static_cast<double>(detected) / static_cast<double>(found.size()),
-          wilson_interval(detected, found.size())};
+          wilson_interval(detected, found.size(), pictures_a_view)};
 }
 
 /// ASR: of the views in which the clean target was found, the share in which the painted one was not.
@@ -67,9 +73,11 @@ struct AttackSuccess {
 
 /// \param clean_found        one entry a view, the car in its own colours
 /// \param adversarial_found  the same views with the adversarial paint
+/// \param pictures_a_view    as for detection_rate()
 /// \throws ShapeError if the two do not have as many views
 [[nodiscard]] inline AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
-                                                       const std::vector<bool>& adversarial_found) {
+                                                       const std::vector<bool>& adversarial_found,
+                                                       std::size_t pictures_a_view = 1) {
   if (clean_found.size() != adversarial_found.size())
     throw ShapeError("attack_success_rate: adversarial_found has " +
                      std::to_string(adversarial_found.size()) + " views, expected " +
@@ -82,7 +90,7 @@ struct AttackSuccess {
   }
   if (success.views == 0) return success;
   success.rate = static_cast<double>(success.hidden) / static_cast<double>(success.views);
-  success.interval = wilson_interval(success.hidden, success.views);
+  success.interval = wilson_interval(success.hidden, success.views, pictures_a_view);
   return success;
 }
 

@@ -8,6 +8,7 @@
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
@@ -82,10 +83,12 @@ Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_in
 /// \param visit        called with each MeasuredPicture in order, to show or keep it; may give up by an
 ///                     exception
 /// \param photography  what the views are photographed under; if left out, they are as they are
+/// \throws DomainError if of each view none is drawn
 template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Measurement measure(const std::string& name, Meter<T>& meter, camouflage::ViewStore<T>& store,
                                   const std::vector<std::size_t>& views, const Array<T, 2>* colours,
                                   Visit&& visit, const Photography& photography = {}) {
+  if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
   for (const std::size_t index : views) {
@@ -100,12 +103,13 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
       visit(MeasuredPicture<T>{name, picture, *view, target, result});
     }
   }
-  measurement.rate = detection_rate(measurement.found);
+  measurement.rate = detection_rate(measurement.found, photography.draws);
   const auto& confidences = measurement.best_confidence;
   if (!confidences.empty())
     measurement.mean_best_confidence = std::accumulate(confidences.begin(), confidences.end(), 0.0) /
                                        static_cast<double>(confidences.size());
-  for (const auto& found : found_in_sweep) measurement.sweep.push_back(detection_rate(found));
+  for (const auto& found : found_in_sweep)
+    measurement.sweep.push_back(detection_rate(found, photography.draws));
   return measurement;
 }
 

@@ -53,7 +53,7 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   survey.clean = measure("clean", meter, store, views, &textures.clean, visit, unprinted);
   if (textures.adversarial) {
     survey.adversarial = measured("adversarial", &*textures.adversarial);
-    survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found);
+    survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found, photography.draws);
   }
   for (const Control<T>& control : textures.controls) {
     survey.controls.push_back(measured(control.name, &control.colours));

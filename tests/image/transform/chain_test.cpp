@@ -170,6 +170,9 @@ TEST_CASE("chains refuse what does not fit", "[image][transform][bad_input]") {
   CHECK_THROWS_AS(image::transformed(picture, image::Blur{-1, 0}), tapestry::DomainError);
   CHECK_THROWS_AS(image::transformed(picture, image::Blur{0, std::nan("")}), tapestry::DomainError);
   CHECK_THROWS_AS(image::transformed(picture, image::SensorNoise{0.1, 0}), tapestry::DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::LightChange{{1, 1, 1}, 1.5}), tapestry::DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::LightChange{{0, 1, 1}}), tapestry::DomainError);
+  CHECK_THROWS_AS(image::warp_of({0, 0, 0, 0, 1}), tapestry::DomainError);
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   const auto input = tape.input(random_array<double>({2, 4, 4, 3}, 3));

@@ -64,10 +64,13 @@ TEST_CASE("a moved camera sees a point of the world where it projects it", "[ima
     const double x3 = std::cos(motion.roll_rad) * x1 + std::sin(motion.roll_rad) * y2;
     const double y3 = -std::sin(motion.roll_rad) * x1 + std::cos(motion.roll_rad) * y2;
     const double focal = motion.focal * half;
-    const auto moved = image::WarpedPoint(warp, height, width)(half + focal * x / z, 40 + focal * y / z);
+    const auto moved =
+        image::WarpedPoint(warp, height, width)(half + focal * x / z, 40 + focal * y / z).value();
     CHECK(moved[0] == Approx(half + motion.zoom * focal * x3 / z2).epsilon(1e-12));
     CHECK(moved[1] == Approx(40 + motion.zoom * focal * y3 / z2).epsilon(1e-12));
   }
+  motion.pan_rad = 1.5;
+  CHECK_FALSE(image::WarpedPoint(image::warp_of(motion), height, width)(0, 40));  // behind the camera
 }
 
 TEST_CASE("a warped picture shows at a point what was where it came from", "[image][transform][warp]") {
@@ -77,7 +80,7 @@ TEST_CASE("a warped picture shows at a point what was where it came from", "[ima
   std::size_t inside = 0;
   for (double y = 12.5; y < 48; y += 5)
     for (double x = 12.5; x < 78; x += 5) {
-      const auto at = image::WarpedPoint(warp, height, width)(x, y);
+      const auto at = image::WarpedPoint(warp, height, width)(x, y).value();
       const auto column = static_cast<std::size_t>(at[0]), row = static_cast<std::size_t>(at[1]);
       if (at[0] < 1 || at[1] < 1 || column + 1 >= width || row + 1 >= height) continue;
       ++inside;

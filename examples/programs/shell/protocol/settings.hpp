@@ -39,7 +39,8 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
   if (s.protocol.empty())
     refuse({"--controls", "--background", "--quick"}, " needs --protocol");
   else
-    refuse({"--frames", "--scenes", "--mask", "--sweep"}, " has no part in --protocol");
+    refuse({"--frames", "--scenes", "--mask", "--sweep", "--conditions", "--draws", "--against"},
+           " has no part in --protocol");
   if (clean_only) refuse({"--controls"}, " has no part in --clean-only");
 }
 

@@ -13,6 +13,8 @@ namespace tapestry::image {
 
 /// How far the conditions of a photograph vary around those of the frames: how its camera is held, the light,
 /// its lens, its sensor and its file. Of each range something is drawn uniformly; 0 leaves it as it is.
+/// Angles are those of a view of 90°: the picture of a longer lens moves as far, by a camera that turned
+/// less.
 struct Conditions {
   double turn_degrees = 0;    ///< largest pan and tilt of the camera, either way
   double roll_degrees = 0;    ///< largest roll, either way
@@ -75,7 +77,7 @@ inline SensorNoise drawn_noise(const Conditions& conditions, Random& random) {
 
 }  // namespace detail
 
-/// Draws what happens to one picture: the camera's motion, the light, blur, contrast, noise and JPEG, in the
+/// Draws what happens to one picture: the camera's motion, the light, blur, noise, contrast and JPEG, in the
 /// order of a camera. The same for the same random numbers.
 ///
 /// \param is_smooth  whether JPEG's rounding has slopes, to train; else it is as in files, to measure

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/image/transform/rows.hpp>
 
 namespace tapestry::image {
@@ -34,6 +35,9 @@ class LightFactors {
         down_(std::sin(change.shadow_rad)),
         middle_x_(static_cast<double>(width) / 2),
         middle_y_(static_cast<double>(height) / 2) {
+    const bool is_light = change.gain[0] > 0 && change.gain[1] > 0 && change.gain[2] > 0;
+    if (!is_light || !(change.shadow >= 0 && change.shadow < 1) || !(change.shadow_softness > 0))
+      throw DomainError("light change: gains and softness must be above 0, a shadow 0 to below 1");
     for (std::size_t c = 0; c < 3; ++c) gain_[c] = encoded(change.gain[c]);
   }
 
@@ -63,7 +67,7 @@ class LightFactors {
 ///
 /// \param picture  [H, W, 3]
 /// \returns        [H, W, 3]
-/// \throws ShapeError if there are not three channels
+/// \throws ShapeError if there are not three channels; DomainError for a change beyond its ranges
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const LightChange& change) {
   const std::size_t width = picture.shape(1);
@@ -81,7 +85,7 @@ template <std::floating_point T>
 }
 
 /// Adds the derivatives of transformed() to `picture_adjoint`; those of white pixels are 0. All are [H, W,
-/// 3]. \throws ShapeError if extents differ
+/// 3]. \throws ShapeError if extents differ, or as transformed()
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const LightChange& change,
                          const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint) {

@@ -7,8 +7,11 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <optional>
+#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/image/transform/rows.hpp>
 
 namespace tapestry::image {
@@ -31,7 +34,11 @@ struct CameraMotion {
 
 /// What the moved camera sees of the first one's picture: K·Rᵀ·K′⁻¹, exact for a scene at any depth. Source:
 /// Hartley and Zisserman, "Multiple view geometry in computer vision" (2004), section 8.4.
+/// \throws DomainError unless zoom and focal are above 0
 [[nodiscard]] inline Warp warp_of(const CameraMotion& motion) {
+  if (!(motion.zoom > 0 && motion.focal > 0))
+    throw DomainError("warp_of: a zoom of " + std::to_string(motion.zoom) + " of a focal length of " +
+                      std::to_string(motion.focal) + "; both must be above 0");
   using Eigen::AngleAxisd;
   using Eigen::Vector3d;
   const Eigen::Matrix3d first_from_moved =
@@ -51,10 +58,13 @@ class WarpedPoint {
         middle_x_(static_cast<double>(width) / 2),
         middle_y_(static_cast<double>(height) / 2) {}
 
-  [[nodiscard]] std::array<double, 2> operator()(double x, double y) const {
+  /// Nothing for a point that lies behind the moved camera.
+  [[nodiscard]] std::optional<std::array<double, 2>> operator()(double x, double y) const {
     const Eigen::Vector3d target =
         target_from_source_ * Eigen::Vector3d((x - middle_x_) / middle_x_, (y - middle_y_) / middle_x_, 1);
-    return {middle_x_ + middle_x_ * target.x() / target.z(), middle_y_ + middle_x_ * target.y() / target.z()};
+    if (!(target.z() > 0)) return {};
+    return std::array{middle_x_ + middle_x_ * target.x() / target.z(),
+                      middle_y_ + middle_x_ * target.y() / target.z()};
   }
 
  private:
