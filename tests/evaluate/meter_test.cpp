@@ -39,10 +39,10 @@ TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[e
       if (wanted.class_index != 1) continue;
       view.target = wanted.box;
       const auto result = meter.examine(view.background, view);
-      CHECK(result.found == meter.shows_car(fixture.detections(view.background, 0.25), view));
+      CHECK(result.found == meter.shows_car(fixture.detections(view.background, 0.25), view.target));
       REQUIRE(result.found_in_sweep.size() == sweep.size());
       for (std::size_t k = 0; k < sweep.size(); ++k) {
-        const bool found = meter.shows_car(fixture.detections(view.background, sweep[k]), view);
+        const bool found = meter.shows_car(fixture.detections(view.background, sweep[k]), view.target);
         CHECK(result.found_in_sweep[k] == found);
         counts += found ? 1 : 0;
       }
