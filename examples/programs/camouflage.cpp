@@ -17,13 +17,6 @@ namespace {
 using namespace tapestry;
 using namespace tapestry::shell;
 
-/// A folder that already holds a run is only touched to resume it.
-void require_free_folder(const CamouflageOptions& options) {
-  if (!options.resume && !options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
-    throw Error(ErrorKind::in_use,
-                options.output + " already holds a run; give --resume to go on with it, or another --output");
-}
-
 /// What a run reads, all detectors included.
 Inputs load_all(CamouflageOptions& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
@@ -58,7 +51,8 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   problems.throw_first();
   if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
-  if (options.resume) adopt_run(app, options);
+  if (options.resume)
+    adopt_run_settings(app, options, "camouflage", options.scene, options.detector, options.optimisation);
   if (options.check) return check_only(options, problems);
   require_free_folder(options);
   Inputs inputs = load_all(options);
@@ -67,7 +61,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
   const RunFolder folder(options.output, is_new);
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile
-  const std::string resume = resume_command(app, program, options);
+  const std::string resume = resume_line(app, program, options, settings_json(options));
   return CamouflageRun(std::move(options), std::move(inputs), resume).execute();
 }
 

@@ -16,13 +16,6 @@ namespace {
 using namespace tapestry;
 using namespace tapestry::shell;
 
-/// A folder that already holds a run is only touched to resume it.
-void require_free_folder(const HardenOptions& options) {
-  if (!options.resume && !options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
-    throw Error(ErrorKind::in_use,
-                options.output + " already holds a run; give --resume to go on with it, or another --output");
-}
-
 /// The weights of these networks can learn by loss::yolo_training().
 void require_trainable(const HardenOptions& options) {
   if (is_onnx(options.detector.weights))
@@ -47,7 +40,8 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   problems.throw_first();
   if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
-  if (options.resume) adopt_run(app, options);
+  if (options.resume)
+    adopt_run_settings(app, options, "harden", options.scene, options.detector, options.harden);
   require_trainable(options);
   require_free_folder(options);
   Inputs inputs = load_inputs(options.scene, options.detector);
@@ -58,7 +52,7 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   if (options.output.empty()) options.output = make_next_folder("runs/harden");
   const RunFolder folder(options.output, is_new);
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile
-  const std::string resume = resume_command(app, program, options);
+  const std::string resume = resume_line(app, program, options, settings_json(options), {"quick"});
   return HardeningRun(std::move(options), std::move(inputs), std::move(cfg), resume).execute();
 }
 }  // namespace

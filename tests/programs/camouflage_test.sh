@@ -56,28 +56,7 @@ expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --output other
 if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the same texture"; else pass; fi
 
 # Killed at a random moment and resumed, again and again, until it is through: the same bits, no torn file. (F01)
-RANDOM=7
-mkdir -p killed
-kills=0
-resume=()
-while [ ! -e killed/metrics.json ] && [ "$kills" -lt 60 ]; do
-  "$camouflage" "${quick[@]}" --output killed "${resume[@]}" >/dev/null 2>killed.err &
-  process=$!
-  if [ "$kills" -lt 20 ]; then
-    sleep "0.$((RANDOM % 9 + 1))"
-    kill -KILL "$process" 2>/dev/null
-    kills=$((kills + 1))
-  fi
-  wait "$process" 2>/dev/null
-  code=$?
-  if [ "$code" -ne 0 ] && [ "$code" -ne 137 ]; then
-    fail "a run after a kill ended with $code"
-    cat killed.err
-    break
-  fi
-  if [ -e killed/manifest.json ]; then resume=(--resume); fi
-done
-echo "killed $kills times"
+kill_until_done killed 20 1 "$camouflage" "${quick[@]}"
 expect_same killed/texture.npz two/texture.npz
 expect_same killed/history.csv two/history.csv
 

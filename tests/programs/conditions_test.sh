@@ -15,12 +15,7 @@ if cmp -s plain/texture.npz two/texture.npz; then fail "conditions change nothin
 grep -q '"conditions"' plain/manifest.json && fail "a manifest names conditions that are not there" || pass
 
 # Killed on the way and resumed: the step's number says what is drawn next.
-"$camouflage" "${quick[@]}" --output killed >/dev/null 2>&1 &
-run=$!
-for _ in $(seq 600); do [ -e killed/checkpoint.npz ] && break; sleep 0.05; done
-kill -KILL $run 2>/dev/null
-wait $run 2>/dev/null
-expect_exit 0 "resumed" "$camouflage" --resume --output killed
+kill_until_done killed 3 1 "$camouflage" "${quick[@]}"
 expect_same killed/texture.npz two/texture.npz
 
 expect_exit 2 "conditions that are not known" "$camouflage" --conditions blur fog --output none  # F28

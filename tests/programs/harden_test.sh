@@ -41,28 +41,7 @@ expect_exit 0 "another seed" "$harden" "${tiny[@]}" --seed 2 --output other
 cmp -s other/hardened.safetensors two/hardened.safetensors && fail "another seed gives the same weights" || pass
 
 # Killed at a random moment and resumed, again and again, until it is through: the same bits. (F01)
-RANDOM=7
-mkdir killed
-kills=0
-resume=()
-while [ ! -e killed/metrics.json ] && [ "$kills" -lt 60 ]; do
-  "$harden" "${tiny[@]}" --output killed "${resume[@]}" >/dev/null 2>killed.err &
-  process=$!
-  if [ "$kills" -lt 12 ]; then
-    sleep "$((RANDOM % 2)).$((RANDOM % 9 + 1))"
-    kill -KILL "$process" 2>/dev/null
-    kills=$((kills + 1))
-  fi
-  wait "$process" 2>/dev/null
-  code=$?
-  if [ "$code" -ne 0 ] && [ "$code" -ne 137 ]; then
-    fail "a run after a kill ended with $code"
-    cat killed.err
-    break
-  fi
-  if [ -e killed/manifest.json ]; then resume=(--resume); fi
-done
-echo "killed $kills times"
+kill_until_done killed 12 2 "$harden" "${tiny[@]}"
 for file in $results; do expect_same "killed/$file" "two/$file"; done
 
 # Stopped politely: saves, and says how to go on. (F15)

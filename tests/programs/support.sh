@@ -37,6 +37,32 @@ expect_same() {
 expect_file() {
   if [ -s "$1" ]; then pass; else fail "$1 is missing or empty"; fi
 }
+# kill_until_done FOLDER KILLS SECONDS COMMAND...: runs a command that works in a folder, kills it that often within so many
+# seconds of its start, and resumes it until metrics.json is there.
+kill_until_done() {
+  local folder=$1 most=$2 seconds=$3 kills=0 resume=() process code
+  shift 3
+  RANDOM=7
+  mkdir -p "$folder"
+  while [ ! -e "$folder/metrics.json" ] && [ "$kills" -lt 60 ]; do
+    "$@" --output "$folder" "${resume[@]}" >/dev/null 2>killed.err &
+    process=$!
+    if [ "$kills" -lt "$most" ]; then
+      sleep "$((RANDOM % seconds)).$((RANDOM % 9 + 1))"
+      kill -KILL "$process" 2>/dev/null
+      kills=$((kills + 1))
+    fi
+    wait "$process" 2>/dev/null
+    code=$?
+    if [ "$code" -ne 0 ] && [ "$code" -ne 137 ]; then
+      fail "a run after a kill ended with $code"
+      cat killed.err
+      break
+    fi
+    if [ -e "$folder/manifest.json" ]; then resume=(--resume); fi
+  done
+  echo "killed $kills times"
+}
 finish() {
   echo "$passes passed, $failures failed"
   [ "$failures" -eq 0 ]

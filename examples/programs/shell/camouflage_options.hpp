@@ -1,29 +1,20 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstddef>
-#include <filesystem>
-#include <string>
 #include <tapestry/camouflage/objective.hpp>
-#include <utility>
-#include <vector>
 
-#include "command_line.hpp"
 #include "problem_list.hpp"
 #include "run_manifest.hpp"
+#include "run_options.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
 
 /// What the program camouflage is asked for.
-struct CamouflageOptions {
+struct CamouflageOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
   OptimisationSettings optimisation;
-  std::string output;
-  int threads = 0;
-  std::size_t checkpoint_steps = 50;
-  std::size_t keep_mib = 4096;
-  bool resume = false;
   bool check = false;
   bool profile = false;
 };
@@ -32,16 +23,7 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.optimisation);
-  app.add_option("--output", options.output, "run folder; runs/camouflage-001, -002, ... when left out");
-  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it")
-      ->capture_default_str();
-  app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints")
-      ->capture_default_str();
-  app.add_option("--keep-mib", options.keep_mib,
-                 "memory for prepared views, MiB; those beyond are prepared anew")
-      ->capture_default_str();
-  app.add_flag("--resume", options.resume,
-               "go on with the run in --output; settings not given are taken from it");
+  add_run_options(app, options, "runs/camouflage");
   app.add_flag("--check", options.check, "only check every input, report all problems, and leave");
   app.add_flag("--profile", options.profile, "print where the time of a step went");
 }
@@ -57,9 +39,7 @@ inline Json settings_json(const CamouflageOptions& options) {
 
 /// Of a run to resume, the settings come from its manifest and are checked there.
 inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
-  require_sound_thread_count(options.threads, list);
-  list.require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
-  list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
+  require_sound_run(options, list);
   if (options.resume) return;
   require_sound(options.scene, list);
   require_sound(options.detector, list);
@@ -77,34 +57,6 @@ inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings
   objective.smoothness = o.smoothness;
   objective.class_index = class_index;
   return objective;
-}
-
-/// Takes the settings of a run to resume from its folder.
-inline void adopt_run(const CLI::App& app, CamouflageOptions& options) {
-  if (options.output.empty()) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
-  const std::string path = manifest_path(options.output);
-  if (!is_there(path, ErrorKind::malformed))
-    throw FileError(ErrorKind::malformed, {path, "", "no run to resume: the file is missing"});
-  const Json saved = read_manifest(options.output);
-  std::vector<std::string> differing;
-  adopt_saved(app, saved["options"], path, options.scene, differing);
-  adopt_saved(app, saved["options"], path, options.detector, differing);
-  adopt_saved(app, saved["options"], path, options.optimisation, differing);
-  if (differing.empty()) return;
-  std::string list;
-  for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
-  throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
-}
-
-/// What to type to go on; settings come from the manifest.
-inline std::string resume_command(const CLI::App& app, const char* program,
-                                  const CamouflageOptions& options) {
-  std::vector<std::string> words{program, "--resume", "--output", options.output};
-  std::vector<std::string> from_manifest{"resume", "output"};
-  const Json settings = settings_json(options);
-  for (const auto& setting : settings.items()) from_manifest.push_back(setting.key());
-  for (auto& word : given_options(app, from_manifest)) words.push_back(std::move(word));
-  return shell_line(words);
 }
 
 }  // namespace tapestry::shell

@@ -50,17 +50,11 @@ class CamouflageRun {
 
   /// \returns the exit code
   int execute() {
-    try {
-      run();
-      return 0;
-    } catch (const Stopped&) {
-      const bool has_begun = is_there(manifest_path(options_.output), ErrorKind::write);
-      std::cerr << '\n' << (has_begun ? "stopped" : "stopped before the first step; nothing was written");
-      if (saved_steps_ > 0) std::cerr << "; saved after step " << saved_steps_;
-      if (has_begun) std::cerr << ". Resume with\n  " << resume_command_;
-      std::cerr << '\n';
-      return StopSignal::exit_code();
-    }
+    const auto saved = [&] {
+      return saved_steps_ > 0 ? "; saved after step " + std::to_string(saved_steps_) : std::string();
+    };
+    return run_resumable(
+        options_.output, resume_command_, [&] { run(); }, saved);
   }
 
  private:

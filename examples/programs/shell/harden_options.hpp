@@ -5,13 +5,10 @@
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <utility>
-#include <vector>
 
-#include "command_line.hpp"
-#include "file_status.hpp"
 #include "problem_list.hpp"
 #include "run_manifest.hpp"
+#include "run_options.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
@@ -60,15 +57,10 @@ void visit_settings(HardenSettings& s, Visit visit) {
 }
 
 /// What the program harden is asked for.
-struct HardenOptions {
+struct HardenOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
   HardenSettings harden;
-  std::string output;
-  int threads = 0;
-  std::size_t checkpoint_steps = 50;
-  std::size_t keep_mib = 4096;
-  bool resume = false;
   bool quick = false;
 };
 
@@ -76,16 +68,7 @@ inline void describe(CLI::App& app, HardenOptions& options) {
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.harden);
-  app.add_option("--output", options.output, "run folder; runs/harden-001, -002, ... when left out");
-  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it")
-      ->capture_default_str();
-  app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints")
-      ->capture_default_str();
-  app.add_option("--keep-mib", options.keep_mib,
-                 "memory for prepared views, MiB; those beyond are prepared anew")
-      ->capture_default_str();
-  app.add_flag("--resume", options.resume,
-               "go on with the run in --output; settings not given are taken from it");
+  add_run_options(app, options, "runs/harden");
   app.add_flag("--quick", options.quick,
                "a small budget for a first look, where no other is given: 80 scenes, 4 short rounds");
 }
@@ -117,9 +100,7 @@ inline void require_sound(const HardenSettings& s, ProblemList& list) {
 
 /// Of a run to resume, the settings come from its manifest and are checked there.
 inline void require_sound(const HardenOptions& options, ProblemList& list) {
-  require_sound_thread_count(options.threads, list);
-  list.require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
-  list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
+  require_sound_run(options, list);
   if (options.resume) return;
   require_sound(options.scene, list);
   require_sound(options.detector, list);
@@ -147,33 +128,6 @@ inline camouflage::ObjectiveOptions objective_options(const HardenSettings& s, s
   objective.smoothness = s.smoothness;
   objective.class_index = class_index;
   return objective;
-}
-
-/// Takes the settings of a run to resume from its folder.
-inline void adopt_run(const CLI::App& app, HardenOptions& options) {
-  if (options.output.empty()) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
-  const std::string path = manifest_path(options.output);
-  if (!is_there(path, ErrorKind::malformed))
-    throw FileError(ErrorKind::malformed, {path, "", "no run to resume: the file is missing"});
-  const Json saved = read_manifest(options.output, "harden");
-  std::vector<std::string> differing;
-  adopt_saved(app, saved["options"], path, options.scene, differing);
-  adopt_saved(app, saved["options"], path, options.detector, differing);
-  adopt_saved(app, saved["options"], path, options.harden, differing);
-  if (differing.empty()) return;
-  std::string list;
-  for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
-  throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
-}
-
-/// What to type to go on; settings come from the manifest.
-inline std::string resume_command(const CLI::App& app, const char* program, const HardenOptions& options) {
-  std::vector<std::string> words{program, "--resume", "--output", options.output};
-  std::vector<std::string> from_manifest{"resume", "output", "quick"};
-  const Json settings = settings_json(options);
-  for (const auto& setting : settings.items()) from_manifest.push_back(setting.key());
-  for (auto& word : given_options(app, from_manifest)) words.push_back(std::move(word));
-  return shell_line(words);
 }
 
 }  // namespace tapestry::shell

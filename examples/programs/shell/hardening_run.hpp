@@ -47,16 +47,8 @@ class HardeningRun {
 
   /// \returns the exit code
   int execute() {
-    try {
-      run();
-      return 0;
-    } catch (const Stopped&) {
-      const bool has_begun = is_there(manifest_path(options_.output), ErrorKind::write);
-      std::cerr << '\n' << (has_begun ? "stopped" : "stopped before the first step; nothing was written");
-      if (has_begun) std::cerr << ". Resume with\n  " << resume_command_;
-      std::cerr << '\n';
-      return StopSignal::exit_code();
-    }
+    return run_resumable(
+        options_.output, resume_command_, [&] { run(); }, [] { return ""; });
   }
 
  private:

@@ -1,0 +1,106 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <iostream>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <utility>
+#include <vector>
+
+#include "command_line.hpp"
+#include "file_status.hpp"
+#include "problem_list.hpp"
+#include "run_manifest.hpp"
+#include "settings.hpp"
+#include "stop_signal.hpp"
+
+namespace tapestry::shell {
+
+/// What every program has that works in a folder of its own and can be resumed there.
+struct RunOptions {
+  std::string output;
+  int threads = 0;
+  std::size_t checkpoint_steps = 50;
+  std::size_t keep_mib = 4096;
+  bool resume = false;
+};
+
+/// \param folder  names of run folders begin with this, when none is given
+inline void add_run_options(CLI::App& app, RunOptions& options, const std::string& folder) {
+  app.add_option("--output", options.output, "run folder; " + folder + "-001, -002, ... when left out");
+  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it")
+      ->capture_default_str();
+  app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints")
+      ->capture_default_str();
+  app.add_option("--keep-mib", options.keep_mib,
+                 "memory for prepared views, MiB; those beyond are prepared anew")
+      ->capture_default_str();
+  app.add_flag("--resume", options.resume,
+               "go on with the run in --output; settings not given are taken from it");
+}
+
+inline void require_sound_run(const RunOptions& options, ProblemList& list) {
+  require_sound_thread_count(options.threads, list);
+  list.require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
+  list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
+}
+
+/// A folder that already holds a run is only touched to resume it.
+/// \throws Error (in_use) otherwise
+inline void require_free_folder(const RunOptions& options) {
+  if (!options.resume && !options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
+    throw Error(ErrorKind::in_use,
+                options.output + " already holds a run; give --resume to go on with it, or another --output");
+}
+
+/// Takes the settings of a run to resume from its folder.
+///
+/// \param program  that must have made it
+/// \throws Error   usage without a folder, in_use naming settings that were given and differ; FileError
+///                 (malformed) where no sound manifest is
+template <class... Settings>
+void adopt_run_settings(const CLI::App& app, const RunOptions& options, const std::string& program,
+                        Settings&... settings) {
+  if (options.output.empty()) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
+  const std::string path = manifest_path(options.output);
+  if (!is_there(path, ErrorKind::malformed))
+    throw FileError(ErrorKind::malformed, {path, "", "no run to resume: the file is missing"});
+  const Json saved = read_manifest(options.output, program);
+  std::vector<std::string> differing;
+  (adopt_saved(app, saved["options"], path, settings, differing), ...);
+  if (differing.empty()) return;
+  std::string list;
+  for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
+  throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
+}
+
+/// What to type to go on; settings come from the manifest, as do those that `adopted` names.
+inline std::string resume_line(const CLI::App& app, const char* program, const RunOptions& options,
+                               const Json& settings, std::vector<std::string> adopted = {}) {
+  std::vector<std::string> words{program, "--resume", "--output", options.output};
+  adopted.insert(adopted.end(), {"resume", "output"});
+  for (const auto& setting : settings.items()) adopted.push_back(setting.key());
+  for (auto& word : given_options(app, adopted)) words.push_back(std::move(word));
+  return shell_line(words);
+}
+
+/// Runs `body`, and says how to go on when a signal stops it.
+///
+/// \param saved  called after a stop for words on what was saved, may be empty
+/// \returns      the exit code
+template <class Body, class Saved>
+int run_resumable(const std::string& folder, const std::string& resume_line, Body body, Saved saved) {
+  try {
+    body();
+    return 0;
+  } catch (const Stopped&) {
+    const bool has_begun = is_there(manifest_path(folder), ErrorKind::write);
+    std::cerr << '\n' << (has_begun ? "stopped" : "stopped before the first step; nothing was written");
+    std::cerr << saved();
+    if (has_begun) std::cerr << ". Resume with\n  " << resume_line;
+    std::cerr << '\n';
+    return StopSignal::exit_code();
+  }
+}
+
+}  // namespace tapestry::shell
