@@ -73,6 +73,7 @@
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/batch_norm_folding_variable.hpp>
+#include <tapestry/detect/best_candidate.hpp>
 #include <tapestry/detect/bin_distribution.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
@@ -87,6 +88,7 @@
 #include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/head.hpp>
+#include <tapestry/detect/heat_map.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/detect/input_encoding_variable.hpp>
 #include <tapestry/detect/network.hpp>

@@ -12,121 +12,17 @@
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
+#include "../support/small_exports.hpp"
 
 namespace detect = tapestry::detect;
 namespace nn = tapestry::nn;
 using tapestry::Array;
 
 namespace {
-
-/// Writes down small exports, as PyTorch leaves them.
-class Exporter {
- public:
-  explicit Exporter(std::size_t size) {
-    description_.path = "net.onnx";
-    description_.opset = 11;
-    description_.inputs = {{"images", {1, 3, size, size}}};
-  }
-
-  /// A convolution of 3 × 3 taps.
-  std::string convolution(const std::string& from, std::size_t in, std::size_t out, std::int64_t stride) {
-    const std::string name = "conv" + std::to_string(description_.nodes.size());
-    std::vector<float> weights(out * in * 9), biases(out);
-    for (float& weight : weights)
-      weight = static_cast<float>(random_.normal() / std::sqrt(9.0 * static_cast<double>(in)));
-    for (float& bias : biases) bias = static_cast<float>(random_.uniform(-0.5, 0.5));
-    description_.constants[name + ".weight"] = {{out, in, 3, 3}, nn::ElementType::floating, weights};
-    description_.constants[name + ".bias"] = {{out}, nn::ElementType::floating, biases};
-    return add("Conv", {from, name + ".weight", name + ".bias"},
-               {{"kernel_shape", std::vector<std::int64_t>{3, 3}},
-                {"strides", std::vector<std::int64_t>{stride, stride}},
-                {"pads", std::vector<std::int64_t>{1, 1, 1, 1}}});
-  }
-
-  std::string add(const std::string& operation, std::vector<std::string> inputs,
-                  std::map<std::string, nn::Attribute> attributes = {}) {
-    const std::string output = "v" + std::to_string(description_.nodes.size());
-    description_.nodes.push_back({"", operation, std::move(inputs), {output}, std::move(attributes)});
-    return output;
-  }
-
-  std::string integers(std::vector<double> values) {
-    const std::string name = "shape" + std::to_string(description_.constants.size());
-    const std::size_t count = values.size();
-    description_.constants[name] = {{count}, nn::ElementType::integer, std::move(values)};
-    return name;
-  }
-
-  nn::NetworkDescription finish(std::vector<std::string> outputs) {
-    description_.outputs = std::move(outputs);
-    return description_;
-  }
-
-  /// Features of stride 8, 16 and 32.
-  std::vector<std::string> backbone() {
-    const auto sigmoid = [&](const std::string& from) { return add("Sigmoid", {from}); };
-    const std::string four = sigmoid(convolution(sigmoid(convolution("images", 3, 4, 2)), 4, 6, 2));
-    std::vector<std::string> levels{sigmoid(convolution(four, 6, 8, 2))};
-    while (levels.size() < 3) levels.push_back(sigmoid(convolution(levels.back(), 8, 8, 2)));
-    return levels;
-  }
-
- private:
-  nn::NetworkDescription description_;
-  tapestry::Random random_{7};
-};
-
-constexpr std::size_t classes = 5;
-
-/// As YOLOX: boxes, objectness and classes from convolutions of their own, joined, laid flat, joined again.
-nn::NetworkDescription yolox_like(std::size_t size) {
-  Exporter exporter(size);
-  std::vector<std::string> flat;
-  const std::map<std::string, nn::Attribute> channels{{"axis", std::int64_t(1)}};
-  for (const std::string& level : exporter.backbone()) {
-    const std::string scores = exporter.convolution(level, 8, classes, 1);
-    const std::string boxes = exporter.convolution(level, 8, 4, 1);
-    const std::string objectness = exporter.convolution(level, 8, 1, 1);
-    const std::string joined = exporter.add(
-        "Concat", {boxes, exporter.add("Sigmoid", {objectness}), exporter.add("Sigmoid", {scores})},
-        channels);
-    flat.push_back(exporter.add("Reshape", {joined, exporter.integers({1, 5 + classes, -1})}));
-  }
-  const std::string all = exporter.add("Concat", flat, {{"axis", std::int64_t(2)}});
-  return exporter.finish({exporter.add("Transpose", {all}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}})});
-}
-
-/// As NanoDet: one convolution a level, split in two outputs.
-nn::NetworkDescription nanodet_like(std::size_t size) {
-  Exporter exporter(size);
-  std::vector<std::string> scores, distances;
-  const std::vector<std::int64_t> transposed{0, 2, 1};
-  for (const std::string& level : exporter.backbone()) {
-    const std::string both = exporter.convolution(level, 8, classes + 32, 1);
-    const auto part = [&](std::int64_t first, std::int64_t end) {
-      const std::string cut =
-          exporter.add("Slice", {both, exporter.integers({static_cast<double>(first)}),
-                                 exporter.integers({static_cast<double>(end)}), exporter.integers({1})});
-      return cut;
-    };
-    const auto flat = [&](const std::string& from, double count) {
-      const std::string shaped = exporter.add("Reshape", {from, exporter.integers({1, count, -1})});
-      return exporter.add("Transpose", {shaped}, {{"perm", transposed}});
-    };
-    scores.push_back(flat(exporter.add("Sigmoid", {part(0, classes)}), classes));
-    distances.push_back(flat(part(classes, classes + 32), 32));
-  }
-  scores.insert(scores.end(), distances.begin(), distances.end());
-  return exporter.finish(scores);
-}
-
-template <class T>
-Array<T, 4> pictures(std::size_t count, std::size_t size) {
-  auto images = tapestry::test::random_array<T, 4>({count, size, size, 3}, 3);
-  for (T& value : images.storage()) value = (value + 1) / 2;
-  return images;
-}
-
+using tapestry::test::nanodet_like;
+using tapestry::test::pictures;
+using tapestry::test::yolox_like;
+constexpr std::size_t classes = tapestry::test::exported_classes;
 }  // namespace
 
 TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores",

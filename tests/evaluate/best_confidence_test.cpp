@@ -100,12 +100,12 @@ TEST_CASE("the best confidence needs logits that fit the heads", "[evaluate][bes
   auto logits = heads.logits<double>(1, 1);
   const loss::Target target{0, {40, 30, 30, 25}};
   CHECK_THROWS_WITH(evaluate::best_confidence(predictions(heads, logits, 1), target),
-                    "best_confidence: image 1 of a batch of 1");
+                    "best_candidate: image 1 of a batch of 1");
   CHECK_THROWS_WITH(evaluate::best_confidence(predictions(heads, logits, 0), {3, target.box}),
-                    "best_confidence: class 3 of a network with 3 classes");
+                    "best_candidate: class 3 of a network with 3 classes");
   std::swap(logits[0], logits[1]);
   CHECK_THROWS_AS(evaluate::best_confidence(predictions(heads, logits, 0), target), tapestry::ShapeError);
   logits.pop_back();
   CHECK_THROWS_WITH(evaluate::best_confidence(predictions(heads, logits, 0), target),
-                    "best_confidence: logits of 2 heads, expected 3");
+                    "best_candidate: logits of 2 heads, expected 3");
 }

@@ -7,6 +7,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
@@ -28,11 +29,52 @@ class GraphDetector final : public Detector<T> {
   /// \param network  as a file tells it, with one input [1, 3, H, W]
   /// \param kind     how pictures go in and what the outputs mean
   /// \param size     side of the square input, pixels; 0: as the network says
-  /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind
-  GraphDetector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0)
+  /// \param layers   names of values within the network that layer_values() and layer_adjoint() tell
+  /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind, or a
+  /// layer
+  ///         is not one of its maps
+  GraphDetector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0,
+                const std::vector<std::string>& layers = {})
       : kind_(std::move(kind)),
-        network_(nn::pruned(network, raw_outputs(network)), sizes(network, size), true),
-        heads_(exported_heads(network.path, kind_, output_shapes(), input_height(), input_width())) {}
+        layer_count_(layers.size()),
+        network_(nn::pruned(network, with_layers(network, layers)), sizes(network, size), true),
+        heads_(exported_heads(network.path, kind_, output_shapes(), input_height(), input_width())) {
+    for (std::size_t layer = 0; layer < layer_count_; ++layer)
+      if (const auto& shape = layer_shape(layer); shape.size() != 4 || shape[0] != 1)
+        throw FileError(ErrorKind::mismatch, {network.path, "", "layer " + in_quotes(layers[layer]),
+                                              "maps, [1, C, H, W]", std::to_string(shape.size()) + " axes"});
+  }
+
+  /// Of the layers that were named, [1, C, H, W].
+  [[nodiscard]] const nn::Shape& layer_shape(std::size_t layer) const {
+    return network_.output_shape(head_output_count() + layer);
+  }
+
+  /// What a named layer holds for one image of a pass, [C, H, W].
+  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer, std::size_t image) const {
+    const auto& shape = layer_shape(layer);
+    Array<T, 3> values(Extents<3>{shape[1], shape[2], shape[3]});
+    std::copy_n(pass.graph.at(image).output(head_output_count() + layer), values.size(), values.data());
+    return values;
+  }
+
+  /// What logits_adjoint asks of a named layer for one image, [C, H, W]; parameters as for pull_back().
+  [[nodiscard]] Array<T, 3> layer_adjoint(Pass<T>& pass,
+                                          const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                          std::size_t layer, std::size_t image) const {
+    this->require_logits_adjoint("GraphDetector::layer_adjoint", pass, pass.graph.size() == pass.images,
+                                 logits_adjoint);
+    const auto& shape = layer_shape(layer);
+    auto adjoint = zeros<T, 3>({shape[1], shape[2], shape[3]});
+    std::vector<T*> gathered(network_.output_count(), nullptr);
+    gathered[head_output_count() + layer] = adjoint.data();
+    nn::Buffer<T> input_adjoint;
+    input_adjoint.resize(image_size());
+    input_adjoint.fill_zero();
+    network_.adjoint(pass.graph.at(image), adjoints_of_outputs(logits_adjoint, image), {input_adjoint.data()},
+                     nullptr, gathered);
+    return adjoint;
+  }
 
   [[nodiscard]] std::size_t input_height() const override { return network_.input_shape(0)[1]; }
   [[nodiscard]] std::size_t input_width() const override { return network_.input_shape(0)[2]; }
@@ -77,15 +119,11 @@ class GraphDetector final : public Detector<T> {
                     {network_.constants().size()});
     nn::Buffer<T> input_adjoint;
     for (std::size_t n = 0; n < pass.images; ++n) {
-      std::vector<const T*> of_outputs(network_.output_count(), nullptr);
-      for (const HeadPiece& piece : heads_.pieces)
-        if (const Array<T, 4>* adjoint = logits_adjoint[piece.head]; adjoint != nullptr)
-          of_outputs[piece.output] = at(piece, *adjoint, n);
       if (images_adjoint != nullptr) {
         input_adjoint.resize(image_size());
         input_adjoint.fill_zero();
       }
-      network_.adjoint(pass.graph[n], of_outputs,
+      network_.adjoint(pass.graph[n], adjoints_of_outputs(logits_adjoint, n),
                        {images_adjoint != nullptr ? input_adjoint.data() : nullptr},
                        parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
       if (images_adjoint != nullptr)
@@ -112,10 +150,35 @@ class GraphDetector final : public Detector<T> {
         {network.inputs.front().name, {1, 3, size == 0 ? *shape[2] : size, size == 0 ? *shape[3] : size}}};
   }
 
+  /// The raw outputs, then the layers.
+  [[nodiscard]] static std::vector<std::string> with_layers(const nn::NetworkDescription& network,
+                                                            const std::vector<std::string>& layers) {
+    std::vector<std::string> outputs = raw_outputs(network);
+    for (const std::string& layer : layers) {
+      const auto makes = [&](const nn::Node& node) { return std::ranges::count(node.outputs, layer) > 0; };
+      if (std::ranges::none_of(network.nodes, makes))
+        throw FileError(ErrorKind::mismatch,
+                        {network.path, "", "no node makes the layer " + in_quotes(layer)});
+      outputs.push_back(layer);
+    }
+    return outputs;
+  }
+
+  [[nodiscard]] std::size_t head_output_count() const { return network_.output_count() - layer_count_; }
+
   [[nodiscard]] std::vector<nn::Shape> output_shapes() const {
     std::vector<nn::Shape> shapes;
-    for (std::size_t i = 0; i < network_.output_count(); ++i) shapes.push_back(network_.output_shape(i));
+    for (std::size_t i = 0; i < head_output_count(); ++i) shapes.push_back(network_.output_shape(i));
     return shapes;
+  }
+
+  [[nodiscard]] std::vector<const T*> adjoints_of_outputs(
+      const std::vector<const Array<T, 4>*>& logits_adjoint, std::size_t image) const {
+    std::vector<const T*> of_outputs(network_.output_count(), nullptr);
+    for (const HeadPiece& piece : heads_.pieces)
+      if (const Array<T, 4>* adjoint = logits_adjoint[piece.head]; adjoint != nullptr)
+        of_outputs[piece.output] = at(piece, *adjoint, image);
+    return of_outputs;
   }
 
   [[nodiscard]] std::size_t image_size() const { return 3 * input_height() * input_width(); }
@@ -128,6 +191,7 @@ class GraphDetector final : public Detector<T> {
   }
 
   DetectorDescription kind_;
+  std::size_t layer_count_;
   nn::Network<T> network_;
   ExportedHeads heads_;
 };

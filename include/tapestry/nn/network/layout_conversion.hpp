@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <tapestry/nn/layout.hpp>
 #include <tapestry/nn/network/operation.hpp>
+#include <tapestry/nn/pointwise.hpp>
 #include <vector>
 
 namespace tapestry::nn {

@@ -76,10 +76,16 @@ class Network {
   /// \param output_adjoints    one an output, of output_shape(); null stands for zeros
   /// \param inputs_adjoint     one an input; null where not wanted
   /// \param constants_adjoint  of as many values as constants(), or null; only weights() are added to
+  /// \param outputs_gathered   one an output, null where not wanted, or none: all that reaches it, from its
+  /// own
+  ///                           adjoint and from what reads it, is added there. An output that stands within
+  ///                           the network tells so what the others ask of a layer; needs an input's adjoint
   /// \throws DomainError if the pass kept nothing, or for constants unless it was for training
   void adjoint(NetworkPass<T>& pass, const std::vector<const T*>& output_adjoints,
-               const std::vector<T*>& inputs_adjoint, T* constants_adjoint = nullptr) const {
-    pass.adjoint(program_, use_, output_adjoints, inputs_adjoint, constants_adjoint, engine_);
+               const std::vector<T*>& inputs_adjoint, T* constants_adjoint = nullptr,
+               const std::vector<T*>& outputs_gathered = {}) const {
+    pass.adjoint(program_, use_, output_adjoints, inputs_adjoint, constants_adjoint, outputs_gathered,
+                 engine_);
   }
 
  private:

@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/mode.hpp>
+#include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/workspace.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -113,7 +115,8 @@ class NetworkPass {
   }
 
   void adjoint(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& output_adjoints,
-               const std::vector<T*>& inputs_adjoint, T* constants_adjoint, Engine engine) {
+               const std::vector<T*>& inputs_adjoint, T* constants_adjoint,
+               const std::vector<T*>& outputs_gathered, Engine engine) {
     if (mode_ == Mode::inference || buffers_.size() != program.values.size())
       throw DomainError("Network::adjoint: the pass kept nothing; run forward() for a gradient first");
     if (constants_adjoint != nullptr && mode_ != Mode::training)
@@ -124,6 +127,7 @@ class NetworkPass {
       if (i < inputs_adjoint.size()) goals_[program.inputs[i]] = inputs_adjoint[i];
     wants_inputs_ = std::ranges::any_of(inputs_adjoint, [](const T* wanted) { return wanted != nullptr; });
     constants_adjoint_ = constants_adjoint;
+    find_gathered(program, outputs_gathered);
     for (std::size_t i = 0; i < program.outputs.size(); ++i) seed(program, i, output_adjoints.at(i));
     for (std::size_t s = program.steps.size(); s-- > 0;) pull_back(program, use, s, engine);
     for (auto& buffer : adjoints_) workspace_.give(std::move(buffer));
@@ -142,6 +146,44 @@ class NetworkPass {
     }
   }
 
+  /// A result whose adjoint is wanted: that of the value that the network goes on with, of which the result
+  /// may be a copy in the other layout.
+  struct Gathered {
+    std::size_t value;
+    T* goal;
+    const ProgramStep<T>* conversion;  ///< that makes the copy; null if there is none
+  };
+
+  void find_gathered(const Program<T>& program, const std::vector<T*>& outputs_gathered) {
+    gathered_.clear();
+    for (std::size_t i = 0; i < outputs_gathered.size(); ++i) {
+      if (outputs_gathered[i] == nullptr) continue;
+      gathered_.push_back({program.outputs.at(i), outputs_gathered[i], nullptr});
+      for (const ProgramStep<T>& step : program.steps)
+        if (step.outputs.front() == gathered_.back().value &&
+            dynamic_cast<const LayoutConversion<T>*>(step.operation.get()) != nullptr) {
+          gathered_.back().value = step.inputs.front();
+          gathered_.back().conversion = &step;
+          break;
+        }
+    }
+  }
+
+  void gather(const Program<T>& program, const Gathered& wanted, Engine engine) {
+    const Shape& shape = program.values[wanted.value].shape;
+    const std::size_t count = size_of(shape);
+    const T* const adjoint = adjoints_[wanted.value].data();
+    if (wanted.conversion == nullptr) return add(adjoint, wanted.goal, count);
+    auto converted = workspace_.take(count);  // a conversion only moves values, adjoints as well
+    const std::vector<TensorView<const T>> from{{&shape, adjoint}};
+    const std::vector<TensorView<T>> to{
+        {&program.values[wanted.conversion->outputs.front()].shape, converted.data()}};
+    OperationState<T> state;
+    wanted.conversion->operation->forward({from, to, state, false, engine});
+    add(converted.data(), wanted.goal, count);
+    workspace_.give(std::move(converted));
+  }
+
   [[nodiscard]] bool wants(const Program<T>& program, const ProgramUse& use, const ProgramStep<T>& step,
                            std::size_t i) const {
     const std::size_t value = step.inputs[i];
@@ -157,6 +199,9 @@ class NetworkPass {
     const bool is_reached =
         std::ranges::any_of(step.outputs, [&](std::size_t value) { return !adjoints_[value].empty(); });
     if (!is_reached) return;
+    for (const Gathered& wanted : gathered_)
+      if (std::ranges::count(step.outputs, wanted.value) > 0 && !adjoints_[wanted.value].empty())
+        gather(program, wanted, engine);
     std::vector<TensorView<const T>> results;
     std::vector<TensorView<T>> result_adjoints;
     for (const std::size_t value : step.outputs) {
@@ -206,6 +251,7 @@ class NetworkPass {
   std::vector<OperationState<T>> states_;  ///< of each step
   std::vector<Buffer<T>> adjoints_;        ///< of each value, while they are gathered
   std::vector<T*> goals_;                  ///< where adjoints of inputs go
+  std::vector<Gathered> gathered_;         ///< results whose adjoints are wanted
   bool wants_inputs_ = false;
   T* constants_adjoint_ = nullptr;
   std::vector<TensorView<const T>> inputs_;

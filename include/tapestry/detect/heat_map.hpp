@@ -1,0 +1,103 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/detect/best_candidate.hpp>
+#include <tapestry/detect/head.hpp>
+#include <vector>
+
+/// Where in a layer a score comes from: what the layer holds, weighted by what the score asks of it. The
+/// layer A is [C, H, W], and so is the score's adjoint G = ∂score/∂A.
+namespace tapestry::detect {
+namespace detail {
+
+/// max(0, Σ_c weight_c · A_c), [H, W].
+template <std::floating_point T, class Weight>
+Array<T, 2> weighted_map(const Array<T, 3>& values, Weight weight) {
+  const std::size_t pixels = values.shape(1) * values.shape(2);
+  auto map = zeros<T, 2>({values.shape(1), values.shape(2)});
+  for (std::size_t c = 0; c < values.shape(0); ++c)
+    for (std::size_t i = 0; i < pixels; ++i) map.data()[i] += weight(c, i) * values.data()[c * pixels + i];
+  for (T& value : map.storage()) value = std::max(value, T(0));
+  return map;
+}
+
+template <std::floating_point T>
+void require_layer(const char* operation, const Array<T, 3>& values, const Array<T, 3>& adjoint) {
+  require_shape(operation, "adjoint", adjoint, values.shape());
+}
+
+}  // namespace detail
+
+/// Grad-CAM: each channel by the mean of its adjoint.
+/// Source: Selvaraju et al., "Grad-CAM" (ICCV 2017), eq. 1 and 2.
+/// \throws ShapeError if the extents differ
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> grad_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint) {
+  detail::require_layer("grad_cam", values, adjoint);
+  const std::size_t pixels = values.shape(1) * values.shape(2);
+  std::vector<T> means(values.shape(0), T(0));
+  for (std::size_t c = 0; c < means.size(); ++c) {
+    for (std::size_t i = 0; i < pixels; ++i) means[c] += adjoint.data()[c * pixels + i];
+    means[c] /= static_cast<T>(pixels);
+  }
+  return detail::weighted_map(values, [&](std::size_t c, std::size_t) { return means[c]; });
+}
+
+/// Grad-CAM++: each channel by its positive adjoints, weighted so that several instances count as one does.
+/// The score is taken as e^s of the s whose adjoint is given.
+/// Source: Chattopadhay et al., "Grad-CAM++" (WACV 2018), eq. 18 and 19.
+/// \throws ShapeError if the extents differ
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> grad_cam_plus_plus(const Array<T, 3>& values, const Array<T, 3>& adjoint) {
+  detail::require_layer("grad_cam_plus_plus", values, adjoint);
+  const std::size_t pixels = values.shape(1) * values.shape(2);
+  std::vector<T> weights(values.shape(0), T(0));
+  for (std::size_t c = 0; c < weights.size(); ++c) {
+    const T *const a = values.data() + c * pixels, *const g = adjoint.data() + c * pixels;
+    T sum = 0;
+    for (std::size_t i = 0; i < pixels; ++i) sum += a[i];
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const T denominator = 2 + sum * g[i];  // g² has been divided out
+      if (g[i] > 0 && denominator != 0) weights[c] += g[i] / denominator;
+    }
+  }
+  return detail::weighted_map(values, [&](std::size_t c, std::size_t) { return weights[c]; });
+}
+
+/// LayerCAM: each place by its own positive adjoint, which keeps the places of shallow layers.
+/// Source: Jiang et al., "LayerCAM" (TIP 2021), eq. 6 and 7.
+/// \throws ShapeError if the extents differ
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> layer_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint) {
+  detail::require_layer("layer_cam", values, adjoint);
+  const std::size_t pixels = values.shape(1) * values.shape(2);
+  return detail::weighted_map(
+      values, [&](std::size_t c, std::size_t i) { return std::max(adjoint.data()[c * pixels + i], T(0)); });
+}
+
+/// The adjoint of one candidate's score: 1 for the logit of the class and for that of objectness, of which
+/// the score is the sum; zeros elsewhere.
+///
+/// \param logits  one [N, channels, H, W] a head, for their extents
+/// \param best    of best_candidate()
+template <std::floating_point T>
+[[nodiscard]] std::vector<Array<T, 4>> score_adjoint(const std::vector<Head>& heads,
+                                                     const std::vector<Array<T, 4>>& logits,
+                                                     std::size_t image, std::size_t class_index,
+                                                     const BestCandidate& best) {
+  std::vector<Array<T, 4>> adjoints;
+  for (const auto& of_head : logits) adjoints.push_back(zeros<T, 4>(of_head.shape()));
+  const Head& head = heads.at(best.head);
+  const std::size_t cells = head.grid_height * head.grid_width;
+  const std::size_t anchor = best.candidate / cells, cell = best.candidate % cells;
+  T* const first = adjoints.at(best.head).data() + image * head.channel_count() * cells +
+                   anchor * head.candidate_channel_count() * cells + cell;
+  first[head.class_channel(class_index) * cells] = 1;
+  if (const auto objectness = head.objectness_channel()) first[*objectness * cells] = 1;
+  return adjoints;
+}
+
+}  // namespace tapestry::detect
