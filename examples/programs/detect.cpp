@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
+#include "shell/heat_map_picture.hpp"
 #include "shell/inputs.hpp"
 #include "shell/picture_detections.hpp"
 #include "shell/picture_list.hpp"
@@ -25,6 +26,9 @@ struct Options {
   int threads = 0;
   bool json = false;
   std::string annotate;
+  std::string heat_map;
+  std::string layer;
+  std::string heat_map_kind = heat_maps.front().first;
   std::vector<std::string> images;
 };
 
@@ -35,6 +39,16 @@ void describe(CLI::App& app, Options& options) {
                "print a JSON array; boxes in pixels of the image, x and y the top left corner");
   app.add_option("--annotate", options.annotate,
                  "folder for copies of the pictures with the boxes drawn in; none when left out");
+  app.add_option(
+      "--heat-map", options.heat_map,
+      "folder for copies of the pictures that show where in a layer the score of the surest detection "
+      "comes from, for .onnx models; none when left out");
+  app.add_option("--layer", options.layer,
+                 "name of the value in the model that --heat-map looks into; left out, the last one that all "
+                 "outputs depend on");
+  app.add_option("--heat-map-kind", options.heat_map_kind,
+                 "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels")
+      ->capture_default_str();
   app.add_option("IMAGE", options.images,
                  "PNG or JPEG pictures or frames (.npz), folders of them, or lists of them (.txt, a path a "
                  "line). One that "
@@ -71,25 +85,27 @@ void print_table(const std::string& path, const std::vector<detect::Detection>& 
   if (detections.empty()) std::printf("  nothing found\n");
 }
 
-std::string annotated_path(const std::string& folder, const std::string& image) {
-  return folder + "/" + std::filesystem::path(image).stem().string() + "-detections.png";
+std::string annotated_path(const std::string& folder, const std::string& image,
+                           const char* ending = "-detections.png") {
+  return folder + "/" + std::filesystem::path(image).stem().string() + ending;
 }
 
-/// Pictures of one name in two folders would become one in --annotate.
+/// Pictures of one name in two folders would become one in the folder of copies.
 void require_own_names(const std::string& folder, const std::vector<std::string>& pictures) {
   std::map<std::string, std::string> taken;
   for (const auto& picture : pictures) {
     const auto [first, is_free] = taken.emplace(annotated_path(folder, picture), picture);
     if (!is_free && first->second != picture)
       throw Error(ErrorKind::usage,
-                  "--annotate: " + first->second + " and " + picture + " would both become " + first->first);
+                  folder + ": " + first->second + " and " + picture + " would both become " + first->first);
   }
 }
 
 /// Detects in one picture after the other, and goes on after one that cannot be read or detected in.
 class Detection {
  public:
-  Detection(const Options& options, const Detector& detector) : options_(options), detector_(detector) {}
+  Detection(const Options& options, const Detector& detector)
+      : options_(options), detector_(detector), heat_map_(heat_map_by_name(options.heat_map_kind)) {}
 
   void detect_in(const std::string& path) {
     try {
@@ -102,6 +118,11 @@ class Detection {
         all_.push_back(json_of(path, found, detector_));
       else
         print_table(path, found, detector_.names);
+      if (!options_.heat_map.empty())
+        io::write_image(annotated_path(options_.heat_map, path, "-heat_map.png"),
+                        found.empty()
+                            ? picture
+                            : heat_map_picture(picture, detector_, found.front().class_index, heat_map_));
       if (options_.annotate.empty()) return;
       for (const auto& detection : found) draw_box(picture, detection.box, {40, 220, 60});
       io::write_image(annotated_path(options_.annotate, path), picture);
@@ -128,6 +149,7 @@ class Detection {
  private:
   const Options& options_;
   const Detector& detector_;
+  HeatMap heat_map_;
   detect::Pass<float> pass_;
   Json all_ = Json::array();
   double seconds_ = 0;
@@ -140,15 +162,20 @@ int run(Options& options) {
   ProblemList problems;
   require_sound(settings, problems);
   require_sound_thread_count(options.threads, problems);
+  problems.attempt([&] { (void)heat_map_by_name(options.heat_map_kind); });
   problems.throw_first();
   fill_in_bundled(settings);
   if (options.threads > 0) limit_threads(options.threads);
-  const auto detector = load_detector(settings);
+  if (options.heat_map.empty() && !options.layer.empty())
+    throw Error(ErrorKind::usage, "--layer needs --heat-map");
+  const auto detector = load_detector(
+      settings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
   print_warnings(detector.warnings);
   const auto pictures = pictures_named(options.images);
-  if (!options.annotate.empty()) {
-    require_own_names(options.annotate, pictures);
-    make_writable_folder(options.annotate);
+  for (const std::string& folder : {options.annotate, options.heat_map}) {
+    if (folder.empty()) continue;
+    require_own_names(folder, pictures);
+    make_writable_folder(folder);
   }
   Detection detection(options, detector);
   for (const auto& path : pictures) {

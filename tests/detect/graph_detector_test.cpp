@@ -139,7 +139,7 @@ TEST_CASE("detectors that are known are recognised by what is behind their outpu
           "[detect][graph_detector]") {
   CHECK(detect::recognised_detector(yolox_like(64)) == detect::known_description("yolox"));
   CHECK(detect::recognised_detector(nanodet_like(64)) == detect::known_description("nanodet"));
-  Exporter exporter(64);
+  tapestry::test::Exporter exporter(64);
   CHECK_FALSE(detect::recognised_detector(exporter.finish(exporter.backbone())).has_value());
 }
 

@@ -67,6 +67,14 @@ expect_exit 3 "nothing but a broken one" "$detect" --json cut.png
 [ "$(tr -d ' \n' <command.out)" = "[]" ] && pass || fail "not an empty array"
 grep -q 'failed$' command.err && fail "a count of one" || pass
 
+# Heat maps are of .onnx models, see real_frames_test.sh.
+expect_exit 2 "a heat map of a Darknet detector" "$detect" --heat-map maps "$frame"
+expect_error_line 'layers can be looked into in .onnx models only'
+expect_exit 2 "a layer of nothing" "$detect" --layer conv1 "$frame"
+expect_exit 2 "a heat map of no kind" "$detect" --heat-map maps --heat-map-kind warm "$frame"
+expect_error_line "expected one of layer_cam, grad_cam, grad_cam_plus_plus"
+[ -e maps ] && fail "a refused command left a folder behind" || pass
+
 # Folders and lists.
 mkdir -p many
 cp "$assets"/frames/test/00[0-2].npz many

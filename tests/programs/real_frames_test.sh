@@ -28,4 +28,13 @@ expect_exit 0 "transfer to another detector" "$programs/evaluate" --run real --s
   --cfg "$data/detectors/mobilenetv2-yolov3-nano.cfg" --weights "$data/detectors/mobilenetv2-yolov3-nano.weights" \
   --names "$data/detectors/coco.names" --class car
 cat command.out
+# Where the score of the car comes from: a picture beside each frame, by every kind of map.
+yolox=(--weights "$data/detectors/yolox_nano.onnx" --names "$data/detectors/coco.names")
+for kind in layer_cam grad_cam grad_cam_plus_plus; do
+  expect_exit 0 "heat maps" "$programs/detect" "${yolox[@]}" --heat-map "$kind" --heat-map-kind $kind "$data/carla/data1.npz"
+  expect_file "$kind/data1-heat_map.png"
+done
+cmp -s layer_cam/data1-heat_map.png grad_cam/data1-heat_map.png && fail "all kinds are one" || pass
+expect_exit 4 "a layer that is not there" "$programs/detect" "${yolox[@]}" --heat-map none --layer nowhere "$data/carla/data1.npz"
+expect_error_line "no node makes the layer 'nowhere'"
 finish

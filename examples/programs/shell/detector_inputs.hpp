@@ -52,7 +52,7 @@ inline Detector load_darknet(const DetectorSettings& settings) {
   return detector;
 }
 
-inline Detector load_onnx(const DetectorSettings& settings) {
+inline Detector load_onnx(const DetectorSettings& settings, std::vector<std::string> layers) {
   for (const auto& [option, value] :
        {std::pair("--cfg", settings.cfg), std::pair("--decode", settings.decode)})
     if (!value.empty())
@@ -66,8 +66,12 @@ inline Detector load_onnx(const DetectorSettings& settings) {
                 settings.weights +
                     ": its outputs are not those of a detector that is known (YOLOX, NanoDet); "
                     "--detector says what they are");
-  Detector detector{
-      std::make_unique<detect::GraphDetector<float>>(network, *kind, settings.size), kind->fit, {}, {}};
+  for (std::string& layer : layers)
+    if (layer.empty()) layer = detect::common_layer(network);
+  Detector detector{std::make_unique<detect::GraphDetector<float>>(network, *kind, settings.size, layers),
+                    kind->fit,
+                    {},
+                    {}};
   if (!settings.fit.empty()) detector.fit = image::fit_by_name(settings.fit);
   return detector;
 }
@@ -77,9 +81,14 @@ inline Detector load_onnx(const DetectorSettings& settings) {
 /// Whether weights are an ONNX model, by the file's name.
 inline bool is_onnx(const std::string& path) { return path.ends_with(".onnx"); }
 
-inline Detector load_detector(const DetectorSettings& settings) {
+/// \param layers  of an .onnx model, whose values and adjoints the detector tells; an empty name stands for
+///                detect::common_layer()
+/// \throws Error (usage) for layers of another network
+inline Detector load_detector(const DetectorSettings& settings, const std::vector<std::string>& layers = {}) {
+  if (!layers.empty() && !is_onnx(settings.weights))
+    throw Error(ErrorKind::usage, "layers can be looked into in .onnx models only");
   Detector detector =
-      is_onnx(settings.weights) ? detail::load_onnx(settings) : detail::load_darknet(settings);
+      is_onnx(settings.weights) ? detail::load_onnx(settings, layers) : detail::load_darknet(settings);
   if (!settings.names.empty())
     detector.names = io::read_class_names(settings.names, detector.network->heads().front().classes);
   return detector;

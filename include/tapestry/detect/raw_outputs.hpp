@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <map>
@@ -47,6 +48,28 @@ namespace detail {
     for (std::size_t i = tensors; i-- > 0;) waiting.emplace_back(node.inputs[i]);
   }
   return found;
+}
+
+/// The last value on which all raw outputs depend: where everything that the heads see still lies in one
+/// layer. Empty if there is none.
+[[nodiscard]] inline std::string common_layer(const nn::NetworkDescription& description) {
+  std::map<std::string, std::size_t> readers;  // of each value, raw outputs that depend on it
+  const auto outputs = raw_outputs(description);
+  for (const std::string& output : outputs) {
+    std::set<std::string_view> needed{output};
+    for (auto node = description.nodes.rbegin(); node != description.nodes.rend(); ++node) {
+      const auto is_needed = [&](const std::string& name) { return needed.contains(name); };
+      if (std::ranges::none_of(node->outputs, is_needed)) continue;
+      for (const std::string& name : node->outputs)
+        if (is_needed(name) && name != output) ++readers[name];
+      needed.insert(node->inputs.begin(), node->inputs.end());
+    }
+  }
+  for (auto node = description.nodes.rbegin(); node != description.nodes.rend(); ++node)
+    for (const std::string& name : node->outputs)
+      if (const auto found = readers.find(name); found != readers.end() && found->second == outputs.size())
+        return name;
+  return {};
 }
 
 }  // namespace tapestry::detect

@@ -1,0 +1,96 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/detect/graph_detector.hpp>
+#include <tapestry/detect/heat_map.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/image/crop.hpp>
+#include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/resize.hpp>
+#include <utility>
+#include <vector>
+
+#include "contact_sheet.hpp"
+#include "detector_inputs.hpp"
+
+namespace tapestry::shell {
+
+/// Takes what a layer holds and what a score asks of it.
+using HeatMap = Array<float, 2> (*)(const Array<float, 3>&, const Array<float, 3>&);
+
+namespace detail {
+
+/// A map of a layer as a map of the picture, [H, W, 1], its greatest value 1, or zeros.
+inline Array<float, 3> map_of_picture(const Array<float, 2>& map, const Bitmap& picture,
+                                      const Detector& detector) {
+  Array<float, 3> single(Extents<3>{map.shape(0), map.shape(1), 1});
+  std::copy_n(map.data(), map.size(), single.data());
+  const std::size_t height = detector.network->input_height(), width = detector.network->input_width();
+  const auto place = image::placement(picture.shape(0), picture.shape(1), height, width, detector.fit.kind);
+  const auto of_input = image::resize_bilinear(single, height, width);
+  auto of_picture =
+      image::resize_bilinear(image::crop(of_input, {place.top, place.left, place.height, place.width}),
+                             picture.shape(0), picture.shape(1));
+  const float greatest = *std::max_element(of_picture.begin(), of_picture.end());
+  for (float& value : of_picture.storage()) value = greatest > 0 ? value / greatest : 0;
+  return of_picture;
+}
+
+}  // namespace detail
+
+/// The heat maps there are, by name.
+inline constexpr std::array<std::pair<const char*, HeatMap>, 3> heat_maps{
+    {{"layer_cam", &detect::layer_cam<float>},
+     {"grad_cam", &detect::grad_cam<float>},
+     {"grad_cam_plus_plus", &detect::grad_cam_plus_plus<float>}}};
+
+/// \throws Error (usage) naming those there are
+inline HeatMap heat_map_by_name(const std::string& name) {
+  std::string known;
+  for (const auto& [kind, heat_map] : heat_maps) {
+    if (name == kind) return heat_map;
+    known += (known.empty() ? "" : ", ") + std::string(kind);
+  }
+  throw Error(ErrorKind::usage, "--heat-map-kind is '" + name + "'; expected one of " + known);
+}
+
+/// Where in the first layer that a graph detector tells the score of a class comes from, that of its surest
+/// candidate: a heat map laid over the picture, from clear over red to yellow.
+///
+/// \param heat_map  one of heat_maps. Those that weigh whole channels say of a detector, whose score belongs
+/// to a
+///                  place, more about the channels than about the place
+inline Bitmap heat_map_picture(const Bitmap& picture, const Detector& detector, std::size_t class_index,
+                               HeatMap heat_map) {
+  const auto& graph = dynamic_cast<const detect::GraphDetector<float>&>(*detector.network);
+  const std::size_t height = graph.input_height(), width = graph.input_width();
+  const auto input = image::fitted(image::from_bytes<float>(picture), height, width, detector.fit);
+  detect::Pass<float> pass;
+  graph.forward(image::batch_of(input), pass, detect::Mode::input_gradient);
+  std::vector<const Array<float, 4>*> logits;
+  for (const auto& of_head : pass.logits) logits.push_back(&of_head);
+  const auto best = detect::best_candidate(graph.heads(), logits, 0, {class_index}, height, width);
+  if (!best) return picture;
+  const auto adjoints = detect::score_adjoint(graph.heads(), pass.logits, 0, class_index, *best);
+  std::vector<const Array<float, 4>*> pointers;
+  for (const auto& of_head : adjoints) pointers.push_back(&of_head);
+  const auto map = detail::map_of_picture(
+      heat_map(graph.layer_values(pass, 0, 0), graph.layer_adjoint(pass, pointers, 0, 0)), picture, detector);
+  auto shown = image::from_bytes<float>(picture);
+  for (std::size_t pixel = 0; pixel < map.size(); ++pixel) {
+    const float heat = map.data()[pixel], share = 0.7F * std::min(1.0F, 2 * heat);
+    const float colour[3] = {1, std::clamp(2 * heat - 1, 0.0F, 1.0F), 0};
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = shown.data()[3 * pixel + c];
+      value = (1 - share) * value + share * colour[c];
+    }
+  }
+  return image::to_bytes(shown);
+}
+
+}  // namespace tapestry::shell
