@@ -130,6 +130,12 @@ TEST_CASE("a far candidate asks nothing of what it does not see", "[detect][heat
   CHECK(far == 0);
 }
 
+TEST_CASE("the common layer is the last one that all heads see", "[detect][heat_map]") {
+  for (const auto& network : {test::yolox_like(64), test::nanodet_like(64)})
+    CHECK(detect::common_layer(network) == network.nodes[5].outputs.front());  // stride 8; 16 comes from it
+  CHECK(detect::common_layer({}).empty());
+}
+
 TEST_CASE("layers that are not there or are no maps are refused", "[detect][heat_map][bad_input]") {
   const auto network = test::yolox_like(64);
   const auto with_layer = [&](const std::string& layer) {
