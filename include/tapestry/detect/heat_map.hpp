@@ -8,8 +8,6 @@
 #include <tapestry/detect/head.hpp>
 #include <vector>
 
-/// Where in a layer a score comes from: what the layer holds, weighted by what the score asks of it. The
-/// layer A is [C, H, W], and so is the score's adjoint G = ∂score/∂A.
 namespace tapestry::detect {
 namespace detail {
 
@@ -31,7 +29,12 @@ void require_layer(const char* operation, const Array<T, 3>& values, const Array
 
 }  // namespace detail
 
-/// Grad-CAM: each channel by the mean of its adjoint.
+/// Grad-CAM: where in a layer a score comes from. What the layer holds, A, is weighted by what the score asks
+/// of it, G = ∂score/∂A: here each channel by the mean of its adjoint.
+///
+/// \param values   A, [C, H, W]
+/// \param adjoint  G, [C, H, W]
+/// \returns        [H, W], at least 0
 /// Source: Selvaraju et al., "Grad-CAM" (ICCV 2017), eq. 1 and 2.
 /// \throws ShapeError if the extents differ
 template <std::floating_point T>
