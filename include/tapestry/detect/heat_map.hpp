@@ -22,11 +22,6 @@ Array<T, 2> weighted_map(const Array<T, 3>& values, Weight weight) {
   return map;
 }
 
-template <std::floating_point T>
-void require_layer(const char* operation, const Array<T, 3>& values, const Array<T, 3>& adjoint) {
-  require_shape(operation, "adjoint", adjoint, values.shape());
-}
-
 }  // namespace detail
 
 /// Grad-CAM: where in a layer a score comes from. What the layer holds, A, is weighted by what the score asks
@@ -39,7 +34,7 @@ void require_layer(const char* operation, const Array<T, 3>& values, const Array
 /// \throws ShapeError if the extents differ
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> grad_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint) {
-  detail::require_layer("grad_cam", values, adjoint);
+  require_shape("grad_cam", "adjoint", adjoint, values.shape());
   const std::size_t pixels = values.shape(1) * values.shape(2);
   std::vector<T> means(values.shape(0), T(0));
   for (std::size_t c = 0; c < means.size(); ++c) {
@@ -55,7 +50,7 @@ template <std::floating_point T>
 /// \throws ShapeError if the extents differ
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> grad_cam_plus_plus(const Array<T, 3>& values, const Array<T, 3>& adjoint) {
-  detail::require_layer("grad_cam_plus_plus", values, adjoint);
+  require_shape("grad_cam_plus_plus", "adjoint", adjoint, values.shape());
   const std::size_t pixels = values.shape(1) * values.shape(2);
   std::vector<T> weights(values.shape(0), T(0));
   for (std::size_t c = 0; c < weights.size(); ++c) {
@@ -75,7 +70,7 @@ template <std::floating_point T>
 /// \throws ShapeError if the extents differ
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> layer_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint) {
-  detail::require_layer("layer_cam", values, adjoint);
+  require_shape("layer_cam", "adjoint", adjoint, values.shape());
   const std::size_t pixels = values.shape(1) * values.shape(2);
   return detail::weighted_map(
       values, [&](std::size_t c, std::size_t i) { return std::max(adjoint.data()[c * pixels + i], T(0)); });

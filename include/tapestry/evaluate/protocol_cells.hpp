@@ -9,6 +9,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/views.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::evaluate {
@@ -111,40 +112,45 @@ template <std::predicate<std::size_t> Belongs>
   return cells;
 }
 
+namespace detail {
+/// The cell of the lowest share of its views; of equal ones that with more views, then the first. None where
+/// there are no views.
+/// \param share_of  gives of a cell its share and its views
+template <class ShareOf>
+[[nodiscard]] std::optional<std::size_t> lowest_cell(const std::vector<Cell>& cells, ShareOf share_of) {
+  std::optional<std::size_t> lowest;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const auto [share, views] = share_of(cells[i]);
+    if (views == 0) continue;
+    if (lowest) {
+      const auto [other_share, other_views] = share_of(cells[*lowest]);
+      if (share > other_share || (share == other_share && views <= other_views)) continue;
+    }
+    lowest = i;
+  }
+  return lowest;
+}
+}  // namespace detail
+
 /// The cell in which a texture hides the car least: that of the lowest attack success among those whose clean
 /// car is found at all; of equal ones that with more such frames, then the first. None where the clean car is
 /// never found. \param texture  its number in the outcomes
 [[nodiscard]] inline std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
                                                                   std::size_t texture) {
-  std::optional<std::size_t> worst;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const AttackSuccess& success = cells[i].textures.at(texture).success;
-    if (success.views == 0) continue;
-    if (worst) {
-      const AttackSuccess& other = cells[*worst].textures[texture].success;
-      if (success.rate > other.rate || (success.rate == other.rate && success.views <= other.views)) continue;
-    }
-    worst = i;
-  }
-  return worst;
+  return detail::lowest_cell(cells, [&](const Cell& cell) {
+    const AttackSuccess& success = cell.textures.at(texture).success;
+    return std::pair(success.rate, success.views);
+  });
 }
 
 /// The cell in which a detector finds the car least, by P@0.5; of equal ones that with more frames, then the
 /// first. None without frames.
 [[nodiscard]] inline std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
                                                                  std::size_t texture) {
-  std::optional<std::size_t> worst;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const DetectionRate& rate = cells[i].textures.at(texture).rate;
-    if (rate.views == 0) continue;
-    if (worst) {
-      const DetectionRate& other = cells[*worst].textures[texture].rate;
-      if (rate.p_at_50 > other.p_at_50 || (rate.p_at_50 == other.p_at_50 && rate.views <= other.views))
-        continue;
-    }
-    worst = i;
-  }
-  return worst;
+  return detail::lowest_cell(cells, [&](const Cell& cell) {
+    const DetectionRate& rate = cell.textures.at(texture).rate;
+    return std::pair(rate.p_at_50, rate.views);
+  });
 }
 
 }  // namespace tapestry::evaluate

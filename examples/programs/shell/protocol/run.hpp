@@ -48,11 +48,7 @@ inline Json settings_of(const ProtocolRequest& request) {
   options["clean-only"] = request.run.empty();
   if (!request.run.empty()) options["controls"] = request.settings.controls;
   options["seed"] = request.seed;
-  std::vector<std::string> paths{request.scene.mesh};
-  const auto& detector = request.detector;
-  for (const auto& optional :
-       {request.scene.faces, detector.cfg, detector.weights, detector.detector, detector.names})
-    if (!optional.empty()) paths.push_back(optional);
+  auto paths = input_paths(request.scene, request.detector, {});
   if (!request.run.empty()) paths.push_back(request.run + "/texture.npz");
   return {{"program", "evaluate"},
           {"version", TAPESTRY_VERSION_TEXT},
