@@ -191,15 +191,7 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
 
 /// What is said about an option that nobody knows, with the nearest known key.
 [[nodiscard]] inline std::string unknown_option(std::string_view section, std::string_view unknown) {
-  std::string_view nearest;
-  std::size_t distance = 4;  // anything farther is no misspelling
-  for (const std::string_view key : understood_keys(section)) {
-    const std::size_t d = edit_distance(key, unknown);
-    if (d < distance) {
-      distance = d;
-      nearest = key;
-    }
-  }
+  const std::string nearest = nearest_word(unknown, understood_keys(section));
   std::string text = "unknown option " + in_quotes(unknown) + " of [" + std::string(section) + "] ignored";
   if (!nearest.empty()) text += "; did you mean " + in_quotes(nearest) + "?";
   return text;
