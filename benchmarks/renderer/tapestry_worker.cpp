@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
@@ -139,7 +140,7 @@ class TapestryRenderer {
     Motion gradient(scene_.mesh.positions.size(), geometry::Vector3{0, 0, 0});
     if (has("boundary_integral"))
       raster::vertex_adjoint(surface, camera, weights_, gradient,
-                             raster::BoundaryIntegral{samples_of(camera)});
+                             raster::BoundaryIntegral{samples_of(camera), true, edges_});
     else if (has("interior_only"))
       raster::vertex_adjoint(surface, camera, weights_, gradient, raster::InteriorOnly{samples_of(camera)});
     else if (has("neural_mesh_renderer"))
@@ -174,6 +175,8 @@ class TapestryRenderer {
   const Scene& scene_;
   const WorkerOptions& options_;
   raster::PaintedMesh body_;
+  std::shared_ptr<const raster::MeshEdges> edges_ =
+      std::make_shared<const raster::MeshEdges>(raster::mesh_edges(body_.mesh));
   Array<float, 3> weights_;
   Array<float, 2> colours_;  ///< of positions
   std::size_t samples_ = 1;  ///< along an axis; 0: automatic

@@ -73,6 +73,10 @@ int camouflage_main(int argc, char** argv) {
       "measures it beside the untouched photo, the clean car, noise matched to it, random noise and solid "
       "colours.");
   describe(app, options);
+  app.footer(
+      "  camouflage --output first\n"
+      "  camouflage --resume --output first\n"
+      "  camouflage --config settings.toml --check");
   return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
 }
 }  // namespace

@@ -87,5 +87,6 @@ int main(int argc, char** argv) {
       "Puts a Darknet detector, cfg and weights, into one .safetensors file, which the other programs take "
       "as --weights without --cfg.");
   describe(app, options);
+  app.footer("  convert_weights --cfg my.cfg --weights my.weights --output my.safetensors");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -34,6 +34,7 @@ struct Options {
 
 void describe(CLI::App& app, Options& options) {
   add_options(app, options.detector, {"class"});
+  app.option_defaults()->group("Output");
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
   app.add_flag("--json", options.json,
                "print a JSON array; boxes in pixels of the image, x and y the top left corner");
@@ -187,7 +188,10 @@ int run(Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Finds objects in pictures with a Darknet detector with YOLO-V3 heads.");
+  CLI::App app("Finds objects in pictures with a Darknet or ONNX detector.");
   describe(app, options);
+  app.footer(
+      "  detect street.png\n"
+      "  detect --weights yolox_nano.onnx --json --annotate boxes pictures/");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -41,6 +41,7 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& options) {
+  app.option_defaults()->group("Measurement");
   app.add_option(
       "--run", options.run,
       "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
@@ -50,6 +51,7 @@ void describe(CLI::App& app, Options& options) {
   add_options(app, options.detector);
   add_options(app, options.dataset);
   add_options(app, options.protocol, protocol_help());
+  app.option_defaults()->group("Measurement");
   app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
       ->capture_default_str();
   app.add_option(
@@ -201,5 +203,9 @@ int main(int argc, char** argv) {
       "With --protocol, the same over renders from all around, or of a partly hidden car. Or, with "
       "--dataset, average precision on labelled pictures.");
   describe(app, options);
+  app.footer(
+      "  evaluate --run runs/camouflage-001\n"
+      "  evaluate --run runs/camouflage-001 --weights yolox_nano.onnx --class 2\n"
+      "  evaluate --dataset labels/instances.json --weights yolox_nano.onnx");
   return run_program(app, argc, argv, [&] { return run(app, options); });
 }

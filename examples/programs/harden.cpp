@@ -63,8 +63,10 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Fine-tunes a detector against optimised car paint (adversarial training), for robustness research, "
       "and measures it beside the undefended one: clean, under a paint made for the undefended one, and "
-      "under "
-      "a fresh attack on each.");
+      "under a fresh attack on each.");
   describe(app, options);
+  app.footer(
+      "  harden --quick\n"
+      "  harden --resume --output runs/harden-001");
   return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
 }

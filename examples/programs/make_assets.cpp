@@ -28,8 +28,8 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& options) {
-  app.add_option("--output", options.output, "folder to write to; files of the same names are replaced")
-      ->capture_default_str();
+  app.add_option("--output", options.output,
+                 "folder to write to; files of the same names are replaced; left out, the bundled assets'");
   app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
   app.add_option("--size", options.size, "side of a frame, pixels")
       ->capture_default_str()
@@ -89,5 +89,6 @@ int main(int argc, char** argv) {
   CLI::App app{"Makes the bundled default: car meshes and frames of the sedan in street scenes."};
   Options options;
   describe(app, options);
+  app.footer("  make_assets --output assets --train 20 --test 10");
   return run_program(app, argc, argv, [&] { return make_assets(options); });
 }

@@ -224,5 +224,8 @@ int main(int argc, char** argv) {
       "frame is a scene of its own, with its camera, light, mask and box."};
   Options options;
   describe(app, options);
+  app.footer(
+      "  make_dataset --output frames\n"
+      "  make_dataset --mesh car.obj --material body --output frames --train 200");
   return run_program(app, argc, argv, [&] { return make_dataset(options); });
 }

@@ -52,6 +52,7 @@ struct Options {
   std::size_t samples = 4;
   std::vector<double> background{1, 1, 1};
   std::string lighting = "flat";
+  std::string colour_space = "linear";
   double ambient = 0.5, directional = 0.5;
   std::vector<double> light_direction{0, 0, 1};
   int threads = 0;
@@ -60,6 +61,7 @@ struct Options {
 };
 
 void describe_scene(CLI::App& app, Options& o) {
+  app.option_defaults()->group("Mesh and light");
   app.add_option("--mesh", o.mesh, "OBJ file; the bundled sedan when left out");
   app.add_option("--material", o.material,
                  "materials whose faces are painted; all faces when this and --faces are left out");
@@ -77,6 +79,11 @@ void describe_scene(CLI::App& app, Options& o) {
       "--normalise", o.normalise,
       "centre the mesh and scale it so that its longest side is 2, as poses of the simulator expect");
   app.add_option("--light", o.lighting, "none, flat or smooth")->capture_default_str();
+  app.add_option(
+         "--colour-space", o.colour_space,
+         "how colours are lit, filtered and blended: linear, in proportion to light as a camera and a "
+         "glTF viewer do, or encoded, by the numbers of the picture")
+      ->capture_default_str();
   app.add_option("--ambient", o.ambient, "light from everywhere")->capture_default_str();
   app.add_option("--directional", o.directional, "light from one direction")->capture_default_str();
   app.add_option("--light-direction", o.light_direction, "towards the light, z up")
@@ -86,6 +93,7 @@ void describe_scene(CLI::App& app, Options& o) {
 
 void describe(CLI::App& app, Options& o) {
   describe_scene(app, o);
+  app.option_defaults()->group("Camera and picture");
   app.add_option("--view", o.view, "colour, normal, uv, face or coverage")->capture_default_str();
   app.add_option("--azimuth", o.azimuth, "degrees around the mesh; 0: in front of a car, 90: at its left")
       ->capture_default_str();
@@ -157,6 +165,7 @@ void require_sound_files(const Options& o, ProblemList& list) {
 
 void require_sound_light(const Options& o, ProblemList& list) {
   list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
+  list.require_choice("--colour-space", o.colour_space, {"linear", "encoded"});
   list.require(o.ambient >= 0 && std::isfinite(o.ambient), "--ambient must be a number from 0 on");
   list.require(o.directional >= 0 && std::isfinite(o.directional),
                "--directional must be a number from 0 on");
@@ -234,6 +243,7 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   scene.mesh = std::move(loaded.mesh);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
   set_texture(o, scene);
+  scene.space = image::colour_space_by_name(o.colour_space);
   scene.lighting = o.lighting;
   scene.light.ambient = o.ambient;
   scene.light.directional = o.directional;
@@ -391,5 +401,8 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("Draws a mesh, painted or in its own colours: one picture, or a turntable.");
   describe(app, options);
+  app.footer(
+      "  render --azimuth 30 --output car.png\n"
+      "  render --mesh car.obj --turntable 8 --output sheet.png");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -24,6 +24,7 @@
 
 #include "../scenes/labelled_scene.hpp"
 #include "shell/file_status.hpp"
+#include "shell/mesh_inputs.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/progress.hpp"
@@ -304,7 +305,7 @@ void require_sound(const Options& o) {
 /// written.
 void fill_in_files(Options& o) {
   const bool has_cfg = !o.cfg.empty() || o.weights.empty() || !io::is_safetensors(o.weights);
-  if (o.cfg.empty() && has_cfg) o.cfg = TAPESTRY_ASSETS "/detector.cfg";
+  if (o.cfg.empty() && has_cfg) o.cfg = BundledAssets{}.cfg();
   if (o.output.empty()) o.output = has_cfg ? "detector.weights" : "detector.safetensors";
   if (!has_cfg && o.steps > 0 && !o.output.ends_with(".safetensors"))
     throw Error(ErrorKind::usage, "--output " + o.output + " would lose the cfg, which is only within " +
@@ -331,5 +332,8 @@ int main(int argc, char** argv) {
   CLI::App app("Trains a small detector on procedural street scenes and writes Darknet weights.");
   Options options;
   describe(app, options);
+  app.footer(
+      "  train_detector --output own.weights\n"
+      "  train_detector --steps 0 --weights own.weights");
   return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
 }

@@ -4,9 +4,11 @@
 #include <memory>
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/network_file.hpp>
@@ -24,6 +26,7 @@ int main() {
   raster::PaintedMesh car{io::read_obj(assets + "car_sedan.obj").mesh, {}, {}};
   car.painted = geometry::faces_by_material(car.mesh, {"body"});
   car.layout = {raster::TextureKind::atlas, 64, 128, 2};
+  car.space = image::ColourSpace::linear;  // light adds up, the numbers of a picture do not
 
   // What does not change: for each photograph the map from paint to picture, what lies behind, where the car
   // is.
@@ -32,8 +35,9 @@ int main() {
   std::vector<loss::Target> targets;
   for (const char* name : {"003", "027", "041", "058"}) {
     const auto frame = io::read_frame(assets + "frames/test/" + name + ".npz");
-    views.push_back(std::make_shared<const raster::TextureOperator<float>>(raster::texture_operator<float>(
-        car, *frame.camera, network.input_height(), network.input_width(), *frame.light)));
+    views.push_back(std::make_shared<const raster::TextureOperator<float>>(
+        raster::texture_operator<float>(car, *frame.camera, network.input_height(), network.input_width(),
+                                        camouflage::frame_light(frame, car.space))));
     backdrops.push_back({std::make_shared<const Array<float, 3>>(image::from_bytes<float>(frame.image)),
                          {views.back(), &views.back()->coverage}});
     targets.push_back({frame.label->class_index, frame.label->box});
@@ -47,7 +51,8 @@ int main() {
     const auto scope = tape.activate();
     const auto paint = tape.input(parameter);
     const ArrayVariable<float, 2> colours = (tanh(paint) + 1.0F) / 2.0F;
-    const auto pictures = image::over(raster::render(views, colours), backdrops);
+    const auto light = image::linearised(colours);
+    const auto pictures = image::over(raster::render(views, light), backdrops, car.space);
     const auto logits = detect::forward(network, pictures);
     const auto found = loss::adversarial(network, logits, targets);
     if (step % 20 == 0)

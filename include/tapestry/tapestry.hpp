@@ -50,6 +50,7 @@
 #include <tapestry/autodiff/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/tape/write_statement.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
@@ -132,6 +133,8 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/batch_variable.hpp>
 #include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/crop_variable.hpp>
 #include <tapestry/image/fourier_transform.hpp>

@@ -66,14 +66,19 @@ Array<T, 2> gradient_of(const raster::PaintedMesh& car, loss::AdversarialLoss ki
 }  // namespace
 
 TEST_CASE("the gradient of the bundled scene agrees with central differences", "[camouflage][gradient]") {
-  const auto kind = GENERATE(loss::AdversarialLoss::paper, loss::AdversarialLoss::max_score);
-  const auto car = sedan();
+  using tapestry::image::ColourSpace;
+  const auto [kind, space] = GENERATE(
+      table<loss::AdversarialLoss, ColourSpace>({{loss::AdversarialLoss::paper, ColourSpace::encoded},
+                                                 {loss::AdversarialLoss::max_score, ColourSpace::encoded},
+                                                 {loss::AdversarialLoss::max_score, ColourSpace::linear}}));
+  auto car = sedan();
+  car.space = space;
   const auto network = bundled_detector<double>();
   const auto views = bundled_views<double>(car);
   camouflage::ObjectiveOptions options;
   options.kind = kind;
   camouflage::Objective<double> objective(network, options);
-  CAPTURE(loss::name_of(kind));
+  CAPTURE(loss::name_of(kind), tapestry::image::name_of(space));
   tapestry::test::check_pipeline_gradient(objective, views, start_texture());
 }
 

@@ -203,7 +203,8 @@ TEST_CASE("a mask of another size is refused with both sizes", "[camouflage][vie
 
 TEST_CASE("own colours give the clean car, in an atlas and in cubes", "[camouflage][texture]") {
   for (const auto kind : {tapestry::raster::TextureKind::atlas, tapestry::raster::TextureKind::cube}) {
-    const auto car = test::tiny_car(12, kind);
+    auto car = test::tiny_car(12, kind);
+    car.space = GENERATE(tapestry::image::ColourSpace::encoded, tapestry::image::ColourSpace::linear);
     const auto colours = camouflage::own_colours<float>(car);
     auto unpainted = car;
     for (auto& face : unpainted.painted) face = 0;
@@ -214,6 +215,47 @@ TEST_CASE("own colours give the clean car, in an atlas and in cubes", "[camoufla
     for (std::size_t i = 0; i < painted.size(); ++i)
       REQUIRE(std::abs(painted.data()[i] - expected.data()[i]) < 1e-5F);
   }
+}
+
+TEST_CASE("white paint in the shade and in the light looks the same in both colour spaces",
+          "[camouflage][view]") {
+  using tapestry::image::ColourSpace;
+  auto car = test::tiny_car();
+  auto frame = test::tiny_frame(1);
+  const auto white = tapestry::filled<double, 2>({car.layout.texel_count(car.mesh), 3}, 1.0);
+  const auto picture_in = [&](ColourSpace space) {
+    car.space = space;
+    return camouflage::picture_of(camouflage::make_view<double>(frame, car, 48, 48, 1), white);
+  };
+  const auto& eye = tapestry::geometry::eye_of(*frame.camera);
+  const auto normal = tapestry::raster::seen_normal(car.mesh, 8, eye);  // of the roof
+  for (const double side : {-1.0, 1.0}) {                               // away from the light, towards it
+    frame.light = tapestry::raster::Light{0.3, 0.6, tapestry::geometry::scale(normal, side), {1, 1, 1}};
+    std::fill(car.painted.begin(), car.painted.end(), std::uint8_t(0));
+    for (const std::size_t roof : {8U, 9U}) car.painted[roof] = 1;
+    const auto encoded = picture_in(ColourSpace::encoded), linear = picture_in(ColourSpace::linear);
+    const double level = side < 0 ? 0.3 : 0.9;
+    std::size_t of_roof = 0;
+    for (std::size_t i = 0; i < encoded.size(); ++i) {
+      if (std::abs(encoded.data()[i] - level) > 1e-9) continue;
+      ++of_roof;
+      REQUIRE(linear.data()[i] == Approx(level).epsilon(1e-9));
+    }
+    CHECK(of_roof > 100);
+  }
+}
+
+TEST_CASE("views in different colour spaces are refused", "[camouflage][objective]") {
+  Fixture fixture;
+  auto car = fixture.car;
+  std::vector<std::shared_ptr<const camouflage::View<float>>> views;
+  for (const auto space : tapestry::image::colour_spaces) {
+    car.space = space;
+    views.push_back(std::make_shared<const camouflage::View<float>>(
+        camouflage::make_view<float>(test::tiny_frame(1), car, 48, 48)));
+  }
+  const tapestry::ArrayVariable<float, 2> colours(fixture.start);
+  CHECK_THROWS_WITH(fixture.objective(colours, views), "objective: views in different colour spaces");
 }
 
 TEST_CASE("one view and one painted face train", "[camouflage][training]") {

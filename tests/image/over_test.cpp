@@ -27,7 +27,7 @@ TEST_CASE("full coverage hides the background and passes it no gradient", "[imag
   const auto coverage = tapestry::filled<float, 2>({4, 5}, 1);
   CHECK((image::over(front, coverage, background) == front));
   Array<float, 3> background_adjoint = xt::zeros_like(background);
-  image::over_adjoint<float>(coverage, background, random_array<float>({4, 5, 3}, 3), nullptr, nullptr,
+  image::over_adjoint<float>(front, coverage, background, random_array<float>({4, 5, 3}, 3), nullptr, nullptr,
                              &background_adjoint);
   CHECK((background_adjoint == tapestry::zeros<float, 3>({4, 5, 3})));
 }
@@ -40,7 +40,7 @@ TEMPLATE_TEST_CASE("over_adjoint agrees with central differences", "[image][grad
   Array<TestType, 3> front_adjoint = xt::zeros_like(front), background_adjoint = xt::zeros_like(background);
   Array<TestType, 2> mask_adjoint = xt::zeros_like(mask);
   for (const TestType half : {TestType(0.5), TestType(0.5)})  // make a whole only if the adjoint adds
-    image::over_adjoint<TestType>(mask, background, half * weights, &front_adjoint, &mask_adjoint,
+    image::over_adjoint<TestType>(front, mask, background, half * weights, &front_adjoint, &mask_adjoint,
                                   &background_adjoint, 2, 1);
 
   const auto of_front = [&](const auto& x) { return dot(weights, image::over(x, mask, background, 2, 1)); };

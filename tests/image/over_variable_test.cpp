@@ -35,8 +35,8 @@ TEST_CASE("over on the tape is over_adjoint() for each of its arrays", "[image][
   tape.reverse(picture, seed);
   Array<double, 3> by_front = xt::zeros_like(front.value()), by_background = xt::zeros_like(seed);
   Array<double, 2> by_coverage = xt::zeros_like(coverage.value());
-  image::over_adjoint(coverage.value(), background.value(), seed, &by_front, &by_coverage, &by_background, 2,
-                      1);
+  image::over_adjoint(front.value(), coverage.value(), background.value(), seed, &by_front, &by_coverage,
+                      &by_background, 2, 1);
   CHECK((front.adjoint() == by_front));
   CHECK((coverage.adjoint() == by_coverage));
   CHECK((background.adjoint() == by_background));
@@ -59,8 +59,8 @@ TEST_CASE("a batch of pictures over backdrops equals one by one, both ways", "[i
     CHECK(std::equal(alone.data(), alone.data() + alone.size(), batch.value().data() + n * alone.size()));
     std::copy_n(seed.data() + n * part.size(), part.size(), part.data());
     Array<double, 3> expected = xt::zeros_like(fronts[n].value());
-    image::over_adjoint<double>(*backdrop.coverage, *backdrop.background, part, &expected, nullptr, nullptr,
-                                backdrop.top, backdrop.left);
+    image::over_adjoint<double>(fronts[n].value(), *backdrop.coverage, *backdrop.background, part, &expected,
+                                nullptr, nullptr, backdrop.top, backdrop.left);
     CHECK((fronts[n].adjoint() == expected));
   }
 }

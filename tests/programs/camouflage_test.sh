@@ -52,6 +52,19 @@ expect_exit 3 "an ensemble that is not there" "$camouflage" --ensemble none.onnx
 
 expect_exit 0 "cubes have matched controls, too" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 --output cubes
 grep -q '^matched noise,80,' cubes/metrics.csv && pass || fail "no matched noise of cubes"
+# Colours are blended in light, or as in the paper; a manifest from before there was a choice is of the latter.
+grep -q '"colour-space": "linear"' two/manifest.json && pass || fail "the manifest does not name the colour space"
+expect_exit 0 "colours blended by their numbers" "$camouflage" "${quick[@]}" --colour-space encoded --output by_numbers
+grep -q '"colour-space"' by_numbers/manifest.json && fail "a manifest names what was no choice before" || pass
+if cmp -s by_numbers/texture.npz two/texture.npz; then fail "both colour spaces give the same texture"; else pass; fi
+expect_exit 0 "an encoded run resumed" "$camouflage" --resume --output by_numbers
+expect_exit 7 "a run resumed in another colour space" "$camouflage" --resume --colour-space linear --output by_numbers
+expect_error_line '--colour-space \(was "encoded", now "linear"\)'
+expect_exit 0 "an encoded run measured again" "$programs/evaluate" --run by_numbers --output measured_by_numbers
+grep -q '"colour-space"' measured_by_numbers/metrics.json && fail "an encoded run was measured in light" || pass
+expect_exit 2 "an unknown colour space" "$camouflage" --colour-space gamma --output none
+expect_error_line '--colour-space .*gamma'
+
 expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --output other
 if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the same texture"; else pass; fi
 

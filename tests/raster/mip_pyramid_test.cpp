@@ -1,4 +1,5 @@
 #include <cmath>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
@@ -134,6 +135,40 @@ TEST_CASE("trilinear comes nearer to the area average than bilinear", "[raster][
   // Random texels, far smaller than pixels: one of them is off by their spread, 0.29 of 0.5.
   CHECK(error_of(TextureFilter::bilinear, 4) >= 0.2);
   CHECK(error_of(TextureFilter::trilinear, 4) <= 0.5 * error_of(TextureFilter::bilinear, 4));
+}
+
+TEST_CASE("a pattern finer than pixels is a camera's grey in light and too dark by numbers",
+          "[raster][image]") {
+  // A wall of 512 x 512 black and white texels, 16 of them across a pixel.
+  Mesh wall = tapestry::test::triangle_soup({{Vector3{-4, -4, 2}, Vector3{12, -4, 2}, Vector3{-4, 12, 2}}});
+  for (std::size_t k = 0; k < 3; ++k)
+    wall.uvs[k] = {(wall.positions[k][0] + 4) / 8, (wall.positions[k][1] + 4) / 8};
+  auto texels = tapestry::zeros<double, 2>({512 * 512, 3});
+  for (std::size_t i = 0; i < 512 * 512; ++i)
+    for (std::size_t c = 0; c < 3; ++c) texels(i, c) = static_cast<double>((i / 512 + i % 512) % 2);
+  const auto picture_of = [&](const raster::TextureLayout& layout, std::size_t side, std::size_t samples,
+                              const Array<double, 2>& of) {
+    return raster::render(
+        raster::texture_operator<double>({wall, {1}, layout}, Camera{}, side, side, raster::Unlit{}, samples),
+        of);
+  };
+  const auto seen = picture_of(layout_of(512, 512, TextureFilter::bilinear), 16 * 64, 1,
+                               tapestry::image::linearised(texels));
+  auto light = tapestry::zeros<double, 3>({16, 16, 3});  // of 64 × 64 samples a pixel
+  for (std::size_t i = 0; i < seen.shape(0); ++i)
+    for (std::size_t j = 0; j < seen.shape(1); ++j)
+      for (std::size_t c = 0; c < 3; ++c) light(i / 64, j / 64, c) += seen(i, j, c) / (64 * 64);
+  const auto camera = tapestry::image::encoded(light);
+  const auto layout = layout_of(512, 512);
+  const auto pyramid_of = [&](const Array<double, 2>& of) { return raster::mip_pyramid(layout, of); };
+  const auto linear =
+      tapestry::image::encoded(picture_of(layout, 16, 4, pyramid_of(tapestry::image::linearised(texels))));
+  const auto encoded = picture_of(layout, 16, 4, pyramid_of(texels));
+  for (std::size_t i = 0; i < camera.size(); ++i) {
+    REQUIRE(camera.data()[i] == Approx(0.735).margin(0.01));
+    REQUIRE(std::abs(linear.data()[i] - camera.data()[i]) <= 0.01);
+    REQUIRE(std::abs(encoded.data()[i] - camera.data()[i]) >= 0.2);
+  }
 }
 
 TEST_CASE("an atlas that is not minified is the same with both filters", "[raster][mip_pyramid]") {

@@ -98,6 +98,32 @@ TEST_CASE("a face through the near plane and behind the camera agrees with a bru
   CHECK(error_against_brute_force(scene, raster::BoundaryIntegral{}, 5e-3) <= 0.02);
 }
 
+TEST_CASE("meshes with unusual edges agree with a brute-force picture",
+          "[raster][vertex_gradient][gradient]") {
+  // Two faces left and right of a line, others on the same line: behind, in front on one side, behind the
+  // eye.
+  Mesh mesh;
+  mesh.positions = {{-0.9, -0.8, 2}, {0.7, 0.9, 2.2},  {-1.2, 1, 2.4}, {1.3, -0.7, 2.6},
+                    {1.6, 1.2, 3.5}, {1.6, -0.2, 1.2}, {3, -2.5, -1}};
+  const geometry::Corners left{0, 1, 2}, right{0, 3, 1}, behind{1, 0, 4}, before{0, 1, 5}, beyond{0, 1, 6};
+  const auto check = [&](const std::vector<geometry::Corners>& faces) {
+    mesh.faces = faces;
+    CHECK(error_against_brute_force(Scene<>{mesh, vertex}, raster::BoundaryIntegral{8}) <= 0.05);
+  };
+  SECTION("a mesh of one face") { check({left}); }
+  SECTION("two faces, in line and turned") {
+    check({left, right});
+    check({left, {right[2], right[1], right[0]}});
+  }
+  SECTION("three faces on one edge") { check({left, right, behind}); }
+  SECTION("five faces on one edge, two of them coincident") {
+    check({left, behind, {behind[1], behind[0], behind[2]}, right, before});
+  }
+  SECTION("an edge whose faces lie on the same side of it") { check({right, behind}); }
+  SECTION("faces that hide each other on the same side of their edge") { check({behind, before}); }
+  SECTION("a face that reaches behind the camera from an edge of one before it") { check({left, beyond}); }
+}
+
 namespace {
 
 /// A car seen from a distance, in the terms of the reference: half-angle 30°, elevation 20°, azimuth 45°.

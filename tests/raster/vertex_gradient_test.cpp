@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <vector>
@@ -175,6 +176,64 @@ TEST_CASE("the gradient has the same bits for any number of threads, and adds", 
   };
   check(raster::BoundaryIntegral{});
   check(raster::NeuralMeshRenderer{});
+}
+
+TEST_CASE("faces that are seen exactly from their side change nothing", "[raster][vertex_gradient]") {
+  Mesh mesh;  // coordinates of few bits, so that the volume of eye and face is 0 to the bit
+  mesh.positions = {{-0.875, -0.75, 2}, {0.75, 0.875, 2.25}, {-1.25, 1, 2.5}, {1.25, -0.75, 2.5}};
+  mesh.faces = {{0, 1, 2}, {0, 3, 1}};
+  const Scene<> plain{mesh, vertex};
+  for (const double depth : {0.5, 2.0}) {  // in front of the line and behind it
+    Mesh with = mesh;
+    with.positions.push_back(geometry::scale(mesh.positions[0], depth));
+    with.faces.push_back({0, 1, 4});
+    Scene<> scene{with, vertex};
+    std::copy_n(plain.texels.data(), plain.texels.size(), scene.texels.data());
+    const auto expected = plain.gradient(smooth_weights()), found = scene.gradient(smooth_weights());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      CHECK(geometry::length(geometry::subtract(found[i], expected[i])) <= 1e-9);
+    CHECK(found[4] == Vector3{0, 0, 0});
+  }
+}
+
+TEST_CASE("edges that are kept while a mesh moves give the same bits, and no other mesh's are taken",
+          "[raster][vertex_gradient]") {
+  const Scene<raster::Light> scene{box(false), small_atlas, warm};
+  const auto kept = std::make_shared<const raster::MeshEdges>(raster::mesh_edges(scene.mesh));
+  const Vector3 step{0.1, -0.05, 0.2};
+  const auto weights = smooth_weights();
+  for (const double way : {0.0, 1.0}) {
+    const auto at = moved(scene, std::vector<Vector3>(scene.mesh.positions.size(), step), way);
+    CHECK(at.gradient(weights, raster::BoundaryIntegral{4, true, kept}) == at.gradient(weights));
+  }
+  const Scene<> other{box(true)};
+  CHECK_THROWS_WITH(other.gradient(weights, raster::BoundaryIntegral{4, true, kept}),
+                    "vertex_adjoint: edges are those of a mesh of 36 positions and 12 faces, expected 8 "
+                    "positions and 12 faces");
+}
+
+TEST_CASE("the edges of a mesh say how their two faces run along them", "[raster][vertex_gradient]") {
+  // A square of two faces; a third on its diagonal; the same square with a seam; with one face turned.
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0.5, 0.5, 1}};
+  const auto diagonal = [&](const std::vector<geometry::Corners>& faces) {
+    mesh.faces = faces;
+    const auto edges = raster::mesh_edges(mesh);
+    REQUIRE(edges.way.size() == edges.size());
+    std::size_t greatest = 0;
+    for (std::size_t i = 0; i < edges.size(); ++i)
+      if (edges.of(i).size() > edges.of(greatest).size()) greatest = i;
+    CHECK(edges.of(greatest).size() == faces.size());
+    return static_cast<int>(edges.way[greatest]);
+  };
+  CHECK(diagonal({{0, 1, 2}, {0, 2, 3}}) == 1);
+  CHECK(diagonal({{0, 1, 2}, {2, 0, 3}}) == -1);
+  CHECK(diagonal({{0, 1, 2}, {0, 3, 2}}) == -1);
+  CHECK(diagonal({{0, 1, 2}, {4, 5, 3}}) == 2);
+  CHECK(diagonal({{0, 1, 2}, {4, 2, 3}}) == 2);
+  CHECK(diagonal({{0, 1, 2}, {4, 3, 5}}) == -2);
+  CHECK(diagonal({{0, 1, 2}, {0, 2, 3}, {0, 2, 6}}) == 0);
+  CHECK(diagonal({{0, 1, 2}}) == 0);
 }
 
 TEST_CASE("Neural Mesh Renderer's rule on one row, worked out by hand", "[raster][vertex_gradient]") {

@@ -7,13 +7,19 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/nearest_word.hpp>
+#include <tapestry/version.hpp>
 #include <vector>
+
+#include "config_file.hpp"
+#include "help.hpp"
 
 namespace tapestry::shell {
 
@@ -76,16 +82,35 @@ inline void open_standard_streams() {
     if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
 }
 
+/// Gives the app a name and what every program has: --version, --config and the form of --help.
+inline void add_general_options(CLI::App& app, const std::string& program) {
+  app.name(std::filesystem::path(program).filename().string());
+  app.option_defaults()->group(HelpText::general);
+  app.set_version_flag("--version", app.get_name() + " (Tapestry) " TAPESTRY_VERSION_TEXT,
+                       "print the version and leave");
+  app.set_config("--config", "",
+                 "file of options, `name = value` a line (TOML), names without dashes; what the command line "
+                 "gives as well wins")
+      ->type_name("TEXT");
+  app.set_help_flag("-h,--help", "print this and leave");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.config_formatter(std::make_shared<ConfigFile>(app));
+  app.formatter(std::make_shared<HelpText>());
+}
+
 /// Parses the command line. Returns a negative number to go on, else the exit code to leave with
 /// (0 after --help, 2 after a mistake, whose message names the nearest option).
 inline int parse_arguments(CLI::App& app, int argc, char** argv) {
   open_standard_streams();
+  add_general_options(app, argv[0]);
   require_sound_values(app);
   try {
     app.parse(argc, argv);
     return -1;
   } catch (const CLI::ExtrasError&) {
     return unknown_option(app);
+  } catch (const CLI::FileError&) {
+    throw FileError(ErrorKind::malformed, {app.get_config_ptr()->results().front(), "", "cannot open"});
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     const auto extras = app.remaining();  // what is required may be missing because it was misspelt
@@ -96,12 +121,12 @@ inline int parse_arguments(CLI::App& app, int argc, char** argv) {
   }
 }
 
-/// The options that were given, with their values, as words of a command line; `except` names the long
-/// options that are left out.
+/// The options that were given, here or in the file of --config, with their values, as words of a command
+/// line; `except` names the long options that are left out.
 inline std::vector<std::string> given_options(const CLI::App& app, const std::vector<std::string>& except) {
   std::vector<std::string> words;
   for (const auto* option : app.get_options()) {
-    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    if (option->count() == 0 || option->get_lnames().empty() || !option->get_configurable()) continue;
     const std::string& name = option->get_lnames().front();
     if (std::find(except.begin(), except.end(), name) != except.end()) continue;
     words.push_back("--" + name);

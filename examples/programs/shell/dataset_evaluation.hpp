@@ -41,6 +41,7 @@ struct DatasetSettings {
 inline constexpr double dataset_confidence = 0.001;  ///< precision needs weak detections, too
 
 inline void add_options(CLI::App& app, DatasetSettings& s) {
+  app.option_defaults()->group("Data set instead of a camouflage");
   app.add_option(
       "--dataset", s.dataset,
       "labelled pictures on which average precision is measured as COCO does, instead of a "
@@ -63,14 +64,14 @@ namespace detail {
 /// Options of other measurements would be passed over.
 inline void require_dataset_options(const CLI::App& app, const DatasetSettings& s, ProblemList& list) {
   std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--most-detections",
-                                 "--results", "--csv",    "--json",          "--threads",
-                                 "--help"};
+                                 "--results", "--csv",    "--json",          "--threads"};
   DetectorSettings detector;
   visit_settings(detector, [&](const std::string& name, auto&, const char*) {
     if (name != "class") known.push_back("--" + name);
   });
   for (const auto* option : app.get_options())
-    list.require(option->count() == 0 || std::ranges::find(known, option->get_name()) != known.end(),
+    list.require(option->count() == 0 || !option->get_configurable() ||  // --help, --version, --config
+                     std::ranges::find(known, option->get_name()) != known.end(),
                  option->get_name() + " has no part in --dataset");
   list.require(s.most_detections >= 1 && s.most_detections <= 10000, "--most-detections must be 1 to 10000");
   for (const auto& [name, path] : {std::pair("--results", s.results), {"--csv", s.csv}, {"--json", s.json}})

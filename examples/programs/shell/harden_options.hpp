@@ -15,6 +15,7 @@ namespace tapestry::shell {
 
 /// How a detector is hardened, and how paints are optimised against it.
 struct HardenSettings {
+  static constexpr const char* group = "Hardening";
   std::size_t rounds = 16;
   std::size_t attack_steps = 100;
   std::size_t steps = 120;

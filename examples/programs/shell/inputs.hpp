@@ -81,6 +81,8 @@ inline Car load_car(const SceneSettings& settings) {
   if (car.painted.layout.kind == raster::TextureKind::atlas)
     require_uvs(settings.mesh, loaded.mesh, car.painted.painted, "an atlas");
   car.painted.mesh = std::move(loaded.mesh);
+  car.painted.space =
+      settings.colour_space == "linear" ? image::ColourSpace::linear : image::ColourSpace::encoded;
   return car;
 }
 

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/geometry/mesh.hpp>
@@ -11,9 +13,21 @@
 
 namespace tapestry::shell {
 
+#ifndef TAPESTRY_INSTALLED_ASSETS  // as CMake says it of the folders that it installs to
+#define TAPESTRY_INSTALLED_ASSETS "../share/tapestry/assets"
+#endif
+
+/// Where the bundled files lie: beside an installed program, else in the sources.
+inline std::string bundled_folder() {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto installed = program.parent_path() / TAPESTRY_INSTALLED_ASSETS;
+  return !error && std::filesystem::is_directory(installed, error) ? installed.string() : TAPESTRY_ASSETS;
+}
+
 /// The files that stand in for inputs the user leaves out.
 struct BundledAssets {
-  std::string folder = TAPESTRY_ASSETS;
+  std::string folder = bundled_folder();
 
   [[nodiscard]] std::string mesh() const { return folder + "/car_sedan.obj"; }
   [[nodiscard]] std::string frames() const { return folder + "/frames"; }

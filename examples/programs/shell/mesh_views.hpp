@@ -63,10 +63,10 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
   const auto draw = [&](const auto& light) {
     const auto view =
         raster::texture_operator<float>(scene, camera, picture.height, picture.width, light, picture.samples);
-    const bool has_pyramid = view.texel_count != scene.texels.shape(0);
-    const auto image =
-        raster::render(view, has_pyramid ? raster::mip_pyramid(scene.layout, scene.texels) : scene.texels);
-    return image::over(image, view.coverage, background_of(picture));
+    const auto texels = image::in_space(scene.space, scene.texels);
+    const bool has_pyramid = view.texel_count != texels.shape(0);
+    const auto image = raster::render(view, has_pyramid ? raster::mip_pyramid(scene.layout, texels) : texels);
+    return image::over(image, view.coverage, background_of(picture), 0, 0, scene.space);
   };
   if (scene.lighting == "none") return draw(raster::Unlit{});
   if (scene.lighting == "smooth") return draw(scene.light);

@@ -27,6 +27,7 @@ struct RunOptions {
 
 /// \param folder  names of run folders begin with this, when none is given
 inline void add_run_options(CLI::App& app, RunOptions& options, const std::string& folder) {
+  app.option_defaults()->group("Run");
   app.add_option("--output", options.output, "run folder; " + folder + "-001, -002, ... when left out");
   app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it")
       ->capture_default_str();

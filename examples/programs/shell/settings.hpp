@@ -7,6 +7,7 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decode_family.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/transform/conditions.hpp>
 #include <tapestry/loss/adversarial.hpp>
@@ -20,6 +21,7 @@ namespace tapestry::shell {
 
 /// What car, in which pictures. Empty paths stand for the bundled default.
 struct SceneSettings {
+  static constexpr const char* group = "Car and pictures";
   std::string mesh;
   std::vector<std::string> material;
   std::string faces;
@@ -29,10 +31,12 @@ struct SceneSettings {
   std::string texture = "atlas";
   std::size_t texels = 0;
   std::size_t samples = 2;
+  std::string colour_space = "linear";
 };
 
 /// Which detector, and what it is asked for.
 struct DetectorSettings {
+  static constexpr const char* group = "Detector";
   std::string cfg;
   std::string weights;
   std::string decode;
@@ -47,6 +51,7 @@ struct DetectorSettings {
 
 /// How the texture is optimised.
 struct OptimisationSettings {
+  static constexpr const char* group = "Optimisation";
   std::string loss = "max_score";
   double iou = 0.05;
   double objectness = 1;
@@ -80,6 +85,9 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
   visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
   visit("samples", s.samples, "samples a pixel along each axis: 1, 2, 4 or 8");
+  visit("colour-space", s.colour_space,
+        "how colours are lit, filtered and blended: linear, in proportion to light as a camera sees it, or "
+        "encoded, by the numbers of the picture as in the paper");
 }
 
 template <class Visit>
@@ -135,9 +143,10 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("seed", s.seed, "seed of the start texture, of the views' order and of --conditions");
 }
 
-/// Adds one option a setting, but none for the settings named in `except`.
+/// Adds one option a setting, in the group of these settings, but none for the settings named in `except`.
 template <class Settings>
 void add_options(CLI::App& app, Settings& settings, const std::vector<std::string>& except = {}) {
+  app.option_defaults()->group(Settings::group);
   visit_settings(settings, [&](const char* name, auto& value, const char* help) {
     if (std::find(except.begin(), except.end(), name) != except.end()) return;
     auto* option = app.add_option(std::string("--") + name, value, help);
@@ -146,11 +155,13 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
   });
 }
 
-/// Settings that, left empty, ask for nothing or leave the choice to the detector; a manifest then lacks
-/// them.
-inline bool is_open_choice(const std::string& name) {
-  return name == "decode" || name == "fit" || name == "detector" || name == "ensemble" ||
-         name == "conditions";
+/// What it means that a manifest lacks a setting: nothing is asked for, the choice is left to the detector,
+/// or there was no choice when the run was made. Null if it may not be lacking.
+inline const char* value_when_lacking(const std::string& name) {
+  if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
+  const bool is_open =
+      name == "decode" || name == "fit" || name == "detector" || name == "ensemble" || name == "conditions";
+  return is_open ? "" : nullptr;
 }
 
 /// Adds the settings to a JSON object under their option names.
@@ -158,7 +169,8 @@ template <class Settings>
 void add_json(nlohmann::ordered_json& json, Settings settings) {
   visit_settings(settings, [&](const char* name, auto& value, const char*) {
     const nlohmann::ordered_json setting = value;
-    if (is_open_choice(name) && (setting.empty() || setting == "")) return;
+    const char* const lacking = value_when_lacking(name);
+    if (lacking != nullptr && (setting.empty() || setting == lacking)) return;
     json[name] = setting;
   });
 }
@@ -166,6 +178,7 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
   list.require_choice("--mask", s.mask, {"auto", "silhouette", "file"});
   list.require_choice("--texture", s.texture, {"atlas", "cube"});
+  list.require_choice("--colour-space", s.colour_space, {"linear", "encoded"});
   list.require(s.samples == 1 || s.samples == 2 || s.samples == 4 || s.samples == 8,
                "--samples is " + std::to_string(s.samples) + "; expected 1, 2, 4 or 8");
   list.require(s.scenes <= 1000000, "--scenes must be at most 1000000");
@@ -231,7 +244,7 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
                  Settings& settings, std::vector<std::string>& differing) {
   Settings whole;
   const auto is_left_out = [&](const char* name) {
-    return is_open_choice(name) && saved.is_object() && !saved.contains(name);
+    return value_when_lacking(name) != nullptr && saved.is_object() && !saved.contains(name);
   };
   visit_settings(whole, [&](const char* name, auto& value, const char*) {
     if (is_left_out(name)) return;
@@ -252,7 +265,10 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
     throw FileError(ErrorKind::malformed, {path, "", problems.problems().front().what()});
   visit_settings(settings, [&](const char* name, auto& value, const char*) {
     using Value = std::remove_reference_t<decltype(value)>;
-    const auto previous = is_left_out(name) ? Value{} : saved[name].template get<Value>();
+    Value previous{};
+    if constexpr (std::is_same_v<Value, std::string>)
+      if (is_left_out(name)) previous = value_when_lacking(name);
+    if (!is_left_out(name)) saved[name].get_to(previous);
     const bool given = app.get_option(std::string("--") + name)->count() > 0;
     const bool left_open = std::is_unsigned_v<Value> && value == Value{} && std::string(name) != "seed";
     if (given && !left_open && value != previous)

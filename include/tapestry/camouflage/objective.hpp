@@ -11,6 +11,7 @@
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/pass_pool.hpp>
+#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/image/transform/chain_variable.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
@@ -50,7 +51,8 @@ struct ObjectiveTerms {
 ///   parameter → colours → render → over the frames → detector → adversarial loss + μ · smoothness.
 ///
 /// A photo session prints the colours before and photographs the pictures after they are laid over the
-/// frames.
+/// frames. Views in image::ColourSpace::linear are rendered and laid over in light; colours, pictures and the
+/// steps that smoothness sums stay encoded.
 ///
 /// Source: FCA (AAAI 2022), eq. 2-7 and Algorithm 1, but that smoothness is summed over steps of the paint
 /// within the car (eq. 5: over the composited picture). The network's weights, the frames and the cameras are
@@ -86,7 +88,7 @@ class Objective {
   /// Records the loss of a minibatch on the active tape and returns it.
   ///
   /// \param parameter  [texel, 3]
-  /// \param views      at least one
+  /// \param views      at least one, all in one colour space
   /// \param session    a shot for each view; if not given, the detectors see the pictures as they are
   [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views,
                                        const PhotoSession* session = nullptr) {
@@ -94,17 +96,19 @@ class Objective {
     if (session != nullptr && session->shots.size() != views.size())
       throw ShapeError("objective: a photo session of " + std::to_string(session->shots.size()) +
                        " shots for " + std::to_string(views.size()) + " views");
+    const auto space = space_of(views);
     StageClock<T> clock(times_, parameter.is_active());
     const auto colours = printed(texture_colours(parameter), session);
     clock.end_of(&StepTimes::update);
-    const auto renders = raster::render(operators_of(views), colours);
+    const auto renders = raster::render(operators_of(views), image::in_space(space, colours));
     clock.end_of(&StepTimes::render);
-    const auto pictures = photographed(image::over(renders, backdrops_of(views)), session);
+    const auto pictures = photographed(image::over(renders, backdrops_of(views), space), session);
     clock.end_of(&StepTimes::composite);
     const auto adversarial = adversarial_of(pictures, views, session, clock);
     const Variable<T> smoothness =
-        used_texels_ ? loss::atlas_smoothness(colours, used_texels_)
-                     : loss::smoothness(renders, interiors_of(views)) / static_cast<T>(views.size());
+        used_texels_
+            ? loss::atlas_smoothness(colours, used_texels_)
+            : loss::smoothness(seen(space, renders), interiors_of(views)) / static_cast<T>(views.size());
     const Variable<T> total =
         adversarial.total + static_cast<T>(options_.smoothness * smoothness_unit) * smoothness;
     clock.end_of(&StepTimes::losses);
@@ -131,6 +135,17 @@ class Objective {
     std::vector<std::shared_ptr<const std::remove_pointer_t<decltype(part(*views[0]))>>> parts;
     for (const auto& view : views) parts.emplace_back(view, part(*view));
     return parts;
+  }
+  static image::ColourSpace space_of(Views views) {
+    for (const auto& view : views)
+      if (view->space != views[0]->space) throw DomainError("objective: views in different colour spaces");
+    return views[0]->space;
+  }
+  /// Renders as they are seen where the car covers a pixel wholly.
+  static auto seen(image::ColourSpace space, std::vector<ArrayVariable<T, 3>> renders) {
+    if (space == image::ColourSpace::linear)
+      for (auto& render : renders) render = image::encoded(render);
+    return renders;
   }
   static auto operators_of(Views views) {
     return parts_of(views, [](const View<T>& view) { return &view.paint_to_picture; });

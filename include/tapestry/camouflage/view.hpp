@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/image/pixel_window.hpp>
@@ -34,6 +36,8 @@ struct View {
   Array<T, 2> interior;            ///< [h, w], 1 where a pixel and those right and below are all car
   detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels in which the car shows
+  image::ColourSpace space =
+      image::ColourSpace::encoded;  ///< in which the car is lit and laid over the frame
 };
 
 namespace detail {
@@ -102,11 +106,12 @@ template <class T>
   const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
   const auto camera = detail::placed(io::camera_of(frame), place, height, width);
   const auto whole =
-      raster::masked(raster::texture_operator<T>(car, camera, height, width,
-                                                 frame.light.value_or(raster::Light{}), samples_per_axis),
+      raster::masked(raster::texture_operator<T>(car, camera, height, width, frame_light(frame, car.space),
+                                                 samples_per_axis),
                      detail::mask_of<T>(frame, height, width, fit.kind));
   View<T> view;
   view.name = frame.name;
+  view.space = car.space;
   view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   view.window = raster::covered_window(whole.coverage);
   view.paint_to_picture = raster::cropped(whole, view.window);
@@ -123,12 +128,15 @@ template <class T>
 /// fixed background colour. Source: FCA (AAAI 2022), eq. 6; O's background is ours (the published program
 /// uses white).
 ///
-/// \param colours  [texel, 3]
+/// \param colours  [texel, 3], encoded in either space
 /// \returns        [H, W, 3]
 template <class T>
 [[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
-  return image::over(raster::render(view.paint_to_picture, colours), view.paint_to_picture.coverage,
-                     view.background, view.window.top, view.window.left);
+  const auto render = view.space == image::ColourSpace::linear
+                          ? raster::render(view.paint_to_picture, image::linearised(colours))
+                          : raster::render(view.paint_to_picture, colours);
+  return image::over(render, view.paint_to_picture.coverage, view.background, view.window.top,
+                     view.window.left, view.space);
 }
 
 }  // namespace tapestry::camouflage

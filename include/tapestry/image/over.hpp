@@ -5,11 +5,15 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/pixel_window.hpp>
 
 /// A picture that is multiplied by its coverage, laid over a background of the same or a larger size:
 ///
 ///   out = premultiplied + (1 − coverage) · background   inside the picture's place,   background beside it.
+///
+/// In ColourSpace::linear this sum is of light: `premultiplied` is linear, `background` and `out` are encoded
+/// all the same, and where nothing covers it the background stays as it is, bit for bit.
 ///
 /// Source: Porter and Duff, "Compositing digital images" (1984). With premultiplied = m·O and coverage = m it
 /// is the composite of Wang et al., FCA (AAAI 2022), eq. 6.
@@ -53,17 +57,72 @@ void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& 
     }
 }
 
+/// How one value lies over another in a colour space, and the slopes of that.
+template <ColourSpace Space>
+struct Overlay {
+  static constexpr bool is_linear = Space == ColourSpace::linear;
+
+  template <class T>
+  struct Slopes {
+    T by_premultiplied, by_coverage, by_background;
+  };
+
+  template <class T>
+  static T value(T premultiplied, T coverage, T background) {
+    const T shows = 1 - coverage;
+    if constexpr (!is_linear) return premultiplied + shows * background;
+    if (coverage == 0 && premultiplied == 0) return background;
+    return encoded(light(premultiplied, shows, background));
+  }
+
+  /// \param out  value() of the others
+  template <class T>
+  static Slopes<T> slopes(T premultiplied, T coverage, T background, T out) {
+    const T shows = 1 - coverage;
+    if constexpr (!is_linear) return {1, -background, shows};
+    const T behind = linearised(background);
+    const T slope = by_light(premultiplied, shows, background, out);
+    return {slope, -slope * behind, slope * shows * linearised_slope(background, behind)};
+  }
+
+  /// by_premultiplied alone, for which a pixel that is covered wholly needs no power.
+  template <class T>
+  static T slope(T premultiplied, T coverage, T background, T out) {
+    if constexpr (!is_linear) return 1;
+    return by_light(premultiplied, 1 - coverage, background, out);
+  }
+
+ private:
+  /// Most pixels are covered wholly: they need no look at what is behind.
+  template <class T>
+  static T light(T premultiplied, T shows, T background) {
+    return shows == 0 ? premultiplied : premultiplied + shows * linearised(background);
+  }
+  template <class T>
+  static T by_light(T premultiplied, T shows, T background, T out) {
+    return encoded_slope(light(premultiplied, shows, background), out);
+  }
+};
+
+/// Calls a function with the overlay of a space.
+template <class Use>
+void with_overlay(ColourSpace space, Use use) {
+  if (space == ColourSpace::linear) return use(Overlay<ColourSpace::linear>{});
+  use(Overlay<ColourSpace::encoded>{});
+}
+
 /// over() in place: `picture`, [H, W, C], holds the background.
 template <class T>
 void lay_over(const T* premultiplied, const T* coverage, const PixelWindow& place, const Extents<3>& extents,
-              T* picture) {
+              ColourSpace space, T* picture) {
   const std::size_t channels = extents[2];
-  for_each_covered_pixel(place, extents[1], [=](std::size_t front, std::size_t back) {
-    const T shows = 1 - coverage[front];
-    for (std::size_t c = 0; c < channels; ++c) {
-      T& value = picture[back * channels + c];
-      value = premultiplied[front * channels + c] + shows * value;
-    }
+  with_overlay(space, [&](auto overlay) {
+    for_each_covered_pixel(place, extents[1], [=](std::size_t front, std::size_t back) {
+      for (std::size_t c = 0; c < channels; ++c) {
+        T& value = picture[back * channels + c];
+        value = overlay.value(premultiplied[front * channels + c], coverage[front], value);
+      }
+    });
   });
 }
 
@@ -73,15 +132,17 @@ void lay_over(const T* premultiplied, const T* coverage, const PixelWindow& plac
 /// \param coverage       [h, w] in [0, 1]
 /// \param background     [H, W, C]
 /// \param top, left      where the front's first pixel lies in the background
+/// \param space          in which the two are added
 /// \returns              [H, W, C]
 /// \throws ShapeError if extents do not fit or the front leaves the background
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> over(const Array<T, 3>& premultiplied, const Array<T, 2>& coverage,
-                               const Array<T, 3>& background, std::size_t top = 0, std::size_t left = 0) {
+                               const Array<T, 3>& background, std::size_t top = 0, std::size_t left = 0,
+                               ColourSpace space = ColourSpace::encoded) {
   const auto place = detail::place_of("over", coverage, background.shape(), top, left);
   require_shape("over", "premultiplied", premultiplied, {place.height, place.width, background.shape(2)});
   Array<T, 3> picture = background;
-  detail::lay_over(premultiplied.data(), coverage.data(), place, background.shape(), picture.data());
+  detail::lay_over(premultiplied.data(), coverage.data(), place, background.shape(), space, picture.data());
   return picture;
 }
 
@@ -90,31 +151,36 @@ template <std::floating_point T>
 /// \param picture_adjoint  [H, W, C]; the adjoints have the extents of their arguments
 /// \throws ShapeError as over()
 template <std::floating_point T>
-void over_adjoint(const Array<T, 2>& coverage, const Array<T, 3>& background,
-                  const Array<T, 3>& picture_adjoint, Array<T, 3>* premultiplied_adjoint,
-                  Array<T, 2>* coverage_adjoint, Array<T, 3>* background_adjoint, std::size_t top = 0,
-                  std::size_t left = 0) {
+void over_adjoint(const Array<T, 3>& premultiplied, const Array<T, 2>& coverage,
+                  const Array<T, 3>& background, const Array<T, 3>& picture_adjoint,
+                  Array<T, 3>* premultiplied_adjoint, Array<T, 2>* coverage_adjoint,
+                  Array<T, 3>* background_adjoint, std::size_t top = 0, std::size_t left = 0,
+                  ColourSpace space = ColourSpace::encoded) {
   const auto place = detail::place_of("over_adjoint", coverage, background.shape(), top, left);
   const std::size_t channels = background.shape(2);
+  require_shape("over_adjoint", "premultiplied", premultiplied, {place.height, place.width, channels});
   require_shape("over_adjoint", "picture_adjoint", picture_adjoint, background.shape());
   if (premultiplied_adjoint != nullptr)
-    require_shape("over_adjoint", "premultiplied_adjoint", *premultiplied_adjoint,
-                  {place.height, place.width, channels});
+    require_shape("over_adjoint", "premultiplied_adjoint", *premultiplied_adjoint, premultiplied.shape());
   if (coverage_adjoint != nullptr)
     require_shape("over_adjoint", "coverage_adjoint", *coverage_adjoint, coverage.shape());
   if (background_adjoint != nullptr) {
     require_shape("over_adjoint", "background_adjoint", *background_adjoint, background.shape());
     detail::add_beside(place, picture_adjoint, *background_adjoint);
   }
-  detail::for_each_covered_pixel(place, background.shape(1), [&](std::size_t front, std::size_t back) {
-    for (std::size_t c = 0; c < channels; ++c) {
-      const T adjoint = picture_adjoint.data()[back * channels + c];
-      if (premultiplied_adjoint != nullptr) premultiplied_adjoint->data()[front * channels + c] += adjoint;
-      if (coverage_adjoint != nullptr)
-        coverage_adjoint->data()[front] -= adjoint * background.data()[back * channels + c];
-      if (background_adjoint != nullptr)
-        background_adjoint->data()[back * channels + c] += (1 - coverage.data()[front]) * adjoint;
-    }
+  detail::with_overlay(space, [&](auto overlay) {
+    detail::for_each_covered_pixel(place, background.shape(1), [&](std::size_t front, std::size_t back) {
+      for (std::size_t c = 0; c < channels; ++c) {
+        const std::size_t i = front * channels + c, j = back * channels + c;
+        const T p = premultiplied.data()[i], covered = coverage.data()[front], behind = background.data()[j];
+        const auto slopes = overlay.slopes(p, covered, behind, overlay.value(p, covered, behind));
+        const T adjoint = picture_adjoint.data()[j];
+        if (premultiplied_adjoint != nullptr)
+          premultiplied_adjoint->data()[i] += slopes.by_premultiplied * adjoint;
+        if (coverage_adjoint != nullptr) coverage_adjoint->data()[front] += slopes.by_coverage * adjoint;
+        if (background_adjoint != nullptr) background_adjoint->data()[j] += slopes.by_background * adjoint;
+      }
+    });
   });
 }
 

@@ -1,25 +1,24 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/face_boxes.hpp>
+#include <tapestry/raster/cell_grid.hpp>
+#include <tapestry/raster/face_weights.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::raster {
 
-/// Every face of a view as functions of the picture: with the ray r = Σ w_k·q_k, w_k ≥ 0 on the face,
-/// Σ w_k = 1/z there, and w_k·z are the barycentric coordinates. Unlike the visibility buffer it answers for
-/// any point, without snapping; faces are found through a grid of cells about as large as they are, nearest
-/// first.
+/// The faces that a ray through any point of a picture meets: unlike the visibility buffer without snapping,
+/// but only along the lines for which it was asked: mark() those, then fill(). Faces are found through a grid
+/// of cells about as large as they are, nearest first; cells without marks take no work.
 class FaceField {
  public:
   /// What a ray meets.
@@ -28,57 +27,55 @@ class FaceField {
     double inverse_depth = 0;
   };
 
-  /// A face in a cell, with the greatest and the least 1/z it may have there.
-  struct Entry {
-    double inverse_depth_max;
-    double inverse_depth_min;
-    std::int32_t face;
-  };
-
-  FaceField(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
-            const geometry::Camera& camera, std::size_t height, std::size_t width)
-      : rays_(camera, height, width),
+  /// \param faces  must outlive this
+  FaceField(const FacesInView& faces, const geometry::Camera& camera)
+      : faces_(faces),
         limits_{1 / camera.far, 1 / camera.near},
-        weights_(mesh.faces.size()),
-        winding_(mesh.faces.size(), 0),
-        boxes_(face_boxes(mesh, positions_view, camera, height, width)) {
-    choose_cells();
-    fill_cells(mesh, positions_view);
-  }
+        grid_(faces.extent()),
+        place_(grid_.size() + 1, 0) {}
 
-  [[nodiscard]] const PixelRays& rays() const { return rays_; }
-
-  /// w of a face; all 0 for one that is not drawn.
-  [[nodiscard]] const std::array<Affine, 3>& weights(std::int32_t face) const {
-    return weights_[static_cast<std::size_t>(face)];
-  }
-
-  /// 1/z of a face's plane.
-  [[nodiscard]] Affine inverse_depth(std::int32_t face) const {
-    const auto& w = weights(face);
-    return {w[0].a + w[1].a + w[2].a, w[0].b + w[1].b + w[2].b, w[0].c + w[1].c + w[2].c};
-  }
-
-  /// Barycentric coordinates of a face at a point, brought to its rim where the point lies beside it.
-  [[nodiscard]] std::array<double, 3> barycentric(std::int32_t face, double column, double row) const {
-    std::array<double, 3> b{};
-    double sum = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      b[k] = std::max(weights(face)[k].at(column, row), 0.0);
-      sum += b[k];
+  /// Asks for answers along a line of the picture and up to 1e-5 px beside it. Threads may mark at once.
+  void mark(const std::array<double, 2>& from, const std::array<double, 2>& to) {
+    constexpr double pad = 2e-5;
+    const double length = std::max(std::abs(to[0] - from[0]), std::abs(to[1] - from[1]));
+    const double count = std::ceil(length / grid_.side());
+    std::array<double, 2> begin = from;
+    for (double i = 1; i <= std::max(count, 1.0); ++i) {
+      std::array<double, 2> end = to;
+      if (i < count)
+        for (std::size_t axis = 0; axis < 2; ++axis)
+          end[axis] = from[axis] + (to[axis] - from[axis]) * i / count;
+      const CellGrid::Range range =
+          grid_.cells_of({std::min(begin[0], end[0]) - pad, std::min(begin[1], end[1]) - pad},
+                         {std::max(begin[0], end[0]) + pad, std::max(begin[1], end[1]) + pad});
+      for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y)
+        for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x)
+          std::atomic_ref(place_[grid_.index(x, y)]).store(1, std::memory_order_relaxed);
+      begin = end;
     }
-    if (!(sum > 0)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
-    for (double& value : b) value /= sum;
-    return b;
   }
+
+  /// Lists the faces of all cells with marks.
+  void fill() {
+    std::uint32_t count = 0;
+    for (std::uint32_t& place : place_)
+      if (place != 0) place = ++count;
+    list_faces(count);
+    sort_cells();
+  }
+
+  [[nodiscard]] const PixelRays& rays() const { return faces_.frame().rays; }
+  [[nodiscard]] const FacesInView& faces() const { return faces_; }
+
+  /// Of a face that touches a cell with marks; all 0 for one that is not drawn.
+  [[nodiscard]] const FaceWeights& weights(std::int32_t face) const {
+    return weights_[static_cast<std::size_t>(slot_[static_cast<std::size_t>(face)])];
+  }
+  [[nodiscard]] Affine inverse_depth(std::int32_t face) const { return weights(face).inverse_depth(); }
 
   /// 1/z where the ray meets the face between near and far, else 0.
   [[nodiscard]] double hit(std::int32_t face, double column, double row) const {
-    const auto& w = weights(face);
-    const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
-    if (!(w0 >= 0 && w1 >= 0 && w2 >= 0)) return 0;
-    const double inverse_depth = w0 + w1 + w2;
-    return inverse_depth >= limits_[0] && inverse_depth <= limits_[1] ? inverse_depth : 0;
+    return weights(face).hit(column, row, limits_);
   }
 
   /// The nearest face at a point other than those that `is_left_out`, if nearer than `least`; of equals the
@@ -86,12 +83,11 @@ class FaceField {
   template <class Predicate>
   [[nodiscard]] Hit nearest(double column, double row, double least, Predicate is_left_out) const {
     Hit best{-1, least};
-    const std::size_t cell = cell_of(column, row);
-    if (cell == no_cell) return best;
+    const std::size_t cell = place_[grid_.cell_of(column, row)];
     for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
       const Entry& entry = entries_[i];
       if (entry.inverse_depth_max < best.inverse_depth) break;
-      const double inverse_depth = hit(entry.face, column, row);
+      const double inverse_depth = weights_[static_cast<std::size_t>(entry.slot)].hit(column, row, limits_);
       if (inverse_depth == 0 || inverse_depth < best.inverse_depth) continue;
       const bool is_tie = inverse_depth == best.inverse_depth;
       if (is_tie && (best.face < 0 || entry.face > best.face)) continue;
@@ -102,181 +98,165 @@ class FaceField {
 
   /// Whether a face is nearer at a point than 1 / inverse_depth, by more than rounding may cause.
   [[nodiscard]] bool hides(std::int32_t face, double column, double row, double inverse_depth) const {
-    return hit(face, column, row) > inverse_depth * (1 + 1e-9);
+    return hides(weights(face), column, row, inverse_depth);
+  }
+
+  /// How far a face that hides a point of a line goes on to hide the line.
+  /// \param way            of unit length
+  /// \param inverse_depth  1/z of the line, affine in the picture
+  [[nodiscard]] double hidden_length(std::int32_t face, double column, double row,
+                                     const std::array<double, 2>& way, const Affine& inverse_depth) const {
+    const FaceWeights& face_weights = weights(face);
+    const Affine own = face_weights.inverse_depth();
+    double length = std::numeric_limits<double>::infinity();
+    const auto keep = [&](double a, double b, double value) {  // while value + (a, b)·way·length ≥ 0
+      const double slope = a * way[0] + b * way[1];
+      if (slope < 0) length = std::min(length, -value / slope);
+    };
+    for (const Affine& part : face_weights.w) keep(part.a, part.b, part.at(column, row));
+    const double nearness = own.at(column, row), factor = 1 + 1e-9;
+    keep(own.a - factor * inverse_depth.a, own.b - factor * inverse_depth.b,
+         nearness - factor * inverse_depth.at(column, row));
+    keep(own.a, own.b, nearness - limits_[0]);
+    keep(-own.a, -own.b, limits_[1] - nearness);
+    return length;
   }
 
   /// A face, other than those that `is_left_out`, that hides a point; −1 if there is none.
   template <class Predicate>
   [[nodiscard]] std::int32_t hider(double column, double row, double inverse_depth,
                                    Predicate is_left_out) const {
-    const std::size_t cell = cell_of(column, row);
-    if (cell == no_cell) return -1;
+    const std::size_t cell = place_[grid_.cell_of(column, row)];
     for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      if (entries_[i].inverse_depth_max <= inverse_depth) return -1;
-      const std::int32_t face = entries_[i].face;
-      if (hides(face, column, row, inverse_depth) && !is_left_out(face)) return face;
+      const Entry& entry = entries_[i];
+      if (entry.inverse_depth_max <= inverse_depth) return -1;
+      const FaceWeights& w = weights_[static_cast<std::size_t>(entry.slot)];
+      if (hides(w, column, row, inverse_depth) && !is_left_out(entry.face)) return entry.face;
     }
     return -1;
   }
 
-  /// 1 or −1 for the two ways in which the corners of a face may run in the picture, 0 for one that is not
-  /// drawn.
-  [[nodiscard]] int winding(std::int32_t face) const { return winding_[static_cast<std::size_t>(face)]; }
-
-  [[nodiscard]] const FaceBox& box(std::int32_t face) const { return boxes_[static_cast<std::size_t>(face)]; }
-
-  /// A cell of the grid.
-  struct Cell {
-    std::array<double, 2> low;
-    std::array<double, 2> high;
-    const Entry* begin;
-    const Entry* end;
-  };
-  [[nodiscard]] std::size_t cell_count() const { return begin_.size() - 1; }
-  [[nodiscard]] Cell cell(std::size_t index) const {
-    const auto x = static_cast<double>(index % columns_), y = static_cast<double>(index / columns_);
-    return {{origin_[0] + x * side_, origin_[1] + y * side_},
-            {origin_[0] + (x + 1) * side_, origin_[1] + (y + 1) * side_},
-            entries_.data() + begin_[index],
-            entries_.data() + begin_[index + 1]};
-  }
-
  private:
-  static constexpr std::size_t no_cell = std::numeric_limits<std::size_t>::max();
-
-  /// False, and all 0, if they are not finite.
-  [[nodiscard]] bool set_weights(const geometry::Mesh& mesh,
-                                 const std::vector<geometry::Vector3>& positions_view, std::size_t face) {
-    std::array<geometry::Vector3, 3> corners;
-    for (std::size_t k = 0; k < 3; ++k)
-      corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
-    std::array<Affine, 3>& weights = weights_[face];
-    const double volume = geometry::dot(corners[0], geometry::cross(corners[1], corners[2]));
-    const double inverse = 1 / volume;
-    bool is_finite = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const geometry::Vector3 c = geometry::cross(corners[(k + 1) % 3], corners[(k + 2) % 3]);
-      weights[k] = {c[0] * inverse * rays_.step[0], c[1] * inverse * rays_.step[1],
-                    (c[2] + c[0] * rays_.first[0] + c[1] * rays_.first[1]) * inverse};
-      is_finite = is_finite && geometry::is_finite({weights[k].a, weights[k].b, weights[k].c});
-    }
-    if (!is_finite)
-      weights = {};
-    else
-      winding_[face] = volume > 0 ? 1 : -1;
-    return is_finite;
-  }
-
-  /// Half a cell a face, were the faces spread evenly over what the mesh covers.
-  void choose_cells() {
-    std::array<double, 2> low{1e30, 1e30}, high{-1e30, -1e30};
-    double count = 0;
-    for (const FaceBox& box : boxes_) {
-      if (box.is_empty()) continue;
-      ++count;
-      for (std::size_t axis = 0; axis < 2; ++axis) {
-        low[axis] = std::min(low[axis], box.low[axis]);
-        high[axis] = std::max(high[axis], box.high[axis]);
-      }
-    }
-    if (count == 0) low = high = {0, 0};
-    const double margin = 1e-3;  // so that points just beside an edge have a cell
-    const double across = high[0] - low[0] + 2 * margin, down = high[1] - low[1] + 2 * margin;
-    side_ = std::max(std::sqrt(2 * across * down / std::max(count, 1.0)), 1e-3 * std::max(across, down));
-    origin_ = {low[0] - margin, low[1] - margin};
-    columns_ = static_cast<std::size_t>(across / side_) + 1;
-    rows_ = static_cast<std::size_t>(down / side_) + 1;
-  }
-
-  [[nodiscard]] std::size_t cell_of(double column, double row) const {
-    const double x = (column - origin_[0]) / side_, y = (row - origin_[1]) / side_;
-    if (!(x >= 0 && y >= 0 && x < static_cast<double>(columns_) && y < static_cast<double>(rows_)))
-      return no_cell;
-    return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x);
-  }
-
+  /// A face in a cell, with the greatest 1/z it may have there.
+  struct Entry {
+    double inverse_depth_max;
+    std::int32_t face;
+    std::int32_t slot;  // of its weights
+  };
   struct Found {
     std::uint32_t cell;
     Entry entry;
   };
-
-  /// Lists the cells that a face may touch.
-  void list_face(std::size_t face, const FaceBox& box, std::vector<Found>& found) const {
-    const auto index = [&](double value, std::size_t axis, std::size_t count) {
-      const double cell = std::max((value - origin_[axis]) / side_, 0.0);
-      return std::min(static_cast<std::size_t>(cell), count - 1);
-    };
-    constexpr double pad = 1e-4;
-    const std::size_t first_x = index(box.low[0] - pad, 0, columns_);
-    const std::size_t last_x = index(box.high[0] + pad, 0, columns_);
-    const std::size_t last_y = index(box.high[1] + pad, 1, rows_);
-    const auto& w = weights_[face];
-    const double reach = side_ / 2 + pad;
-    std::array<double, 3> change;  // of each weight between a cell's middle and its corners
-    for (std::size_t k = 0; k < 3; ++k) change[k] = reach * (std::abs(w[k].a) + std::abs(w[k].b));
-    const Affine inverse_depth = this->inverse_depth(static_cast<std::int32_t>(face));
-    const double depth_change = reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
-    for (std::size_t y = index(box.low[1] - pad, 1, rows_); y <= last_y; ++y) {
-      for (std::size_t x = first_x; x <= last_x; ++x) {
-        const double column = origin_[0] + (static_cast<double>(x) + 0.5) * side_;
-        const double row = origin_[1] + (static_cast<double>(y) + 0.5) * side_;
-        const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
-        if (w0 < -change[0] || w1 < -change[1] || w2 < -change[2]) continue;
-        const double middle = w0 + w1 + w2;
-        found.push_back(
-            {static_cast<std::uint32_t>(y * columns_ + x),
-             {std::min(middle + depth_change, box.inverse_depth_max),
-              std::max(middle - depth_change, box.inverse_depth_min), static_cast<std::int32_t>(face)}});
-      }
-    }
+  /// What a run of faces leaves.
+  struct Block {
+    std::vector<Found> found;
+    std::vector<FaceWeights> weights;
+    std::vector<std::int32_t> faces;  // of each weights
+  };
+  [[nodiscard]] bool hides(const FaceWeights& w, double column, double row, double inverse_depth) const {
+    return w.hit(column, row, limits_) > inverse_depth * (1 + 1e-9);
   }
 
-  /// Lists each cell's faces.
-  void fill_cells(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view) {
-    constexpr std::size_t block = 1024;
-    std::vector<std::vector<Found>> found(block_count(boxes_.size(), block));
-    parallel_for(found.size(), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, boxes_.size(), block);
+  [[nodiscard]] bool has_marks(const CellGrid::Range& range) const {
+    for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y)
+      for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x)
+        if (place_[grid_.index(x, y)] != 0) return true;
+    return false;
+  }
+
+  /// Lists the cells with marks that a face may touch.
+  void list_face(std::size_t face, Block& block) const {
+    constexpr double pad = 1e-4, rounding = 1.2e-7;  // of the box, which is in float
+    const FacesInView::Box& box = faces_.box(face);
+    std::array<double, 2> low, high;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      low[axis] = static_cast<double>(box.low[axis]) * (1 - rounding) - pad;
+      high[axis] = static_cast<double>(box.high[axis]) * (1 + rounding) + pad;
+    }
+    const CellGrid::Range range = grid_.cells_of(low, high);
+    if (!has_marks(range)) return;
+    const auto corners = faces_.corners(face);
+    FaceWeights weights;
+    if (!weights.set(rays(), corners)) return;
+    const auto& w = weights.w;
+    const double depth = std::min({corners[0][2], corners[1][2], corners[2][2]});
+    const double most = std::min((1 + 1e-9) / std::max(depth, 0.0), limits_[1]);  // 1/z
+    const double reach = grid_.side() / 2 + pad;
+    std::array<double, 3> change;  // of each weight between a cell's middle and its corners
+    for (std::size_t k = 0; k < 3; ++k) change[k] = reach * (std::abs(w[k].a) + std::abs(w[k].b));
+    const Affine inverse_depth = weights.inverse_depth();
+    const double depth_change = reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
+    const auto slot = static_cast<std::int32_t>(block.weights.size());
+    for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y) {
+      for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x) {
+        const std::uint32_t place = place_[grid_.index(x, y)];
+        if (place == 0) continue;
+        const auto [column, row] = grid_.middle(x, y);
+        const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
+        if (w0 < -change[0] || w1 < -change[1] || w2 < -change[2]) continue;
+        const double nearest = std::min(w0 + w1 + w2 + depth_change, most);
+        block.found.push_back({place, {nearest, static_cast<std::int32_t>(face), slot}});
+      }
+    }
+    block.weights.push_back(weights);
+    block.faces.push_back(static_cast<std::int32_t>(face));
+  }
+
+  /// \param cell_count  with marks
+  void list_faces(std::size_t cell_count) {
+    const std::size_t face_count = faces_.mesh().faces.size();
+    constexpr std::size_t block = 4096;
+    std::vector<Block> blocks(block_count(face_count, block));
+    parallel_for(cell_count == 0 ? 0 : blocks.size(), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, face_count, block);
       for (std::size_t face = begin; face < end; ++face)
-        if (!boxes_[face].is_empty() && set_weights(mesh, positions_view, face))
-          list_face(face, boxes_[face], found[index]);
+        if (faces_.winding(static_cast<std::int32_t>(face)) != 0) list_face(face, blocks[index]);
     });
-    begin_.assign(columns_ * rows_ + 1, 0);
-    for (const auto& part : found)
-      for (const Found& one : part) ++begin_[one.cell + 1];
+    slot_.assign(face_count, 0);
+    weights_.assign(1, FaceWeights{});  // of all faces that are not listed
+    begin_.assign(cell_count + 2, 0);
+    for (const Block& done : blocks)
+      for (const Found& one : done.found) ++begin_[one.cell + 1];
     for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
     entries_.resize(begin_.back());
-    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
-    for (const auto& part : found)
-      for (const Found& one : part) entries_[next[one.cell]++] = one.entry;
-    sort_cells();
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (Block& done : blocks) {
+      const auto first = static_cast<std::int32_t>(weights_.size());
+      weights_.insert(weights_.end(), done.weights.begin(), done.weights.end());
+      for (std::size_t i = 0; i < done.faces.size(); ++i)
+        slot_[static_cast<std::size_t>(done.faces[i])] = first + static_cast<std::int32_t>(i);
+      for (Found& one : done.found) {
+        one.entry.slot += first;
+        entries_[next[one.cell]++] = one.entry;
+      }
+      done = {};
+    }
   }
 
   void sort_cells() {
     constexpr std::size_t block = 1024;
-    parallel_for(block_count(cell_count(), block), [&](std::size_t index) {
-      const auto [first, last] = block_range(index, cell_count(), block);
+    const std::size_t cell_count = begin_.size() - 1;
+    parallel_for(block_count(cell_count, block), [&](std::size_t index) {
+      const auto [first, last] = block_range(index, cell_count, block);
       for (std::size_t cell = first; cell < last; ++cell) {
-        const auto at = [&](std::size_t i) { return entries_.begin() + static_cast<std::ptrdiff_t>(i); };
-        std::sort(at(begin_[cell]), at(begin_[cell + 1]), [](const Entry& a, const Entry& b) {
-          return a.inverse_depth_max != b.inverse_depth_max ? a.inverse_depth_max > b.inverse_depth_max
-                                                            : a.face < b.face;
-        });
+        std::sort(entries_.data() + begin_[cell], entries_.data() + begin_[cell + 1],
+                  [](const Entry& a, const Entry& b) {
+                    return a.inverse_depth_max != b.inverse_depth_max
+                               ? a.inverse_depth_max > b.inverse_depth_max
+                               : a.face < b.face;
+                  });
       }
     });
   }
 
-  PixelRays rays_;
+  const FacesInView& faces_;
   std::array<double, 2> limits_;
-  std::vector<std::array<Affine, 3>> weights_;
-  std::vector<std::int8_t> winding_;
-  std::vector<FaceBox> boxes_;
-  std::array<double, 2> origin_{0, 0};
-  double side_ = 1;
-  std::size_t columns_ = 1;
-  std::size_t rows_ = 1;
-  std::vector<std::size_t> begin_;
+  CellGrid grid_;
+  std::vector<std::uint32_t> place_;  // of each cell: 1 if it has marks, then its place in begin_; and a 0
+  std::vector<std::uint32_t> begin_;
   std::vector<Entry> entries_;
+  std::vector<FaceWeights> weights_;
+  std::vector<std::int32_t> slot_;  // of each face's weights
 };
 
 }  // namespace tapestry::raster

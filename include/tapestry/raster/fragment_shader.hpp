@@ -40,7 +40,7 @@ inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
 }
 
 inline void require_layout(const char* operation, const PaintedMesh& body) {
-  const auto& [mesh, painted, layout] = body;
+  const auto& [mesh, painted, layout, space] = body;
   const std::string name = operation;
   if (painted.size() != mesh.faces.size()) {
     throw ShapeError(name + ": painted is [" + std::to_string(painted.size()) + "], expected [" +
@@ -70,6 +70,7 @@ struct FragmentShader {
   const std::vector<geometry::Vector3>& positions_view;
   const geometry::Camera& camera;
   std::array<double, 2> picture_size;  ///< height, width
+  OwnColours own_colours;              ///< of faces that are not painted
   std::vector<MipLevel> levels{};      ///< of a trilinear atlas, else empty
 
   /// Appends the taps of a painted fragment, weighted by coverage and light.
@@ -104,7 +105,7 @@ struct FragmentShader {
  private:
   template <class Visit>
   void visit_taps_of_atlas(const Fragment& fragment, Visit visit) const {
-    const auto& [mesh, painted, layout] = body;
+    const auto& [mesh, painted, layout, space] = body;
     const auto face = static_cast<std::size_t>(fragment.face);
     std::array<double, 2> uv{0, 0};
     std::array<std::array<double, 2>, 3> corner_uvs;
@@ -135,7 +136,8 @@ template <class Lighting>
                                   lighting,
                                   fragments.positions_view(),
                                   camera,
-                                  {static_cast<double>(height), static_cast<double>(width)}};
+                                  {static_cast<double>(height), static_cast<double>(width)},
+                                  OwnColours(body)};
   if (body.layout.kind == TextureKind::atlas && body.layout.filter == TextureFilter::trilinear)
     shader.levels = mip_levels(body.layout);
   return shader;

@@ -62,7 +62,7 @@ template <std::floating_point T, class Lighting>
   std::array<double, 3> colour{0, 0, 0};
   const auto face = static_cast<std::size_t>(fragment.face);
   if (shader.body.painted[face] == 0) {
-    const auto material = geometry::material_colour(shader.body.mesh, face);
+    const auto material = shader.own_colours[face];
     for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<double>(material[c]);
     return colour;
   }

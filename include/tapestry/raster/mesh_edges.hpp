@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tuple>
@@ -17,13 +18,23 @@ struct HalfEdge {
   std::int32_t corner;
 };
 
-/// The edges of a mesh, each with all faces that have it: one at a border, two inside, more where surfaces
-/// meet or faces are repeated. Positions with the same coordinates count as one, so that a seam of duplicated
-/// vertices is no border.
+/// The edges of a mesh, as long as its faces stay and wherever its positions go: each with all faces that
+/// have it: one at a border, two inside, more where surfaces meet or faces are repeated. Positions that had
+/// the same coordinates when the edges were made count as one, so that a seam of duplicated vertices is no
+/// border.
 struct MeshEdges {
   std::vector<std::int32_t> welded;  ///< for each position the first one with its coordinates
   std::vector<HalfEdge> half_edges;  ///< edge by edge; in each edge by face
   std::vector<std::uint32_t> begin;  ///< first half-edge of each edge, and the end
+  /// Of an edge of two faces 1 if they run along it in opposite ways, as on a surface with one side outwards,
+  /// −1 if alike, doubled at a seam, where they have positions of their own; 0 for other edges.
+  std::vector<std::int8_t> way;
+  std::size_t face_count = 0;
+
+  [[nodiscard]] std::size_t size() const { return begin.size() - 1; }
+  [[nodiscard]] std::span<const HalfEdge> of(std::size_t edge) const {
+    return {half_edges.data() + begin[edge], begin[edge + 1] - begin[edge]};
+  }
 };
 
 /// For each position the first one with its coordinates; those that are NaN stay alone. A hash table with
@@ -50,6 +61,21 @@ struct MeshEdges {
   return welded;
 }
 
+namespace detail {
+[[nodiscard]] inline std::int8_t way_of(const geometry::Mesh& mesh, const MeshEdges& edges,
+                                        std::span<const HalfEdge> own) {
+  if (own.size() != 2) return 0;
+  const auto end = [&](std::size_t i, std::int32_t step) {
+    const auto face = static_cast<std::size_t>(own[i].face);
+    return mesh.faces[face][static_cast<std::size_t>((own[i].corner + step) % 3)];
+  };
+  const auto welded = [&](std::int32_t vertex) { return edges.welded[static_cast<std::size_t>(vertex)]; };
+  const bool is_alike = welded(end(0, 0)) == welded(end(1, 0));
+  const bool is_seam = end(0, 0) != end(1, is_alike ? 0 : 1) || end(0, 1) != end(1, is_alike ? 1 : 0);
+  return static_cast<std::int8_t>((is_alike ? -1 : 1) * (is_seam ? 2 : 1));
+}
+}  // namespace detail
+
 /// \pre every corner of every face exists, see require_corners()
 [[nodiscard]] inline MeshEdges mesh_edges(const geometry::Mesh& mesh) {
   struct Side {
@@ -57,6 +83,7 @@ struct MeshEdges {
     HalfEdge half_edge;
   };
   MeshEdges edges;
+  edges.face_count = mesh.faces.size();
   edges.welded = welded_positions(mesh);
   const auto ends_of = [&](std::size_t face, std::size_t corner) {
     const auto end = [&](std::size_t k) {
@@ -97,6 +124,9 @@ struct MeshEdges {
     first = last;
   }
   edges.begin.push_back(static_cast<std::uint32_t>(sides.size()));
+  edges.way.resize(edges.size());
+  for (std::size_t edge = 0; edge < edges.size(); ++edge)
+    edges.way[edge] = detail::way_of(mesh, edges, edges.of(edge));
   return edges;
 }
 

@@ -1,6 +1,9 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
@@ -11,6 +14,38 @@ struct PaintedMesh {
   geometry::Mesh mesh;
   std::vector<std::uint8_t> painted;  ///< one entry a face, 1 where the texture shows
   TextureLayout layout;               ///< of the texture, whose texels are an array of their own
+  /// In which pictures are drawn. Texels that go to a rasteriser are in it already, see image::in_space();
+  /// the materials' colours are encoded and taken there by it.
+  image::ColourSpace space = image::ColourSpace::encoded;
+};
+
+/// The colours of a mesh's faces that are not painted, in its colour space.
+class OwnColours {
+ public:
+  explicit OwnColours(const PaintedMesh& body) : mesh_(body.mesh), is_linear_(body.space == linear) {
+    if (!is_linear_) return;
+    for (const auto& material : body.mesh.materials) of_material_.push_back(light_of(material.colour));
+  }
+
+  [[nodiscard]] std::array<float, 3> operator[](std::size_t face) const {
+    if (!is_linear_) return geometry::material_colour(mesh_, face);
+    const std::int32_t material = face < mesh_.face_materials.size() ? mesh_.face_materials[face] : -1;
+    const bool known = material >= 0 && static_cast<std::size_t>(material) < of_material_.size();
+    return known ? of_material_[static_cast<std::size_t>(material)] : of_none_;
+  }
+
+ private:
+  static constexpr auto linear = image::ColourSpace::linear;
+
+  static std::array<float, 3> light_of(std::array<float, 3> colour) {
+    for (float& channel : colour) channel = image::linearised(channel);
+    return colour;
+  }
+
+  const geometry::Mesh& mesh_;
+  bool is_linear_;
+  std::vector<std::array<float, 3>> of_material_;
+  std::array<float, 3> of_none_ = light_of(geometry::Material{}.colour);
 };
 
 }  // namespace tapestry::raster

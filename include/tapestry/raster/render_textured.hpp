@@ -105,7 +105,7 @@ template <std::floating_point T, LightModel Model = Light>
         queue.add(shader, fragment, scale, pixel);
         return;
       }
-      const std::array<float, 3> colour = geometry::material_colour(body.mesh, face);
+      const std::array<float, 3> colour = shader.own_colours[face];
       for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * static_cast<T>(colour[c]);
     });
     queue.finish_all();

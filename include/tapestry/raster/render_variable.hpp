@@ -98,11 +98,16 @@ void pull_back_shape(const PosedView<Model>& view, const Array<T, 2>& texels, co
 template <std::floating_point T, LightModel Model, class Gradient = BoundaryIntegral>
 [[nodiscard]] Rendering<T> render(const PaintedMesh& body, const geometry::Camera& camera, std::size_t height,
                                   std::size_t width, const Model& light, const RenderInputs<T>& inputs,
-                                  const Gradient& gradient = {}) {
+                                  Gradient gradient = {}) {
   using View = detail::PosedView<Model>;
   const auto view = std::make_shared<const View>(detail::posed_view(body, camera, light, inputs));
   auto drawn = render_textured(view->body, view->camera, height, width, view->light, inputs.texels.value(),
                                gradient.samples_per_axis);
+  const bool moves = inputs.positions.is_active() || inputs.pose.is_active();
+  std::shared_ptr<const MeshEdges> edges;  // for both records
+  if constexpr (requires { gradient.edges; }) {
+    if (moves) edges = gradient.edges = detail::edges_of("render", view->body.mesh, gradient.edges);
+  }
   auto pullback = [view, gradient, texels = inputs.texels.shared_value()](
                       const Array<T, 3>& adjoint, Array<T, 2>* texels_adjoint, Array<T, 2>* positions_adjoint,
                       Array<T, 1>* pose_adjoint, Array<T, 1>* light_parameters_adjoint) {
@@ -122,9 +127,10 @@ template <std::floating_point T, LightModel Model, class Gradient = BoundaryInte
   if constexpr (std::same_as<Gradient, InteriorOnly>)  // outlines held still cover what they cover
     return {std::move(picture), std::move(drawn.coverage)};
   else
-    return {std::move(picture), detail::record_coverage<T>({view, &view->body.mesh}, view->camera, view->pose,
-                                                           std::move(drawn.coverage), inputs.positions,
-                                                           inputs.pose, gradient.samples_per_axis)};
+    return {std::move(picture),
+            detail::record_coverage<T>({view, &view->body.mesh}, view->camera, view->pose,
+                                       std::move(drawn.coverage), inputs.positions, inputs.pose,
+                                       gradient.samples_per_axis, std::move(edges))};
 }
 
 }  // namespace tapestry::raster

@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -17,6 +18,7 @@ namespace detail {
 struct OneColour {
   using Colour = std::array<double, 1>;
   [[nodiscard]] static constexpr Colour at(std::int32_t, const std::array<double, 3>&) { return {1}; }
+  [[nodiscard]] static constexpr bool is_continuous() { return true; }
   [[nodiscard]] static constexpr bool agrees(const HalfEdge&, const HalfEdge&) { return true; }
 };
 }  // namespace detail
@@ -38,18 +40,21 @@ template <std::floating_point T>
 /// \param silhouette_adjoint  ∂L/∂silhouette, [H, W]
 /// \param positions_adjoint   one entry a position of the mesh
 /// \param samples_per_axis    pieces of the outline are at most its inverse long, in pixels
-/// \throws ShapeError unless there is an entry a position; otherwise as silhouette()
+/// \param edges               mesh_edges() of the mesh, when they are kept from view to view; null: found now
+/// \throws ShapeError unless there is an entry a position and edges are the mesh's; otherwise as silhouette()
 template <std::floating_point T>
 void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& camera,
                         const Array<T, 2>& silhouette_adjoint,
-                        std::vector<geometry::Vector3>& positions_adjoint, std::size_t samples_per_axis = 4) {
+                        std::vector<geometry::Vector3>& positions_adjoint, std::size_t samples_per_axis = 4,
+                        const std::shared_ptr<const MeshEdges>& edges = nullptr) {
   detail::require_view("silhouette_adjoint", camera, silhouette_adjoint.shape(0), silhouette_adjoint.shape(1),
                        samples_per_axis);
   require_corners("silhouette_adjoint", mesh);
   detail::require_positions_adjoint("silhouette_adjoint", mesh, positions_adjoint);
   // Where faces cut through each other, they show the same.
   detail::add_boundaries(mesh, camera, positions_in_view(mesh, camera), detail::OneColour{},
-                         silhouette_adjoint, BoundaryIntegral{samples_per_axis, false}, positions_adjoint);
+                         silhouette_adjoint, samples_per_axis,
+                         *detail::edges_of("silhouette_adjoint", mesh, edges), {}, positions_adjoint);
 }
 
 }  // namespace tapestry::raster

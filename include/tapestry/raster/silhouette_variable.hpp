@@ -18,11 +18,12 @@ template <std::floating_point T>
                                                   const geometry::Camera& camera, const geometry::Pose& at,
                                                   Array<T, 2> coverage, const ArrayVariable<T, 2>& positions,
                                                   const ArrayVariable<T, 1>& pose,
-                                                  std::size_t samples_per_axis) {
-  auto pullback = [mesh = std::move(mesh), camera, at, samples_per_axis](
+                                                  std::size_t samples_per_axis,
+                                                  std::shared_ptr<const MeshEdges> edges) {
+  auto pullback = [mesh = std::move(mesh), camera, at, samples_per_axis, edges = std::move(edges)](
                       const Array<T, 2>& adjoint, Array<T, 2>* positions_adjoint, Array<T, 1>* pose_adjoint) {
     std::vector<geometry::Vector3> moving(mesh->positions.size(), geometry::Vector3{0, 0, 0});
-    silhouette_adjoint(*mesh, camera, adjoint, moving, samples_per_axis);
+    silhouette_adjoint(*mesh, camera, adjoint, moving, samples_per_axis, edges);
     if (positions_adjoint != nullptr) add_positions(moving, *positions_adjoint);
     if (pose_adjoint != nullptr) add_pose(at, *mesh, moving, *pose_adjoint);
   };
@@ -37,6 +38,7 @@ template <std::floating_point T>
 /// \param positions  [V, 3], instead of the mesh's own; of extent 0: the mesh's own
 /// \param pose       [6], w (radians) and t (units of the world): the mesh is seen at exp(w)·x + t, see
 ///                   geometry::posed(); of extent 0: as it is
+/// \param edges      mesh_edges() of the mesh, when they are kept from view to view
 /// \returns          [H, W] in [0, 1]
 /// \throws ShapeError if an input does not fit; DomainError if the pose is not finite; otherwise as
 ///         visibility()
@@ -45,7 +47,8 @@ template <std::floating_point T>
                                              std::size_t height, std::size_t width,
                                              const ArrayVariable<T, 2>& positions,
                                              const ArrayVariable<T, 1>& pose = {},
-                                             std::size_t samples_per_axis = 4) {
+                                             std::size_t samples_per_axis = 4,
+                                             std::shared_ptr<const MeshEdges> edges = nullptr) {
   const auto at = detail::pose_of("silhouette", pose);
   const auto seen_by = geometry::posed(camera, at);
   auto shape = std::make_shared<geometry::Mesh>();
@@ -54,7 +57,7 @@ template <std::floating_point T>
   if (detail::is_given(positions)) geometry::set_positions(*shape, positions.value(), "silhouette");
   auto coverage = silhouette<T>(*shape, seen_by, height, width, samples_per_axis);
   return detail::record_coverage<T>(std::move(shape), seen_by, at, std::move(coverage), positions, pose,
-                                    samples_per_axis);
+                                    samples_per_axis, std::move(edges));
 }
 
 }  // namespace tapestry::raster

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -38,6 +39,7 @@ class SurfaceColour {
       : mesh_(body.mesh),
         painted_(body.painted),
         layout_(body.layout),
+        own_colours_(body),
         texels_(texels),
         lighting_(std::move(lighting)) {}
 
@@ -50,13 +52,19 @@ class SurfaceColour {
     return colour;
   }
 
+  /// Whether any two faces agree along an edge whose ends they share; false where that takes a look.
+  [[nodiscard]] bool is_continuous() const {
+    const bool is_whole = layout_.kind == TextureKind::vertex || layout_.kind == TextureKind::solid;
+    return std::same_as<Lighting, PreparedUnlit> && is_whole &&
+           std::find(painted_.begin(), painted_.end(), 0) == painted_.end();
+  }
+
   /// Whether two faces that share an edge show the same along it, as far as that is known without a look:
   /// they have the same corners there, the same uv in an atlas, and the same light.
   [[nodiscard]] bool agrees(const HalfEdge& a, const HalfEdge& b) const {
     const auto face_a = static_cast<std::size_t>(a.face), face_b = static_cast<std::size_t>(b.face);
     if (!lighting_.agrees(face_a, face_b) || painted_[face_a] != painted_[face_b]) return false;
-    if (painted_[face_a] == 0)
-      return geometry::material_colour(mesh_, face_a) == geometry::material_colour(mesh_, face_b);
+    if (painted_[face_a] == 0) return own_colours_[face_a] == own_colours_[face_b];
     if (layout_.kind == TextureKind::solid) return true;
     if (layout_.kind == TextureKind::cube) return false;
     const auto end = [&](std::size_t face, std::int32_t corner) {
@@ -96,6 +104,25 @@ class SurfaceColour {
     return slope;
   }
 
+  /// Σ_c weight_c · ∂colour_c/∂b.
+  [[nodiscard]] std::array<double, 3> slope_adjoint(std::int32_t face, const std::array<double, 3>& b,
+                                                    const std::array<double, 3>& weight) const {
+    std::array<double, 3> sum{};
+    const auto index = static_cast<std::size_t>(face);
+    if (std::same_as<Lighting, PreparedUnlit> && layout_.kind == TextureKind::vertex &&
+        painted_[index] != 0) {
+      for (std::size_t k = 0; k < 3; ++k) {  // the colours of the corners
+        const T* const texel = texels_.data() + 3 * static_cast<std::size_t>(mesh_.faces[index][k]);
+        for (std::size_t c = 0; c < 3; ++c) sum[k] += weight[c] * static_cast<double>(texel[c]);
+      }
+      return sum;
+    }
+    const ColourSlope<3> slope = this->slope(face, b);
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < 3; ++k) sum[k] += weight[c] * slope[c][k];
+    return sum;
+  }
+
  private:
   [[nodiscard]] std::array<double, 2> corner_uv(std::size_t face, std::size_t k) const {
     return mesh_.uvs[static_cast<std::size_t>(mesh_.face_uvs[face][k])];
@@ -113,7 +140,7 @@ class SurfaceColour {
   [[nodiscard]] Colour unlit(std::size_t face, const std::array<double, 3>& b) const {
     Colour colour{0, 0, 0};
     if (painted_[face] == 0) {
-      const auto material = geometry::material_colour(mesh_, face);
+      const auto material = own_colours_[face];
       for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<double>(material[c]);
       return colour;
     }
@@ -158,6 +185,7 @@ class SurfaceColour {
   const geometry::Mesh& mesh_;
   const std::vector<std::uint8_t>& painted_;
   const TextureLayout& layout_;
+  OwnColours own_colours_;
   const Array<T, 2>& texels_;
   Lighting lighting_;
 };
@@ -176,7 +204,7 @@ inline void require_bilinear(const char* operation, const TextureLayout& layout)
 template <std::floating_point T, class Model>
 [[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera,
                                   const char* operation = "surface_colour") {
-  const auto& [mesh, painted, layout] = surface.body;
+  const auto& [mesh, painted, layout, space] = surface.body;
   detail::require_layout(operation, surface.body);
   detail::require_bilinear(operation, layout);
   require_corners(operation, mesh);

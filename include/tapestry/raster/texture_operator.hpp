@@ -123,7 +123,7 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
       shader.add_taps(fragment, band.taps);
       return;
     }
-    const std::array<float, 3> colour = geometry::material_colour(shader.body.mesh, face);
+    const std::array<float, 3> colour = shader.own_colours[face];
     const double light = shader.light_of(fragment);
     for (std::size_t c = 0; c < 3; ++c) {
       const double lit = static_cast<double>(colour[c]) * light * shader.lighting.light_colour[c];

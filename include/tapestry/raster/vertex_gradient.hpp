@@ -3,11 +3,15 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
+#include <tapestry/raster/crossing_faces.hpp>
 #include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
@@ -25,7 +29,9 @@ namespace tapestry::raster {
 /// width.
 struct BoundaryIntegral {
   std::size_t samples_per_axis = 4;  ///< of the interior; pieces of outlines are at most its inverse long
-  bool intersections = true;         ///< whether faces that cut through each other are looked for
+  bool intersections = true;         ///< whether faces that samples see are looked at for where they cut
+  /// mesh_edges() of the mesh, when they are kept from view to view; null: they are found by every call.
+  std::shared_ptr<const MeshEdges> edges{};
 };
 
 /// Only what moves inside faces, outlines held still: the gradient of rasterisers that treat visibility as
@@ -64,29 +70,59 @@ auto pixel_adjoint(const Array<T, Rank>& adjoint) {
   };
 }
 
+/// The edges that the caller has kept, or those found now.
+/// \throws ShapeError if they are of another mesh
+[[nodiscard]] inline std::shared_ptr<const MeshEdges> edges_of(const char* operation,
+                                                               const geometry::Mesh& mesh,
+                                                               std::shared_ptr<const MeshEdges> kept) {
+  if (kept == nullptr) return std::make_shared<const MeshEdges>(mesh_edges(mesh));
+  if (kept->welded.size() == mesh.positions.size() && kept->face_count == mesh.faces.size()) return kept;
+  const auto size = [](std::size_t positions, std::size_t faces) {
+    return std::to_string(positions) + " positions and " + std::to_string(faces) + " faces";
+  };
+  throw ShapeError(std::string(operation) + ": edges are those of a mesh of " +
+                   size(kept->welded.size(), kept->face_count) + ", expected " +
+                   size(mesh.positions.size(), mesh.faces.size()));
+}
+
 /// The integral over all boundaries between colours.
+/// \param edges    of the mesh
+/// \param seen     the faces of which some may cut through each other where they show
 /// \param adjoint  of the picture, [H, W, 3], or [H, W] for a Colour of one channel
 template <std::floating_point T, std::size_t Rank, class Colour>
 void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
                     const std::vector<geometry::Vector3>& positions_view, const Colour& colour,
-                    const Array<T, Rank>& adjoint, const BoundaryIntegral& model,
+                    const Array<T, Rank>& adjoint, std::size_t samples_per_axis, const MeshEdges& edges,
+                    const std::vector<std::int32_t>& seen,
                     std::vector<geometry::Vector3>& positions_adjoint) {
-  const MeshEdges edges = mesh_edges(mesh);
-  const FaceField field(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
-  const double longest_piece = 1 / static_cast<double>(model.samples_per_axis);
+  const FacesInView faces(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
+  FaceField field(faces, camera);
+  const double longest_piece = 1 / static_cast<double>(samples_per_axis);
   const BoundaryScene scene{mesh,   edges,  positions_view,         field,
                             camera, colour, pixel_adjoint(adjoint), longest_piece};
-  Outlines(scene).add_to(positions_adjoint);
-  if (model.intersections) Intersections(scene).add_to(positions_adjoint);
+  Outlines outlines(scene);
+  Intersections intersections(scene, crossing_faces(mesh, edges, seen));
+  outlines.find(field);
+  intersections.find(field);
+  field.fill();
+  outlines.add_to(positions_adjoint);
+  intersections.add_to(positions_adjoint);
+}
+
+template <std::floating_point T>
+[[nodiscard]] FragmentBands sampled_bands(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                          const Array<T, 3>& render_adjoint, std::size_t samples_per_axis) {
+  return {"vertex_adjoint", mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), samples_per_axis};
 }
 
 template <std::floating_point T, class Model>
 void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
                 const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
                 const InteriorOnly& model) {
-  add_interior(surface, surface_colour(surface, camera, "vertex_adjoint"), camera,
-               positions_in_view(surface.body.mesh, camera), render_adjoint, model.samples_per_axis,
-               positions_adjoint);
+  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
+  add_interior(surface, colour, camera,
+               sampled_bands(surface.body.mesh, camera, render_adjoint, model.samples_per_axis),
+               render_adjoint, positions_adjoint);
 }
 
 template <std::floating_point T, class Model>
@@ -94,11 +130,12 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
                 const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
                 const BoundaryIntegral& model) {
   const auto colour = surface_colour(surface, camera, "vertex_adjoint");
-  const auto positions_view = positions_in_view(surface.body.mesh, camera);
-  add_interior(surface, colour, camera, positions_view, render_adjoint, model.samples_per_axis,
-               positions_adjoint);
-  add_boundaries(surface.body.mesh, camera, positions_view, colour, render_adjoint, model,
-                 *positions_adjoint.moving);
+  const auto fragments = sampled_bands(surface.body.mesh, camera, render_adjoint, model.samples_per_axis);
+  const auto edges = edges_of("vertex_adjoint", surface.body.mesh, model.edges);
+  auto seen = add_interior(surface, colour, camera, fragments, render_adjoint, positions_adjoint);
+  if (!model.intersections) seen.clear();
+  add_boundaries(surface.body.mesh, camera, fragments.positions_view(), colour, render_adjoint,
+                 model.samples_per_axis, *edges, seen, *positions_adjoint.moving);
 }
 
 template <std::floating_point T, class Model>
@@ -121,7 +158,8 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
   }
   PixelMap(mesh, positions_view, camera, buffer, colours, adjoints).add_to(*positions_adjoint.moving);
   if (model.interior)
-    add_interior(surface, colour, camera, positions_view, render_adjoint, axis, positions_adjoint);
+    add_interior(surface, colour, camera, sampled_bands(mesh, camera, render_adjoint, axis), render_adjoint,
+                 positions_adjoint);
 }
 
 }  // namespace detail
@@ -138,7 +176,8 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
 /// \param positions_adjoint  one entry a position of the mesh
 /// \param model              BoundaryIntegral, InteriorOnly or NeuralMeshRenderer
 /// \throws ShapeError, DomainError, Error as visibility() and texture_operator() do; DomainError for a
-///         trilinear atlas
+///         trilinear atlas; ShapeError if the model's edges are of another mesh; Error, of kind limit, as
+///         crossing_faces() does
 template <std::floating_point T, class Model, class Gradient = BoundaryIntegral>
 void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& camera,
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,

@@ -65,10 +65,13 @@ inline std::string differences(const Json& saved, const Json& own) {
       text += (text.empty() ? "" : ", ") + name + " (was " + was.dump() + ", now " + now.dump() + ")";
   };
   for (const char* name : {"version", "protocol"}) compare(name, saved[name], own[name]);
-  for (const auto& [name, value] : own["options"].items())
-    compare("--" + name, saved["options"].value(name, Json()), value);
+  const auto option = [](const Json& of, const std::string& name) {
+    const char* const lacking = value_when_lacking(name);
+    return of["options"].value(name, lacking == nullptr ? Json() : Json(lacking));
+  };
+  for (const auto& [name, value] : own["options"].items()) compare("--" + name, option(saved, name), value);
   for (const auto& [name, value] : saved["options"].items())
-    if (!own["options"].contains(name)) compare("--" + name, value, Json());
+    if (!own["options"].contains(name)) compare("--" + name, value, option(own, name));
   for (const auto& names :
        {names_of_missing(own["inputs"], saved["inputs"]), names_of_missing(saved["inputs"], own["inputs"])})
     if (text.empty() && !names.empty()) text = "inputs: " + names;

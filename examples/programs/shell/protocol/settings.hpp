@@ -17,6 +17,7 @@ struct ProtocolSettings {
 };
 
 inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& protocols) {
+  app.option_defaults()->group("Protocol");
   app.add_option(
       "--protocol", s.protocol,
       "measure renders of the car, without frames, as the tables of the FCA paper do: " + protocols);

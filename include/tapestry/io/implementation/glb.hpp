@@ -10,6 +10,7 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/obj_writer.hpp>
@@ -28,9 +29,11 @@ class GlbBuilder {
 
   /// Adds a material; texture: index of a texture, or −1.
   std::size_t add_material(std::string_view name, const std::array<float, 3>& colour, int texture) {
+    std::array<float, 3> linear = colour;  // factors of glTF are light
+    for (float& channel : linear) channel = image::linearised(channel);
     nlohmann::json surface{{"metallicFactor", 0},
                            {"roughnessFactor", 1},
-                           {"baseColorFactor", {linear(colour[0]), linear(colour[1]), linear(colour[2]), 1}}};
+                           {"baseColorFactor", {linear[0], linear[1], linear[2], 1}}};
     if (texture >= 0) surface["baseColorTexture"] = {{"index", texture}};
     return append(json_["materials"],
                   {{"name", name}, {"doubleSided", true}, {"pbrMetallicRoughness", std::move(surface)}});
@@ -118,11 +121,6 @@ class GlbBuilder {
 
   static void append_word(std::string& bytes, std::uint32_t value) {
     for (unsigned shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xFFU);
-  }
-
-  /// Factors of glTF are linear; our colours are as a display shows them (sRGB).
-  [[nodiscard]] static float linear(float value) {
-    return value <= 0.04045F ? value / 12.92F : std::pow((value + 0.055F) / 1.055F, 2.4F);
   }
 
   /// Appends words, the least significant byte first.

@@ -15,38 +15,41 @@
 
 namespace tapestry::raster::detail {
 
-/// What one band of rows finds out about a face.
-struct FaceAdjoint {
+/// What one band of rows finds out about a face: sums over its fragments, σ_j being ∂colour/∂b_j times the
+/// adjoint of the colour.
+struct FaceMoments {
   std::int32_t face;
-  double light;                                   ///< derivative with respect to its light
-  std::array<geometry::Vector3, 3> corners_view;  ///< and to its corners
+  double light = 0;                              ///< derivative with respect to its light
+  std::array<std::array<double, 3>, 3> first{};  ///< Σ b_k·σ_j, [k][j]
+  std::array<double, 3> second{};                ///< Σ b_k·(Σ_j σ_j·b_j)
 };
 
-/// ∂(colour seen at a fixed point of the picture)/∂(corners of the face), times an adjoint.
+/// ∂(what a face shows at fixed points of the picture)/∂(its corners), times an adjoint.
 ///
-/// A displacement d of the surface at the point that the ray r meets shifts what is seen there by
-/// e = r·(n·d)/(n·r) − d within the face, so with G = Σ_k ∂colour/∂b_k · ∇b_k the change is G·e, and as
-/// d = Σ b_k·dq_k each corner receives b_k · (n·(G·r)/(n·r) − G).
-///
-/// \param slope  ∂colour/∂b_k times the adjoint of the colour, summed over channels
+/// A displacement d of the surface at the point p that the ray r meets shifts what is seen there by
+/// e = r·(n·d)/(n·r) − d within the face, so with G = Σ_j σ_j·∇b_j the change is G·e, and as d = Σ b_k·dq_k
+/// each corner receives b_k · (n·(G·p)/(n·p) − G). Of a plane n·p is constant, and ∇b_j·p = b_j +
+/// ∇b_j·q_{j+1}, since b_j is 0 in the next corner: the sums over all p need no more than the moments.
 inline std::array<geometry::Vector3, 3> moving_texture_adjoint(
-    const std::array<geometry::Vector3, 3>& corners, const std::array<double, 3>& b,
-    const std::array<double, 3>& slope) {
+    const std::array<geometry::Vector3, 3>& corners, const FaceMoments& moments) {
   const geometry::Vector3 normal =
       geometry::cross(geometry::subtract(corners[1], corners[0]), geometry::subtract(corners[2], corners[0]));
-  const double squared = geometry::dot(normal, normal);
-  geometry::Vector3 point{}, gradient{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    point = geometry::add(point, geometry::scale(corners[k], b[k]));
-    const auto opposite = geometry::subtract(corners[(k + 2) % 3], corners[(k + 1) % 3]);
-    gradient =
-        geometry::add(gradient, geometry::scale(geometry::cross(normal, opposite), slope[k] / squared));
+  const double squared = geometry::dot(normal, normal), distance = geometry::dot(normal, corners[0]);
+  std::array<geometry::Vector3, 3> gradient, result{};  // ∇b_j
+  for (std::size_t j = 0; j < 3; ++j) {
+    const auto opposite = geometry::subtract(corners[(j + 2) % 3], corners[(j + 1) % 3]);
+    gradient[j] = geometry::scale(geometry::cross(normal, opposite), 1 / squared);
   }
-  const double along = geometry::dot(gradient, point) / geometry::dot(normal, point);
-  const geometry::Vector3 shift = geometry::subtract(geometry::scale(normal, along), gradient);
-  std::array<geometry::Vector3, 3> result{};
-  if (!geometry::is_finite(shift)) return result;  // a face without area, or edge-on
-  for (std::size_t k = 0; k < 3; ++k) result[k] = geometry::scale(shift, b[k]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    double along = moments.second[k];
+    geometry::Vector3 within{};
+    for (std::size_t j = 0; j < 3; ++j) {
+      along += moments.first[k][j] * geometry::dot(gradient[j], corners[(j + 1) % 3]);
+      within = geometry::add(within, geometry::scale(gradient[j], moments.first[k][j]));
+    }
+    result[k] = geometry::subtract(geometry::scale(normal, along / distance), within);
+    if (!geometry::is_finite(result[k])) return {};  // a face without area, or edge-on
+  }
   return result;
 }
 
@@ -87,44 +90,62 @@ requires(!std::same_as<OtherLight, Light>) void add_light_adjoint(const geometry
                                                                   std::int32_t, double,
                                                                   std::vector<geometry::Vector3>&) {}
 
-inline void add_part(FaceAdjoint& sum, const FaceAdjoint& part) {
-  sum.light += part.light;
-  for (std::size_t k = 0; k < 3; ++k)
-    sum.corners_view[k] = geometry::add(sum.corners_view[k], part.corners_view[k]);
-}
-
-/// Leaves one entry a face, in order of faces.
-inline void merge_faces(std::vector<FaceAdjoint>& faces) {
-  std::stable_sort(faces.begin(), faces.end(),
-                   [](const FaceAdjoint& a, const FaceAdjoint& b) { return a.face < b.face; });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    if (kept > 0 && faces[kept - 1].face == faces[i].face)
-      add_part(faces[kept - 1], faces[i]);
-    else
-      faces[kept++] = faces[i];
+/// The moments of the faces of a band, in the order in which they are first met; found by a hash table with
+/// open addressing, at most half full.
+class BandMoments {
+ public:
+  [[nodiscard]] FaceMoments& of(std::int32_t face) {
+    if (face != last_face_) {
+      last_face_ = face;
+      last_ = slot_of(face);
+    }
+    return moments_[last_];
   }
-  faces.resize(kept);
-}
+  [[nodiscard]] const std::vector<FaceMoments>& all() const { return moments_; }
 
-/// What one fragment finds out; of its light only if the face turns in it.
+ private:
+  [[nodiscard]] std::uint32_t& slot_for(std::int32_t face) {
+    std::size_t at = ((static_cast<std::uint32_t>(face) * 0x9E3779B1U) >> 7U) & (table_.size() - 1);
+    while (table_[at] != 0 && moments_[table_[at] - 1].face != face) at = (at + 1) & (table_.size() - 1);
+    return table_[at];
+  }
+
+  [[nodiscard]] std::size_t slot_of(std::int32_t face) {
+    if (2 * moments_.size() >= table_.size()) {
+      table_.assign(std::max<std::size_t>(256, 4 * table_.size()), 0);
+      for (std::uint32_t i = 0; i < moments_.size(); ++i) slot_for(moments_[i].face) = i + 1;
+    }
+    std::uint32_t& slot = slot_for(face);
+    if (slot == 0) {
+      moments_.push_back({.face = face});
+      slot = static_cast<std::uint32_t>(moments_.size());
+    }
+    return slot - 1;
+  }
+
+  std::vector<FaceMoments> moments_;
+  std::vector<std::uint32_t> table_;  // place in moments_ plus 1; 0 where empty
+  std::int32_t last_face_ = -1;
+  std::size_t last_ = 0;
+};
+
+/// Adds what one fragment finds out; of its light only if the face turns in it.
 /// \param adjoint  of the pixel's three values
 template <std::floating_point T, class Colour>
-[[nodiscard]] FaceAdjoint fragment_adjoint(const Colour& colour,
-                                           const std::array<geometry::Vector3, 3>& corners_view,
-                                           const Fragment& fragment, const T* adjoint, bool is_turning) {
-  const auto slope = colour.slope(fragment.face, fragment.barycentric);
-  std::array<double, 3> tinted{};
-  if (is_turning) tinted = colour.tinted(fragment.face, fragment.barycentric);
-  FaceAdjoint part{fragment.face, 0, {}};
-  std::array<double, 3> sum{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double weight = fragment.coverage * static_cast<double>(adjoint[c]);
-    part.light += weight * tinted[c];
-    for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * slope[c][k];
+void add_fragment(const Colour& colour, const Fragment& fragment, const T* adjoint, bool is_turning,
+                  FaceMoments& moments) {
+  const std::array<double, 3>& b = fragment.barycentric;
+  std::array<double, 3> weight;
+  for (std::size_t c = 0; c < 3; ++c) weight[c] = fragment.coverage * static_cast<double>(adjoint[c]);
+  const std::array<double, 3> sum = colour.slope_adjoint(fragment.face, b, weight);
+  const double along = sum[0] * b[0] + sum[1] * b[1] + sum[2] * b[2];
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t j = 0; j < 3; ++j) moments.first[k][j] += b[k] * sum[j];
+    moments.second[k] += b[k] * along;
   }
-  part.corners_view = moving_texture_adjoint(corners_view, fragment.barycentric, sum);
-  return part;
+  if (!is_turning) return;
+  const auto tinted = colour.tinted(fragment.face, b);
+  for (std::size_t c = 0; c < 3; ++c) moments.light += weight[c] * tinted[c];
 }
 
 /// Where the derivative with respect to positions goes: by what moves in the picture, and by light that turns
@@ -136,40 +157,43 @@ struct MotionAdjoint {
 
 /// The part of the gradient that comes from what faces show, their outlines held still, sampled a band of
 /// rows at a time.
+/// \returns the faces that were seen where the adjoint is not 0, in order
 template <std::floating_point T, class Model, class Colour>
-void add_interior(const Surface<T, Model>& surface, const Colour& colour, const geometry::Camera& camera,
-                  const std::vector<geometry::Vector3>& positions_view, const Array<T, 3>& render_adjoint,
-                  std::size_t samples_per_axis, const MotionAdjoint& positions_adjoint) {
-  const FragmentBands fragments("vertex_adjoint", surface.body.mesh, camera, render_adjoint.shape(0),
-                                render_adjoint.shape(1), samples_per_axis);
-  std::vector<std::vector<FaceAdjoint>> bands(fragments.band_count());
+std::vector<std::int32_t> add_interior(const Surface<T, Model>& surface, const Colour& colour,
+                                       const geometry::Camera& camera, const FragmentBands& fragments,
+                                       const Array<T, 3>& render_adjoint,
+                                       const MotionAdjoint& positions_adjoint) {
+  const bool is_turning = std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
+  std::vector<BandMoments> bands(fragments.band_count());
+  std::vector<std::vector<VertexShare>> shares(bands.size());
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
-      const auto part = fragment_adjoint(
-          colour, corners_in_view(surface.body.mesh, positions_view, fragment.face), fragment, adjoint,
-          std::same_as<Model, Light> && positions_adjoint.turning != nullptr);
-      auto& band = bands[index];
-      if (!band.empty() && band.back().face == part.face)
-        add_part(band.back(), part);
-      else
-        band.push_back(part);
+      add_fragment(colour, fragment, adjoint, is_turning, bands[index].of(fragment.face));
     });
-    merge_faces(bands[index]);
-  });
-  std::vector<std::vector<VertexShare>> shares(1);
-  for (const auto& band : bands) {
-    for (const FaceAdjoint& part : band) {
+    shares[index].reserve(3 * bands[index].all().size());
+    for (const FaceMoments& face : bands[index].all()) {
+      const auto corners = corners_in_view(surface.body.mesh, fragments.positions_view(), face.face);
+      const auto part = moving_texture_adjoint(corners, face);
       for (std::int32_t k = 0; k < 3; ++k)
-        shares[0].push_back(
-            {corner_of(surface.body.mesh, part.face, k), part.corners_view[static_cast<std::size_t>(k)]});
-      if (positions_adjoint.turning != nullptr)
-        add_light_adjoint(surface.body.mesh, camera, surface.light, part.face, part.light,
+        shares[index].push_back(
+            {corner_of(surface.body.mesh, face.face, k), part[static_cast<std::size_t>(k)]});
+    }
+  });
+  add_shares(shares, camera, *positions_adjoint.moving);
+  std::vector<std::int32_t> seen;
+  for (const BandMoments& band : bands) {
+    for (const FaceMoments& face : band.all()) {
+      seen.push_back(face.face);
+      if (is_turning)
+        add_light_adjoint(surface.body.mesh, camera, surface.light, face.face, face.light,
                           *positions_adjoint.turning);
     }
   }
-  add_shares(shares, camera, *positions_adjoint.moving);
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  return seen;
 }
 
 }  // namespace tapestry::raster::detail

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/crossing_faces.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::raster::detail {
@@ -15,136 +17,87 @@ namespace tapestry::raster::detail {
 /// The same integral over lines where faces cut through each other. Faces i and j change places where
 /// D = 1/z_i − 1/z_j, affine in the picture, is 0; i is seen where D > 0. The line moves across itself by
 /// −dD/|∇D|, and a displacement d of a face's surface there changes its 1/z by −(n·d)/(n·r)/z².
-/// Faces with a common corner meet there, and are taken not to cut each other elsewhere.
 template <class Colour, class Adjoint>
 class Intersections {
  public:
-  explicit Intersections(const BoundaryScene<Colour, Adjoint>& scene) : scene_(scene) {}
+  /// \param scene  must outlive this
+  Intersections(const BoundaryScene<Colour, Adjoint>& scene, std::vector<FacePair> pairs)
+      : scene_(scene), pairs_(std::move(pairs)), line_counts_(block_count(pairs_.size(), block)) {}
 
-  void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
-    const std::vector<Plane> planes = make_planes();
-    constexpr std::size_t block = 64;
-    std::vector<std::vector<VertexShare>> shares(block_count(scene_.field.cell_count(), block));
+  /// Finds the lines that may show, and marks where they lie. Of each block of pairs, those that have one
+  /// move to its front; the lines, seven times as large, are not kept.
+  void find(FaceField& field) {
+    parallel_for(line_counts_.size(), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, pairs_.size(), block);
+      for (std::size_t pair = begin; pair < end; ++pair) {
+        Line line;
+        if (!cut(pairs_[pair], line)) continue;
+        field.mark(line.from, line.to);
+        pairs_[begin + line_counts_[index]++] = pairs_[pair];
+      }
+    });
+  }
+
+  /// \pre find(), and the field is filled
+  void add_to(std::vector<geometry::Vector3>& positions_adjoint) {
+    std::vector<std::vector<VertexShare>> shares(line_counts_.size());
     parallel_for(shares.size(), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, scene_.field.cell_count(), block);
-      std::vector<Plane> own;
-      std::vector<std::size_t> others;
-      for (std::size_t index_of_cell = begin; index_of_cell < end; ++index_of_cell) {
-        const FaceField::Cell cell = scene_.field.cell(index_of_cell);
-        own.clear();
-        for (const auto* entry = cell.begin; entry < cell.end; ++entry)
-          own.push_back(planes[static_cast<std::size_t>(entry->face)]);
-        others.resize(own.size());
-        add_cell(cell, own, others, shares[index]);
+      for (std::size_t pair = 0; pair < line_counts_[index]; ++pair) {
+        Line line;
+        if (!cut(pairs_[index * block + pair], line) || is_hidden_by_one(line)) continue;
+        for_each_piece(line.from, line.to, scene_.longest_piece,
+                       [&](double column, double row, double length) {
+                         add_piece(line, column, row, length, shares[index]);
+                       });
       }
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
 
  private:
-  struct Pair {
-    std::int32_t i;
-    std::int32_t j;
-    Affine difference;        // D
-    double steepness;         // |∇D|
+  static constexpr std::size_t block = 512;  // pairs
+
+  struct Line {
+    std::int32_t i = -1;
+    std::int32_t j = -1;
+    double steepness = 0;          // |∇D|
+    std::array<double, 2> from{};  // its ends in the picture
+    std::array<double, 2> to{};
     std::int32_t hider = -1;  // the face that hid the last point that was hidden
   };
 
-  /// What is asked of a face before it is cut with another one.
-  struct Plane {
-    std::array<float, 3> low, high;       // its column, row and 1/z, rounded outwards
-    geometry::Vector3 n;                  // n·q = 1 for points q of its plane in view space
-    std::array<std::int32_t, 3> corners;  // welded
-
-    /// Whether the boxes overlap and no corner is shared. Without branches, which would be guessed wrong.
-    [[nodiscard]] int may_cut(const Plane& other) const {
-      int result = 1;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        result &= int{low[axis] <= other.high[axis]} & int{other.low[axis] <= high[axis]};
-      for (const std::int32_t corner : other.corners)
-        result &= int{corner != corners[0]} & int{corner != corners[1]} & int{corner != corners[2]};
-      return result;
-    }
-  };
-
-  [[nodiscard]] Plane plane_of(std::int32_t face) const {
-    Plane plane{};
-    const FaceBox& box = scene_.field.box(face);
-    const auto outwards = [](double value, double way) {
-      return static_cast<float>(value + way * std::abs(value) * 1e-6);
-    };
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      plane.low[axis] = outwards(box.low[axis], -1);
-      plane.high[axis] = outwards(box.high[axis], 1);
-    }
-    plane.low[2] = outwards(box.inverse_depth_min, -1);
-    plane.high[2] = outwards(box.inverse_depth_max, 1);
-    const Affine f = scene_.field.inverse_depth(face);
-    const PixelRays& rays = scene_.field.rays();
-    plane.n = {f.a / rays.step[0], f.b / rays.step[1], 0};
-    plane.n[2] = f.c - plane.n[0] * rays.first[0] - plane.n[1] * rays.first[1];
-    for (std::int32_t k = 0; k < 3; ++k)
-      plane.corners[static_cast<std::size_t>(k)] =
-          scene_.edges.welded[static_cast<std::size_t>(corner_of(scene_.mesh, face, k))];
-    return plane;
-  }
-
-  [[nodiscard]] std::vector<Plane> make_planes() const {
-    std::vector<Plane> planes(scene_.mesh.faces.size());
-    constexpr std::size_t block = 4096;
-    parallel_for(block_count(planes.size(), block), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, planes.size(), block);
-      for (std::size_t face = begin; face < end; ++face)
-        if (scene_.field.winding(static_cast<std::int32_t>(face)) != 0)
-          planes[face] = plane_of(static_cast<std::int32_t>(face));
-    });
-    return planes;
-  }
-
-  /// Whether all corners of a face lie on one side of a plane, by more than rounding may cause.
-  [[nodiscard]] bool is_beside(const Plane& face, const Plane& plane) const {
-    bool all_above = true, all_below = true;
-    for (const std::int32_t corner : face.corners) {
-      const double height =
-          geometry::dot(plane.n, scene_.positions_view[static_cast<std::size_t>(corner)]) - 1;
-      all_above &= height > 1e-9;
-      all_below &= height < -1e-9;
-    }
-    return all_above || all_below;
-  }
-
-  /// \param own     the planes of the cell's faces
-  /// \param others  as many
-  void add_cell(const FaceField::Cell& cell, const std::vector<Plane>& own, std::vector<std::size_t>& others,
-                std::vector<VertexShare>& shares) const {
-    for (std::size_t i = 0; i + 1 < own.size(); ++i) {
-      std::size_t count = 0;
-      for (std::size_t j = i + 1; j < own.size(); ++j) {
-        if (cell.begin[j].inverse_depth_max < cell.begin[i].inverse_depth_min) break;
-        others[count] = j;
-        count += static_cast<std::size_t>(own[i].may_cut(own[j]));
-      }
-      for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t j = others[k];
-        if (!is_beside(own[i], own[j]) && !is_beside(own[j], own[i]))
-          add_pair(cell, cell.begin[i].face, cell.begin[j].face, shares);
+  /// False if the faces have no line in common in the view.
+  [[nodiscard]] bool cut(const FacePair& pair, Line& line) const {
+    const FacesInView& faces = scene_.field.faces();
+    if (faces.winding(pair.first) * faces.winding(pair.second) == 0) return false;
+    const std::array<std::int32_t, 2> both{pair.first, pair.second};
+    std::array<FaceWeights, 2> weights;
+    std::array<double, 2> low{0, 0}, high = faces.frame().size;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const auto face = static_cast<std::size_t>(both[side]);
+      if (!weights[side].set(scene_.field.rays(), faces.corners(face))) return false;
+      for (std::size_t axis = 0; axis < 2; ++axis) {  // a little wider than the boxes, which are rounded
+        low[axis] = std::max(low[axis], static_cast<double>(faces.box(face).low[axis]) - 0.01);
+        high[axis] = std::min(high[axis], static_cast<double>(faces.box(face).high[axis]) + 0.01);
       }
     }
+    if (!(low[0] <= high[0] && low[1] <= high[1])) return false;
+    line.i = pair.first;
+    line.j = pair.second;
+    return cut_to_box(weights, low, high, line);
   }
 
-  void add_pair(const FaceField::Cell& cell, std::int32_t i, std::int32_t j,
-                std::vector<VertexShare>& shares) const {
-    const Affine at_i = scene_.field.inverse_depth(i), at_j = scene_.field.inverse_depth(j);
-    Pair pair{i, j, {at_i.a - at_j.a, at_i.b - at_j.b, at_i.c - at_j.c}, 0};
-    const Affine& d = pair.difference;
-    pair.steepness = std::sqrt(d.a * d.a + d.b * d.b);
-    const double size = std::abs(at_i.at(cell.low[0], cell.low[1]));
-    if (!(pair.steepness > 1e-9 * size)) return;  // as good as coplanar
-    // The point of the line nearest to the cell's middle, and the way along it.
-    const std::array<double, 2> middle{(cell.low[0] + cell.high[0]) / 2, (cell.low[1] + cell.high[1]) / 2};
-    const double off = d.at(middle[0], middle[1]) / (pair.steepness * pair.steepness);
+  [[nodiscard]] bool cut_to_box(const std::array<FaceWeights, 2>& weights, const std::array<double, 2>& low,
+                                const std::array<double, 2>& high, Line& line) const {
+    const Affine at_i = weights[0].inverse_depth(), at_j = weights[1].inverse_depth();
+    const Affine d{at_i.a - at_j.a, at_i.b - at_j.b, at_i.c - at_j.c};
+    line.steepness = std::sqrt(d.a * d.a + d.b * d.b);
+    // The point of the line nearest to the box's middle, and the way along it.
+    const std::array<double, 2> middle{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+    if (!(line.steepness > 1e-9 * std::abs(at_i.at(middle[0], middle[1])))) return false;  // coplanar
+    const double off = d.at(middle[0], middle[1]) / (line.steepness * line.steepness);
     const std::array<double, 2> point{middle[0] - off * d.a, middle[1] - off * d.b};
-    const std::array<double, 2> way{-d.b / pair.steepness, d.a / pair.steepness};
+    const std::array<double, 2> way{-d.b / line.steepness, d.a / line.steepness};
     std::array<double, 2> range{-1e30, 1e30};
     const auto keep = [&](const Affine& f) {  // where f ≥ 0
       const double value = f.at(point[0], point[1]), slope = f.a * way[0] + f.b * way[1];
@@ -152,65 +105,64 @@ class Intersections {
       if (slope < 0) range[1] = std::min(range[1], -value / slope);
       return (slope != 0 || value >= 0) && range[0] < range[1];
     };
-    if (!keep({1, 0, -cell.low[0]}) || !keep({-1, 0, cell.high[0]}) || !keep({0, 1, -cell.low[1]}) ||
-        !keep({0, -1, cell.high[1]}))
-      return;
-    for (const std::int32_t face : {i, j})
-      for (const Affine& w : scene_.field.weights(face))
-        if (!keep(w)) return;
-    if (range[1] - range[0] < 1e-7) return;
-    const auto end = [&](double t) {
-      return std::array<double, 2>{point[0] + t * way[0], point[1] + t * way[1]};
-    };
-    const std::array<double, 2> from = end(range[0]), to = end(range[1]);
-    if (is_hidden_by_one(pair, from, to)) return;
-    for_each_piece(from, to, scene_.longest_piece, [&](double column, double row, double length) {
-      add_piece(pair, column, row, length, shares);
-    });
+    if (!keep({1, 0, -low[0]}) || !keep({-1, 0, high[0]}) || !keep({0, 1, -low[1]}) ||
+        !keep({0, -1, high[1]}))
+      return false;
+    for (const FaceWeights& face : weights)
+      for (const Affine& w : face.w)
+        if (!keep(w)) return false;
+    const double least = 1 / scene_.camera.far, most = 1 / scene_.camera.near;
+    if (!keep({at_i.a, at_i.b, at_i.c - least}) || !keep({-at_i.a, -at_i.b, most - at_i.c})) return false;
+    if (range[1] - range[0] < 1e-7) return false;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      line.from[axis] = point[axis] + range[0] * way[axis];
+      line.to[axis] = point[axis] + range[1] * way[axis];
+    }
+    return true;
   }
 
-  [[nodiscard]] bool is_hidden(Pair& pair, double column, double row) const {
-    const double inverse_depth = scene_.field.inverse_depth(pair.i).at(column, row);
-    if (pair.hider >= 0 && scene_.field.hides(pair.hider, column, row, inverse_depth)) return true;
-    pair.hider = scene_.field.hider(column, row, inverse_depth,
-                                    [&](std::int32_t face) { return face == pair.i || face == pair.j; });
-    return pair.hider >= 0;
+  [[nodiscard]] bool is_hidden(Line& line, double column, double row) const {
+    const double inverse_depth = scene_.field.inverse_depth(line.i).at(column, row);
+    if (line.hider >= 0 && scene_.field.hides(line.hider, column, row, inverse_depth)) return true;
+    line.hider = scene_.field.hider(column, row, inverse_depth,
+                                    [&](std::int32_t face) { return face == line.i || face == line.j; });
+    return line.hider >= 0;
   }
 
   /// Whether one face hides the line from end to end.
-  [[nodiscard]] bool is_hidden_by_one(Pair& pair, const std::array<double, 2>& from,
-                                      const std::array<double, 2>& to) const {
-    if (!is_hidden(pair, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2)) return false;
-    const Affine inverse_depth = scene_.field.inverse_depth(pair.i);
-    return scene_.field.hides(pair.hider, from[0], from[1], inverse_depth.at(from[0], from[1])) &&
-           scene_.field.hides(pair.hider, to[0], to[1], inverse_depth.at(to[0], to[1]));
+  [[nodiscard]] bool is_hidden_by_one(Line& line) const {
+    const auto &from = line.from, &to = line.to;
+    if (!is_hidden(line, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2)) return false;
+    const Affine inverse_depth = scene_.field.inverse_depth(line.i);
+    return scene_.field.hides(line.hider, from[0], from[1], inverse_depth.at(from[0], from[1])) &&
+           scene_.field.hides(line.hider, to[0], to[1], inverse_depth.at(to[0], to[1]));
   }
 
-  void add_piece(Pair& pair, double column, double row, double length,
+  void add_piece(Line& line, double column, double row, double length,
                  std::vector<VertexShare>& shares) const {
     const typename Colour::Colour adjoint = scene_.adjoint_of(column, row);
     if (adjoint == typename Colour::Colour{}) return;
-    if (is_hidden(pair, column, row)) return;
-    const auto at_i = scene_.colour.at(pair.i, scene_.field.barycentric(pair.i, column, row));
-    const auto at_j = scene_.colour.at(pair.j, scene_.field.barycentric(pair.j, column, row));
+    if (is_hidden(line, column, row)) return;
+    const auto at_i = scene_.colour.at(line.i, scene_.field.weights(line.i).barycentric(column, row));
+    const auto at_j = scene_.colour.at(line.j, scene_.field.weights(line.j).barycentric(column, row));
     double jump = 0;
     for (std::size_t c = 0; c < adjoint.size(); ++c) jump += adjoint[c] * (at_i[c] - at_j[c]);
-    const double weight = jump * length / pair.steepness;
-    add_face(pair.i, weight, column, row, shares);
-    add_face(pair.j, -weight, column, row, shares);
+    const double weight = jump * length / line.steepness;
+    add_face(line.i, weight, column, row, shares);
+    add_face(line.j, -weight, column, row, shares);
   }
 
   /// Adds weight · ∂(1/z)/∂corners.
   void add_face(std::int32_t face, double weight, double column, double row,
                 std::vector<VertexShare>& shares) const {
-    const auto corners = corners_in_view(scene_.mesh, scene_.positions_view, face);
+    const auto corners = scene_.field.faces().corners(static_cast<std::size_t>(face));
     const geometry::Vector3 normal = geometry::cross(geometry::subtract(corners[1], corners[0]),
                                                      geometry::subtract(corners[2], corners[0]));
     const double inverse_depth = scene_.field.inverse_depth(face).at(column, row);
     const double scale =
         -weight * inverse_depth * inverse_depth / geometry::dot(normal, scene_.field.rays().at(column, row));
     if (!std::isfinite(scale)) return;
-    const auto b = scene_.field.barycentric(face, column, row);
+    const auto b = scene_.field.weights(face).barycentric(column, row);
     for (std::int32_t k = 0; k < 3; ++k) {
       shares.push_back(
           {corner_of(scene_.mesh, face, k), geometry::scale(normal, scale * b[static_cast<std::size_t>(k)])});
@@ -218,6 +170,8 @@ class Intersections {
   }
 
   const BoundaryScene<Colour, Adjoint>& scene_;
+  std::vector<FacePair> pairs_;
+  std::vector<std::size_t> line_counts_;  // of each block
 };
 
 }  // namespace tapestry::raster::detail

@@ -27,13 +27,29 @@ class Outlines {
  public:
   explicit Outlines(const BoundaryScene<Colour, Adjoint>& scene) : scene_(scene) {}
 
-  void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
-    constexpr std::size_t block = 256;
-    const std::size_t count = scene_.edges.begin.size() - 1;
-    std::vector<std::vector<VertexShare>> shares(block_count(count, block));
-    parallel_for(shares.size(), [&](std::size_t index) {
+  /// Finds the edges that may show something, and marks where they lie.
+  void find(FaceField& field) {
+    constexpr std::size_t block = 2048;
+    const std::size_t count = scene_.edges.size();
+    const bool is_continuous = scene_.colour.is_continuous();
+    found_.resize(block_count(count, block));
+    parallel_for(found_.size(), [&](std::size_t index) {
       const auto [begin, end] = block_range(index, count, block);
-      for (std::size_t edge = begin; edge < end; ++edge) add_edge(edge, shares[index]);
+      for (std::size_t edge = begin; edge < end; ++edge) {
+        Line line;
+        if (!may_show(edge, is_continuous) || !cut(edge, line)) continue;
+        field.mark(line.from, line.to);
+        found_[index].push_back(static_cast<std::uint32_t>(edge));
+      }
+    });
+  }
+
+  /// \pre find(), and the field is filled
+  void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
+    std::vector<std::vector<VertexShare>> shares(found_.size());
+    parallel_for(shares.size(), [&](std::size_t index) {
+      std::vector<EndsAdjoint> sums;
+      for (const std::uint32_t edge : found_[index]) add_edge(edge, sums, shares[index]);
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
@@ -47,15 +63,20 @@ class Outlines {
     std::int32_t half_edge = -1;  // of the edge, when the face has it; index into `own`
   };
 
+  /// Of a half-edge, the derivatives with respect to its two ends, in the order of the line's.
+  using EndsAdjoint = std::array<geometry::Vector3, 2>;
+
   /// An edge as it appears.
   struct Line {
     std::span<const HalfEdge> own;
-    geometry::Vector3 a, b;        // its ends in view space, of the first half-edge
-    std::array<double, 2> normal;  // unit, in the picture, towards m·r > 0
-    double steepness;              // |∂(m·r)/∂(column, row)|
+    geometry::Vector3 a, b;          // its ends in view space, of the first half-edge
+    std::array<double, 2> from, to;  // its ends in the picture
+    std::array<double, 2> normal;    // unit, in the picture, towards m·r > 0
+    double steepness;                // |∂(m·r)/∂(column, row)|
     geometry::Vector3 m;
-    geometry::Vector3 depth;  // 1/z of the edge where it appears is depth·r
-    std::int32_t hider = -1;  // the face that hid the last point that was hidden
+    geometry::Vector3 depth;    // 1/z of the edge where it appears is depth·r
+    std::array<double, 2> way;  // unit, in the picture, from its first end to the other
+    double hidden_to = -1;      // how far, in pixels from its first end, it is known to be hidden
     [[nodiscard]] bool has(std::int32_t face) const {
       return std::any_of(own.begin(), own.end(), [&](const HalfEdge& half) { return half.face == face; });
     }
@@ -65,47 +86,61 @@ class Outlines {
     return scene_.positions_view[static_cast<std::size_t>(vertex)];
   }
 
-  void add_edge(std::size_t edge, std::vector<VertexShare>& shares) const {
-    Line line;
-    line.own = {scene_.edges.half_edges.data() + scene_.edges.begin[edge],
-                scene_.edges.begin[edge + 1] - scene_.edges.begin[edge]};
+  /// Whether an edge may be one between colours: not if it shows none of its faces, or lies between two that
+  /// go on into each other. That is decided by the faces' windings, of most edges by no more.
+  [[nodiscard]] bool may_show(std::size_t edge, bool is_continuous) const {
+    const auto own = scene_.edges.of(edge);
+    const FacesInView& faces = scene_.field.faces();
+    const int way = scene_.edges.way[edge];
+    if (way == 0)
+      return std::any_of(own.begin(), own.end(),
+                         [&](const HalfEdge& half) { return faces.winding(half.face) != 0; });
+    const int first = faces.winding(own[0].face), second = faces.winding(own[1].face);
+    if (first * second == 0) return first != second;
+    if (first * second != (way > 0 ? 1 : -1)) return true;
+    const bool is_seam = way > 1 || way < -1;
+    return !((is_continuous && !is_seam) || scene_.colour.agrees(own[0], own[1]));
+  }
+
+  /// False if nothing of the edge lies in the view.
+  [[nodiscard]] bool cut(std::size_t edge, Line& line) const {
+    line.own = scene_.edges.of(edge);
     const HalfEdge& first = line.own[0];
-    if (line.own.size() == 2 && is_smooth(line.own[0], line.own[1])) return;
     line.a = position(corner_of(scene_.mesh, first.face, first.corner));
     line.b = position(corner_of(scene_.mesh, first.face, first.corner + 1));
     std::array<double, 2> range{0, 1};
-    if (!usable(line.a) || !usable(line.b) || !cut_to_view(line.a, line.b, range)) return;
+    if (!usable(line.a) || !usable(line.b) || !cut_to_view(line.a, line.b, range)) return false;
+    const auto end = [&](double t) {
+      return scene_.field.rays().picture_point(
+          geometry::add(line.a, geometry::scale(geometry::subtract(line.b, line.a), t)));
+    };
+    line.from = end(range[0]);
+    line.to = end(range[1]);
+    return true;
+  }
+
+  /// \param sums  memory for a while
+  void add_edge(std::size_t edge, std::vector<EndsAdjoint>& sums, std::vector<VertexShare>& shares) const {
+    Line line;
+    if (!cut(edge, line)) return;
     line.m = geometry::cross(line.a, line.b);
     const PixelRays& rays = scene_.field.rays();
     line.normal = {line.m[0] * rays.step[0], line.m[1] * rays.step[1]};
     line.steepness = std::hypot(line.normal[0], line.normal[1]);
     if (!(line.steepness > 0)) return;  // through the eye
     for (double& part : line.normal) part /= line.steepness;
-    const auto end = [&](double t) {
-      return rays.picture_point(
-          geometry::add(line.a, geometry::scale(geometry::subtract(line.b, line.a), t)));
-    };
     // r = α·a + β·b there, so 1/z = α + β; solved by products with m.
     line.depth = geometry::scale(geometry::cross(geometry::subtract(line.a, line.b), line.m),
                                  -1 / geometry::dot(line.m, line.m));
-    const std::array<double, 2> from = end(range[0]), to = end(range[1]);
-    if (is_hidden_by_one(line, from, to)) return;
-    // Of each half-edge, the derivatives with respect to its two ends, in the order of line.a and line.b.
-    std::vector<std::array<geometry::Vector3, 2>> sums(line.own.size());
-    for_each_piece(from, to, scene_.longest_piece, [&](double column, double row, double length) {
-      add_piece(line, column, row, length, sums);
+    const double length = std::hypot(line.to[0] - line.from[0], line.to[1] - line.from[1]);
+    if (!(length > 0)) return;
+    line.way = {(line.to[0] - line.from[0]) / length, (line.to[1] - line.from[1]) / length};
+    if (is_hidden(line, line.from[0], line.from[1]) && line.hidden_to > length) return;
+    sums.assign(line.own.size(), EndsAdjoint{});
+    for_each_piece(line.from, line.to, scene_.longest_piece, [&](double column, double row, double piece) {
+      add_piece(line, column, row, piece, sums);
     });
     for (std::size_t i = 0; i < sums.size(); ++i) add_half_edge(line, i, sums[i], shares);
-  }
-
-  /// Whether two faces lie on either side of their edge in the picture and show the same along it.
-  [[nodiscard]] bool is_smooth(const HalfEdge& first, const HalfEdge& second) const {
-    const auto start = [&](const HalfEdge& half) {
-      return scene_.edges.welded[static_cast<std::size_t>(corner_of(scene_.mesh, half.face, half.corner))];
-    };
-    const int way = start(first) == start(second) ? -1 : 1;  // sides that run alike lie on the same side
-    const int both = scene_.field.winding(first.face) * scene_.field.winding(second.face);
-    return both == way && scene_.colour.agrees(first, second);
   }
 
   /// 1/z of the edge at a point where it appears.
@@ -113,25 +148,23 @@ class Outlines {
     return geometry::dot(line.depth, scene_.field.rays().at(column, row));
   }
 
+  [[nodiscard]] Affine inverse_depth_of(const Line& line) const {
+    const PixelRays& rays = scene_.field.rays();
+    return {line.depth[0] * rays.step[0], line.depth[1] * rays.step[1],
+            line.depth[0] * rays.first[0] + line.depth[1] * rays.first[1] + line.depth[2]};
+  }
+
   [[nodiscard]] bool is_hidden(Line& line, double column, double row) const {
-    const double inverse_depth = inverse_depth_of(line, column, row);
-    if (line.hider >= 0 && scene_.field.hides(line.hider, column, row, inverse_depth)) return true;
-    line.hider =
-        scene_.field.hider(column, row, inverse_depth, [&](std::int32_t face) { return line.has(face); });
-    return line.hider >= 0;
+    const double at = (column - line.from[0]) * line.way[0] + (row - line.from[1]) * line.way[1];
+    if (at < line.hidden_to) return true;
+    const std::int32_t hider = scene_.field.hider(column, row, inverse_depth_of(line, column, row),
+                                                  [&](std::int32_t face) { return line.has(face); });
+    if (hider < 0) return false;
+    line.hidden_to = at + scene_.field.hidden_length(hider, column, row, line.way, inverse_depth_of(line));
+    return true;
   }
 
-  /// Whether one face hides the edge from end to end: it does if it hides both ends, since faces are convex.
-  [[nodiscard]] bool is_hidden_by_one(Line& line, const std::array<double, 2>& from,
-                                      const std::array<double, 2>& to) const {
-    if (!is_hidden(line, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2)) return false;
-    const auto is_hidden_at = [&](const std::array<double, 2>& point) {
-      return scene_.field.hides(line.hider, point[0], point[1], inverse_depth_of(line, point[0], point[1]));
-    };
-    return is_hidden_at(from) && is_hidden_at(to);
-  }
-
-  void add_half_edge(const Line& line, std::size_t i, const std::array<geometry::Vector3, 2>& sum,
+  void add_half_edge(const Line& line, std::size_t i, const EndsAdjoint& sum,
                      std::vector<VertexShare>& shares) const {
     if (geometry::dot(sum[0], sum[0]) + geometry::dot(sum[1], sum[1]) == 0) return;
     const HalfEdge& half = line.own[i];
@@ -161,8 +194,7 @@ class Outlines {
            keep(y * a[2] - a[1], y * b[2] - b[1]) && keep(y * a[2] + a[1], y * b[2] + b[1]);
   }
 
-  void add_piece(Line& line, double column, double row, double length,
-                 std::vector<std::array<geometry::Vector3, 2>>& sums) const {
+  void add_piece(Line& line, double column, double row, double length, std::vector<EndsAdjoint>& sums) const {
     using Values = typename Colour::Colour;
     const Values adjoint = scene_.adjoint_of(column, row);
     if (adjoint == Values{}) return;
@@ -172,8 +204,9 @@ class Outlines {
     if (low.half_edge < 0 && high.half_edge < 0) return;  // hidden
     double jump = 0;
     const auto at = [&](const Side& shown) {
-      return shown.face < 0 ? Values{}
-                            : scene_.colour.at(shown.face, scene_.field.barycentric(shown.face, column, row));
+      return shown.face < 0
+                 ? Values{}
+                 : scene_.colour.at(shown.face, scene_.field.weights(shown.face).barycentric(column, row));
     };
     const Values low_colour = at(low), high_colour = at(high);
     for (std::size_t c = 0; c < adjoint.size(); ++c) jump += adjoint[c] * (low_colour[c] - high_colour[c]);
@@ -236,6 +269,7 @@ class Outlines {
   }
 
   const BoundaryScene<Colour, Adjoint>& scene_;
+  std::vector<std::vector<std::uint32_t>> found_;
 };
 
 }  // namespace tapestry::raster::detail

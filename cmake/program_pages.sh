@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# program_pages.sh PROGRAM SHARE: writes the manual page and the bash completion of a program from what its --help prints
+# (examples/programs/shell/help.hpp) into SHARE/man/man1 and SHARE/bash-completion/completions.
+set -euo pipefail
+program=$1
+man=$2/man/man1
+completions=$2/bash-completion/completions
+name=$(basename "$program")
+help=$("$program" --help)
+version=$("$program" --version)
+mkdir -p "$man" "$completions"
+
+words=$(grep -oE '^  [^ ].{0,23}' <<<"$help" | grep -oE -- '--[a-z][a-z-]*' | sort -u | tr '\n' ' ')
+cat >"$completions/$name" <<END
+# Options of $version; where none is begun, file names.
+_tapestry_$name() {
+  if [[ \$2 == -* ]]; then COMPREPLY=(\$(compgen -W "$words" -- "\$2")); fi
+}
+complete -o default -F _tapestry_$name $name
+END
+
+# A heading stands alone with a colon; an option's name begins in column 3 and its text in column 27.
+awk -v name="$name" -v version="$version" '
+  function plain(text) {
+    gsub(/\\/, "\\e", text)
+    gsub(/-/, "\\-", text)
+    gsub(/^ +| +$/, "", text)
+    return text ~ /^[.\x27]/ ? "\\&" text : text
+  }
+  BEGIN {
+    printf ".TH %s 1 \"\" \"%s\"\n.SH NAME\n%s \\- ", toupper(name), plain(version), name
+  }
+  /^Usage: / { print ".SH SYNOPSIS\n" plain(substr($0, 8)); next }
+  /^(Examples|Exit status):$/ { print ".SH " toupper(substr($0, 1, length($0) - 1)) "\n.nf"; verbatim = 1; next }
+  /^[A-Z].*:$/ { print ".SH " toupper(substr($0, 1, length($0) - 1)); verbatim = 0; next }
+  /^$/ { if (verbatim) print ".fi"; verbatim = 0; next }
+  verbatim { print plain($0); next }
+  /^  [^ ]/ {
+    wide = substr($0, 25, 2) != "  "
+    print ".TP\n.B " plain(wide ? $0 : substr($0, 1, 26))
+    if (!wide) print plain(substr($0, 27))
+    next
+  }
+  { print plain($0) }
+' <<<"$help" >"$man/$name.1"

@@ -1,0 +1,106 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/core/parallel.hpp>
+
+/// Light adds up, the numbers of a picture do not: a byte of sRGB stands for an amount of light by a curve.
+/// Fine black and white stripes that blend in a far pixel give half the light, which a camera writes as
+/// 0.735; the mean of their numbers is 0.5.
+///
+/// Source of the curve: IEC 61966-2-1, but that its two parts take turns where they cross. The standard
+/// rounds that place (to 0.04045 and 0.0031308), which leaves a step of 2e-8 that a derivative would not see.
+/// Beyond 0 to 1 both parts go on as they are.
+namespace tapestry::image {
+
+/// What colours are while they are blended, filtered and lit. What is read, optimised, shown to a detector
+/// and written is always encoded.
+enum class ColourSpace {
+  encoded,  ///< as in sRGB pictures; so do the FCA paper's program and most differentiable renderers
+  linear    ///< in proportion to light, as in front of a camera
+};
+
+inline constexpr std::array colour_spaces{ColourSpace::encoded, ColourSpace::linear};
+
+[[nodiscard]] constexpr const char* name_of(ColourSpace space) {
+  return space == ColourSpace::encoded ? "encoded" : "linear";
+}
+
+/// \throws DomainError if no space has that name
+[[nodiscard]] inline ColourSpace colour_space_by_name(const std::string& name) {
+  for (const ColourSpace space : colour_spaces)
+    if (name == name_of(space)) return space;
+  throw DomainError("no colour space " + in_quotes(name) + "; expected encoded or linear");
+}
+
+namespace detail {
+inline constexpr double crossing_encoded = 0.0404482362771081917;  ///< where the line meets the power
+inline constexpr double crossing_linear = 0.00313066844250063403;
+}  // namespace detail
+
+/// The light that an encoded value stands for.
+template <std::floating_point T>
+[[nodiscard]] T linearised(T encoded) {
+  return encoded <= T(detail::crossing_encoded) ? encoded / T(12.92)
+                                                : std::pow((encoded + T(0.055)) / T(1.055), T(2.4));
+}
+
+/// d linearised / d encoded, of an encoded value and the light it stands for.
+template <std::floating_point T>
+[[nodiscard]] T linearised_slope(T encoded, T linear) {
+  return encoded <= T(detail::crossing_encoded) ? 1 / T(12.92) : T(2.4) * linear / (encoded + T(0.055));
+}
+
+/// The value that stands for an amount of light: the inverse of linearised().
+template <std::floating_point T>
+[[nodiscard]] T encoded(T linear) {
+  return linear <= T(detail::crossing_linear) ? T(12.92) * linear
+                                              : T(1.055) * std::pow(linear, 1 / T(2.4)) - T(0.055);
+}
+
+/// d encoded / d linear, of an amount of light and the value that stands for it.
+template <std::floating_point T>
+[[nodiscard]] T encoded_slope(T linear, T encoded) {
+  return linear <= T(detail::crossing_linear) ? T(12.92) : (encoded + T(0.055)) / (T(2.4) * linear);
+}
+
+namespace detail {
+/// Calls visit(index) for all values of an array, from several threads.
+template <class T, std::size_t Rank, class Visit>
+void for_each_value(const Array<T, Rank>& values, Visit visit) {
+  constexpr std::size_t block = 16384;
+  parallel_for(block_count(values.size(), block), [&](std::size_t index) {
+    const auto [begin, end] = block_range(index, values.size(), block);
+    for (std::size_t i = begin; i < end; ++i) visit(i);
+  });
+}
+}  // namespace detail
+
+/// linearised() of every value.
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] Array<T, Rank> linearised(const Array<T, Rank>& colours) {
+  Array<T, Rank> light(colours.shape());
+  detail::for_each_value(colours, [&](std::size_t i) { light.data()[i] = linearised(colours.data()[i]); });
+  return light;
+}
+
+/// encoded() of every value.
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] Array<T, Rank> encoded(const Array<T, Rank>& light) {
+  Array<T, Rank> colours(light.shape());
+  detail::for_each_value(light, [&](std::size_t i) { colours.data()[i] = encoded(light.data()[i]); });
+  return colours;
+}
+
+/// Encoded colours as they are in a space.
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] Array<T, Rank> in_space(ColourSpace space, Array<T, Rank> colours) {
+  return space == ColourSpace::linear ? linearised(colours) : colours;
+}
+
+}  // namespace tapestry::image

@@ -1,0 +1,45 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <utility>
+
+namespace tapestry::image {
+
+/// linearised() of every value, on the tape.
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> linearised(const ArrayVariable<T, Rank>& colours) {
+  auto light = std::make_shared<const Array<T, Rank>>(linearised(colours.value()));
+  const auto pullback = [encoded = colours.shared_value(), light](const Array<T, Rank>& light_adjoint,
+                                                                  Array<T, Rank>* colours_adjoint) {
+    detail::for_each_value(*light, [&](std::size_t i) {
+      colours_adjoint->data()[i] +=
+          light_adjoint.data()[i] * linearised_slope(encoded->data()[i], light->data()[i]);
+    });
+  };
+  return record_array(light, pullback, colours);
+}
+
+/// encoded() of every value, on the tape.
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> encoded(const ArrayVariable<T, Rank>& light) {
+  auto colours = std::make_shared<const Array<T, Rank>>(encoded(light.value()));
+  const auto pullback = [linear = light.shared_value(), colours](const Array<T, Rank>& colours_adjoint,
+                                                                 Array<T, Rank>* light_adjoint) {
+    detail::for_each_value(*colours, [&](std::size_t i) {
+      light_adjoint->data()[i] +=
+          colours_adjoint.data()[i] * encoded_slope(linear->data()[i], colours->data()[i]);
+    });
+  };
+  return record_array(colours, pullback, light);
+}
+
+/// Encoded colours as they are in a space.
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> in_space(ColourSpace space, ArrayVariable<T, Rank> colours) {
+  return space == ColourSpace::linear ? linearised(colours) : colours;
+}
+
+}  // namespace tapestry::image

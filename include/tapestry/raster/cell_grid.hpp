@@ -1,0 +1,75 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <tapestry/raster/faces_in_view.hpp>
+
+namespace tapestry::raster {
+
+/// Square cells over the part of a picture that a mesh covers.
+class CellGrid {
+ public:
+  /// Ends included.
+  struct Range {
+    std::array<std::int32_t, 2> first, last;
+  };
+
+  /// Half a cell a face, were the faces spread evenly.
+  explicit CellGrid(const FacesInView::Extent& extent) {
+    std::array<double, 2> low{0, 0}, size{0, 0};
+    for (std::size_t axis = 0; extent.count > 0 && axis < 2; ++axis) {
+      low[axis] = static_cast<double>(extent.box.low[axis]);
+      size[axis] = static_cast<double>(extent.box.high[axis]) - low[axis];
+    }
+    const double margin = 2e-3;  // so that points just beside an edge have a cell
+    const double across = size[0] + 2 * margin, down = size[1] + 2 * margin;
+    const auto count = static_cast<double>(std::max<std::size_t>(extent.count, 1));
+    side_ = std::max(std::sqrt(2 * across * down / count), 1e-3 * std::max(across, down));
+    cells_per_px_ = 1 / side_;
+    origin_ = {low[0] - margin, low[1] - margin};
+    columns_ = static_cast<std::int32_t>(across / side_) + 1;
+    rows_ = static_cast<std::int32_t>(down / side_) + 1;
+  }
+
+  [[nodiscard]] std::size_t size() const { return index(0, rows_); }
+  /// Of a cell, in pixels.
+  [[nodiscard]] double side() const { return side_; }
+
+  [[nodiscard]] std::size_t index(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x);
+  }
+
+  /// {column, row} of a cell's middle.
+  [[nodiscard]] std::array<double, 2> middle(std::int32_t x, std::int32_t y) const {
+    return {origin_[0] + (static_cast<double>(x) + 0.5) * side_,
+            origin_[1] + (static_cast<double>(y) + 0.5) * side_};
+  }
+
+  /// The cell of a point; size() if there is none.
+  [[nodiscard]] std::size_t cell_of(double column, double row) const {
+    const double x = (column - origin_[0]) * cells_per_px_, y = (row - origin_[1]) * cells_per_px_;
+    if (!(x >= 0 && y >= 0 && x < columns_ && y < rows_)) return size();
+    return index(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
+  }
+
+  /// The cells that a box touches; those nearest to one that lies beside all.
+  [[nodiscard]] Range cells_of(const std::array<double, 2>& low, const std::array<double, 2>& high) const {
+    const auto cell = [&](double value, std::size_t axis, std::int32_t count) {
+      const double place = (value - origin_[axis]) * cells_per_px_;
+      return static_cast<std::int32_t>(std::clamp(place, 0.0, static_cast<double>(count - 1)));
+    };
+    return {{cell(low[0], 0, columns_), cell(low[1], 1, rows_)},
+            {cell(high[0], 0, columns_), cell(high[1], 1, rows_)}};
+  }
+
+ private:
+  std::array<double, 2> origin_{0, 0};
+  double side_ = 1;
+  double cells_per_px_ = 1;
+  std::int32_t columns_ = 1;
+  std::int32_t rows_ = 1;
+};
+
+}  // namespace tapestry::raster

@@ -1,0 +1,147 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/face_boxes.hpp>
+#include <tapestry/raster/screen_vertex.hpp>
+#include <tapestry/raster/view_clip.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// The little that is asked of every face of a view: whether it is drawn, which way it turns, and where.
+class FacesInView {
+ public:
+  /// {column, row} in pixels, rounded to nearest; empty when low > high.
+  struct Box {
+    std::array<float, 2> low{1, 1};
+    std::array<float, 2> high{0, 0};
+    [[nodiscard]] bool is_empty() const { return !(low[0] <= high[0] && low[1] <= high[1]); }
+  };
+
+  /// The part of the picture that faces may touch, and how many they are.
+  struct Extent {
+    Box box;
+    std::size_t count = 0;
+  };
+
+  /// \param mesh            must outlive this, as must positions_view
+  /// \param positions_view  its positions as the camera has them
+  FacesInView(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
+              const geometry::Camera& camera, std::size_t height, std::size_t width)
+      : mesh_(mesh),
+        positions_view_(positions_view),
+        frame_(camera, height, width),
+        winding_(mesh.faces.size(), 0),
+        boxes_(mesh.faces.size()) {
+    const auto places = places_of_positions();
+    constexpr std::size_t block = 4096;
+    std::vector<Extent> extents(block_count(boxes_.size(), block));
+    parallel_for(extents.size(), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, boxes_.size(), block);
+      for (std::size_t face = begin; face < end; ++face) {
+        boxes_[face] = box_of(places, face);
+        if (boxes_[face].is_empty()) continue;
+        winding_[face] = winding_of(face);
+        add(extents[index], boxes_[face], 1);
+      }
+    });
+    for (const Extent& part : extents) add(extent_, part.box, part.count);
+  }
+
+  [[nodiscard]] const geometry::Mesh& mesh() const { return mesh_; }
+  [[nodiscard]] const PictureFrame& frame() const { return frame_; }
+  [[nodiscard]] const Extent& extent() const { return extent_; }
+
+  /// 1 or −1 for the two ways in which the corners of a face may run in the picture, 0 for one that is not
+  /// drawn.
+  [[nodiscard]] int winding(std::int32_t face) const { return winding_[static_cast<std::size_t>(face)]; }
+  [[nodiscard]] const Box& box(std::size_t face) const { return boxes_[face]; }
+
+  /// In view space.
+  [[nodiscard]] std::array<geometry::Vector3, 3> corners(std::size_t face) const {
+    std::array<geometry::Vector3, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[k] = positions_view_[static_cast<std::size_t>(mesh_.faces[face][k])];
+    return corners;
+  }
+
+ private:
+  /// A position as the picture shows it.
+  struct Place {
+    std::array<float, 2> point;
+    unsigned outside;  // see ViewClip::outside(), or `unusable`
+  };
+
+  [[nodiscard]] std::vector<Place> places_of_positions() const {
+    std::vector<Place> places(positions_view_.size());
+    constexpr std::size_t block = 4096;
+    parallel_for(block_count(places.size(), block), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, places.size(), block);
+      for (std::size_t i = begin; i < end; ++i) {
+        const geometry::Vector3& view = positions_view_[i];
+        const std::array<double, 2> point = frame_.rays.picture_point(view);
+        for (std::size_t axis = 0; axis < 2; ++axis)
+          places[i].point[axis] = static_cast<float>(std::clamp(point[axis], -1e6, 1e6));
+        places[i].outside = detail::usable(view) ? frame_.clip.outside(view) : unusable;
+      }
+    });
+    return places;
+  }
+
+  [[nodiscard]] Box box_of(const std::vector<Place>& places, std::size_t face) const {
+    const auto place = [&](std::size_t k) -> const Place& {
+      return places[static_cast<std::size_t>(mesh_.faces[face][k])];
+    };
+    const Place &a = place(0), &b = place(1), &c = place(2);
+    const unsigned any = a.outside | b.outside | c.outside;
+    Box box;
+    if ((any & unusable) != 0 || (a.outside & b.outside & c.outside & ViewClip::invisible) != 0) return box;
+    if ((any & ViewClip::needs_cut) != 0) {
+      const FaceBox cut = frame_.box_of(corners(face));
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        box.low[axis] = static_cast<float>(cut.low[axis]);
+        box.high[axis] = static_cast<float>(cut.high[axis]);
+      }
+      return box;
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const float size = static_cast<float>(frame_.size[axis]);
+      box.low[axis] = std::max(std::min({a.point[axis], b.point[axis], c.point[axis]}), 0.0F);
+      box.high[axis] = std::min(std::max({a.point[axis], b.point[axis], c.point[axis]}), size);
+    }
+    return box;
+  }
+
+  /// 0 for a face that is seen from its side, so that 1/z over it is not finite.
+  [[nodiscard]] std::int8_t winding_of(std::size_t face) const {
+    const auto q = corners(face);
+    const double volume = geometry::dot(q[0], geometry::cross(q[1], q[2]));
+    if (!std::isfinite(1 / volume)) return 0;
+    return volume > 0 ? 1 : -1;
+  }
+
+  static void add(Extent& sum, const Box& box, std::size_t count) {
+    if (count == 0) return;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      sum.box.low[axis] = sum.count == 0 ? box.low[axis] : std::min(sum.box.low[axis], box.low[axis]);
+      sum.box.high[axis] = sum.count == 0 ? box.high[axis] : std::max(sum.box.high[axis], box.high[axis]);
+    }
+    sum.count += count;
+  }
+
+  const geometry::Mesh& mesh_;
+  const std::vector<geometry::Vector3>& positions_view_;
+  PictureFrame frame_;
+  std::vector<std::int8_t> winding_;
+  std::vector<Box> boxes_;
+  Extent extent_;
+};
+
+}  // namespace tapestry::raster

@@ -1,0 +1,127 @@
+#!/usr/bin/env bash
+# What every program has in common: --help, --version, --config, hints; and their installation.
+source "$(dirname "$0")/support.sh"
+names="camouflage convert_weights detect evaluate harden make_dataset render train_detector"
+[ -e "$programs/../CMakeCache.txt" ] || exit 77
+for name in $names; do [ -x "$programs/$name" ] || exit 77; done
+assets=$sources/examples/assets
+frame=$(ls "$assets"/frames/test/*.npz | head -n 1)
+version=$(sed -n 's/.*TAPESTRY_VERSION_TEXT "\(.*\)"/\1/p' "$sources/include/tapestry/version.hpp")
+
+for name in $names make_assets; do
+  expect_exit 0 "$name --version" "$programs/$name" --version
+  [ "$(cat command.out)" = "$name (Tapestry) $version" ] && pass || fail "$name --version says $(cat command.out)"
+  expect_exit 0 "$name --help" "$programs/$name" --help
+  cp command.out help
+  [ -z "$(grep -E '.{81}' help)" ] && pass || fail "$name --help is wider than 80 columns: $(grep -E '.{81}' help)"
+  grep -q "/" <(grep '^Usage' help) && fail "$name --help shows a path" || pass
+  grep -q '^Exit status:$' help && grep -q '^Examples:$' help && pass || fail "$name --help lacks examples or exit codes"
+  [ "$(grep -c '^[A-Z][A-Za-z ]*:$' help)" -ge 4 ] || [ "$name" = convert_weights ] || [ "$name" = make_assets ] ||
+    [ "$name" = make_dataset ] || [ "$name" = train_detector ] && pass || fail "$name --help has no groups"
+  # An option of an example is one that the program knows.
+  for word in $(sed -n '/^Examples:$/,/^$/p' help | grep -oE -- ' --[a-z-]+'); do
+    grep -qE "^  (.*,)?$word( |,|$)" help && pass || fail "an example of $name has $word"
+  done
+  expect_exit 2 "$name with an option that is like no other" "$programs/$name" --bogusly
+  expect_error_line 'unknown option --bogusly$'
+done
+expect_exit 2 "a near miss" "$programs/render" --azimtuh 3
+expect_error_line 'unknown option --azimtuh; did you mean --azimuth\?$'
+expect_exit 2 "neighbours exchanged in a short word" "$programs/convert_weights" --cgf x
+expect_error_line 'did you mean --cfg'
+
+# Options from a file are those of the command line, which wins.
+convert=$programs/convert_weights
+"$convert" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --fold --output expected.safetensors >/dev/null
+printf '%s\n' "# a comment" "cfg = \"$assets/detector.cfg\"" "weights = '$assets/detector.weights'" "fold = true" \
+  'output = "from a file.safetensors"' >convert.toml
+expect_exit 0 "all options from a file" "$convert" --config convert.toml
+expect_same expected.safetensors "from a file.safetensors"
+expect_exit 0 "the command line wins" "$convert" --config convert.toml --output elsewhere.safetensors
+expect_same expected.safetensors elsewhere.safetensors
+sed 's/fold = true/fold = false/' convert.toml >plain.toml
+expect_exit 0 "a flag left out" "$convert" --config plain.toml --output plain.safetensors
+grep -q 'batch normalisation kept' command.out && pass || fail "fold = false folds"
+
+refused() { # refused EXIT PATTERN LINE...: the lines as a file
+  printf '%s\n' "${@:3}" >refused.toml
+  expect_exit "$1" "a file with '$3'" "$programs/render" --config refused.toml --output refused.png
+  expect_error_line "$2"
+}
+refused 2 "^error: refused.toml: unknown option 'azimth'; did you mean azimuth\?$" 'azimth = 3'
+refused 2 "^error: refused.toml: unknown option 'zzzzzz'$" 'zzzzzz = 3'
+refused 2 "^error: refused.toml: unknown option 'config'" 'config = "refused.toml"'
+refused 2 "^error: refused.toml: option 'azimuth' is given twice$" 'azimuth = 3' 'fov = 50' 'azimuth = 4'
+refused 2 '^error: ' 'azimuth = 3' 'azimuth = 4'
+refused 2 '^error: refused.toml: has a section' '[render]' 'azimuth = 3'
+refused 2 "^error: refused.toml: option 'mesh': a quotation mark" 'mesh = "car #1.obj"'
+refused 2 "azimuth.*expected a finite number, found 'east'" 'azimuth = east'
+refused 2 'threads.*expected a whole number' 'threads = 1.5'
+refused 2 'background' 'background = [1, 0]'
+[ -e refused.png ] && fail "a refused file drew a picture" || pass
+expect_exit 3 "a file that is not there" "$programs/render" --config absent.toml
+expect_error_line '^error: absent.toml: cannot open$'
+expect_exit 3 "a folder" "$programs/render" --config /
+expect_exit 8 "a file without end" "$programs/render" --config /dev/zero
+expect_error_line '^error: /dev/zero: larger than 1048576 bytes$'
+head -c 1000000 /dev/zero | tr '\0' 'a' >long.toml
+expect_exit 2 "one long line" "$programs/render" --config long.toml
+head -c 1000000 /dev/zero | tr '\0' '.' >dots.toml
+expect_exit 2 "many dots" "$programs/render" --config dots.toml
+printf '%s\n' 'size = [40, 30]' 'background = [0, 0.5, 1]' 'view = "normal"' >picture.toml
+expect_exit 0 "lists from a file" "$programs/render" --config picture.toml --output file.png
+expect_exit 0 "the same lists" "$programs/render" --size 40 30 --background 0 0.5 1 --view normal --output line.png
+expect_same file.png line.png
+
+# A run whose options come from a file is the same run, and is resumed with the file or without.
+mkdir frames && cp "$frame" frames
+printf '%s\n' 'frames = "frames"' 'texels = 8' 'epochs = 3' 'conditions = ["light", "blur"]' 'threads = 2' >run.toml
+camouflage=$programs/camouflage
+expect_exit 0 "a run from a file" "$camouflage" --config run.toml --output file
+expect_exit 0 "the same from the command line" "$camouflage" --frames frames --texels 8 --epochs 3 --conditions light blur \
+  --threads 2 --output line
+expect_same file/texture.npz line/texture.npz
+expect_same file/manifest.json line/manifest.json
+expect_exit 0 "resuming it with the file" "$camouflage" --config run.toml --resume --output file
+expect_exit 0 "resuming it without" "$camouflage" --resume --output file
+sed 's/epochs = 3/epochs = 4/' run.toml >other.toml
+expect_exit 7 "resuming with another file" "$camouflage" --config other.toml --resume --output file
+expect_error_line '\-\-epochs \(was 3, now 4\)'
+"$camouflage" --config run.toml --epochs 100000 --output stopped >/dev/null 2>stopped.err &
+process=$!
+for _ in $(seq 300); do
+  [ -e stopped/manifest.json ] && break
+  sleep 0.1
+done
+sleep 1
+kill -INT "$process"
+wait "$process"
+[ $? -eq 130 ] && pass || fail "not stopped"
+grep -q -- '--resume --output stopped --threads 2$' stopped.err && pass || fail "to go on: $(cat stopped.err)"
+
+# Installed, the programs find what is bundled beside them, and have pages and completions.
+expect_exit 0 "installing" cmake --install "$programs/.." --prefix "$PWD/prefix"
+for name in $names; do
+  expect_exit 0 "installed $name" "prefix/bin/$name" --version
+  expect_file "prefix/share/man/man1/$name.1"
+  bash -n "prefix/share/bash-completion/completions/$name" && pass || fail "the completion of $name is no script"
+  for option in $("$programs/$name" --help | grep -oE '^  --[a-z-]+'); do
+    grep -q -- "B ${option//-/\\\\-}" "prefix/share/man/man1/$name.1" && pass || fail "$option is not in the page of $name"
+    grep -q -- "[ \"]$option " "prefix/share/bash-completion/completions/$name" && pass || fail "$option is not completed"
+  done
+done
+# shellcheck disable=SC1091
+source prefix/share/bash-completion/completions/render
+COMPREPLY=()
+_tapestry_render render --az render
+[ "${COMPREPLY[*]}" = --azimuth ] && pass || fail "render --az is completed to '${COMPREPLY[*]}'"
+_tapestry_render render "" render
+expect_exit 0 "drawing what is bundled" prefix/bin/render --size 32 --output bundled.png
+mv prefix moved
+expect_exit 0 "installed and moved" moved/bin/detect --json moved/share/tapestry/assets/frames/test/000.npz
+cp command.out moved.json
+expect_exit 0 "not installed" "$programs/detect" --json "$assets/frames/test/000.npz"
+sed 's/"image": .*//' command.out >here.json
+sed -i 's/"image": .*//' moved.json
+expect_same here.json moved.json
+finish
