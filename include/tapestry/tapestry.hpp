@@ -31,6 +31,7 @@
 #include <tapestry/autodiff/jacobian/index_sets.hpp>
 #include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
+#include <tapestry/autodiff/matrix.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/replay.hpp>
 #include <tapestry/autodiff/replay/replay_program.hpp>

@@ -1,0 +1,85 @@
+#pragma once
+#include <cmath>
+#include <memory>
+#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/matrix/solve.hpp>
+
+namespace tapestry::matrix {
+
+/// C = A⁻¹, by LU decomposition with partial pivoting, as one record. To solve equations take solve().
+///
+///   Ā = −Cᵀ C̄ Cᵀ
+///
+/// Source: Giles 2008, 2.2.3. NaN gives NaN.
+///
+/// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula; N may be 0
+/// \returns  C, [N, N], held as a is
+/// \throws ShapeError if a is not square, NumericError if it is singular: a pivot is exactly 0
+template <detail::AnyMatrix A>
+requires detail::holds_variables<A>
+[[nodiscard]] auto inverse(const A& a) {
+  using T = detail::MatrixScalar<A>;
+  using Matrix = detail::DenseMatrix<T>;
+  const auto input = detail::matrix_input<T>(a);
+  const Matrix value = detail::lu_of<T>("inverse", input.value)->inverse();
+  const auto pullback = [value](const Matrix& value_adjoint, Matrix* a_adjoint) {
+    const Matrix half = value.transpose() * value_adjoint;
+    *a_adjoint = -half * value.transpose();
+  };
+  return detail::record_matrix<Eigen::Dynamic>(value, pullback, input);
+}
+
+/// log |det A|, by LU decomposition with partial pivoting, as one record; 0 of an empty matrix. It overflows
+/// where the determinant does not fit in a number, and only there would log(det A).
+///
+///   Ā = A⁻ᵀ · adjoint
+///
+/// Source: Giles 2008, 2.2.4.
+///
+/// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula
+/// \returns  one number; the sign of det A is lost
+/// \throws ShapeError if a is not square, NumericError if it is singular: a pivot is exactly 0
+template <detail::AnyMatrix A>
+requires detail::holds_variables<A>
+[[nodiscard]] auto log_determinant(const A& a) {
+  using T = detail::MatrixScalar<A>;
+  using Matrix = detail::DenseMatrix<T>;
+  const auto input = detail::matrix_input<T>(a);
+  const auto lu = detail::lu_of<T>("log_determinant", input.value);
+  using std::abs;
+  using std::log;
+  T value(0);
+  for (Eigen::Index i = 0; i < input.value.rows(); ++i) value += T(log(T(abs(lu->matrixLU()(i, i)))));
+  const auto pullback = [lu](const T& value_adjoint, Matrix* a_adjoint) {
+    *a_adjoint = lu->inverse().transpose() * value_adjoint;
+  };
+  return detail::record_number<T>(value, pullback, input);
+}
+
+/// log det A of a symmetric, positive definite A, by Cholesky decomposition: half the work. Only A's lower
+/// triangle is read, and has all of the adjoint: an entry below the diagonal stands for two.
+///
+///   Ā[i, j] = 2 A⁻¹[i, j] · adjoint below the diagonal, A⁻¹[i, i] · adjoint on it
+///
+/// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula
+/// \returns  one number; 0 of an empty matrix
+/// \throws ShapeError if a is not square, NumericError if it is not positive definite
+template <detail::AnyMatrix A>
+requires detail::holds_variables<A>
+[[nodiscard]] auto log_determinant_positive_definite(const A& a) {
+  using T = detail::MatrixScalar<A>;
+  using Matrix = detail::DenseMatrix<T>;
+  const auto input = detail::matrix_input<T>(a);
+  const auto decomposition = detail::cholesky_of<T>("log_determinant_positive_definite", input.value);
+  using std::log;
+  T value(0);
+  for (Eigen::Index i = 0; i < input.value.rows(); ++i) value += 2 * T(log(decomposition->matrixLLT()(i, i)));
+  const auto pullback = [decomposition](const T& value_adjoint, Matrix* a_adjoint) {
+    const Eigen::Index n = decomposition->rows();
+    *a_adjoint = decomposition->solve(Matrix::Identity(n, n)) * value_adjoint;
+    detail::fold_into_lower(*a_adjoint);
+  };
+  return detail::record_number<T>(value, pullback, input);
+}
+
+}  // namespace tapestry::matrix
