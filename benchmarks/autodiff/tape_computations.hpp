@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <barrier>
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/replay.hpp>
+#include <tapestry/autodiff/replay_lanes.hpp>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -132,6 +134,26 @@ class ReplayedRecording final : public Computation {
  private:
   std::vector<double> x_;
   Replay<double> replay_;
+};
+
+/// Evaluates a recording for 8 inputs at once, all of them the same.
+template <class Objective>
+class ReplayedLanes final : public Computation {
+ public:
+  explicit ReplayedLanes(const Objective& objective)
+      : x_(objective.start()), replay_([&](const auto* x) { return objective(x); }, x_) {
+    gradient_.resize(x_.size());
+    for (int lane = 0; lane < 8; ++lane) inputs_.insert(inputs_.end(), x_.begin(), x_.end());
+    gradients_.resize(inputs_.size());
+  }
+  void run() override { value_ = replay_.gradients(inputs_, gradients_).back().value(); }
+  void finish() override {
+    std::copy(gradients_.end() - static_cast<std::ptrdiff_t>(x_.size()), gradients_.end(), gradient_.begin());
+  }
+
+ private:
+  std::vector<double> x_, inputs_, gradients_;
+  ReplayLanes<double> replay_;
 };
 
 /// As many copies of a computation as threads, one on each, computed computations_a_wait times. The calling

@@ -34,6 +34,7 @@
 #include <tapestry/autodiff/matrix.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/replay.hpp>
+#include <tapestry/autodiff/replay_lanes.hpp>
 #include <tapestry/autodiff/replay/replay_program.hpp>
 #include <tapestry/autodiff/replay/replayable.hpp>
 #include <tapestry/autodiff/tape.hpp>

@@ -6,11 +6,10 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/replay/record_function.hpp>
 #include <tapestry/autodiff/replay/replay_program.hpp>
 #include <tapestry/autodiff/replay/replayable.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 
@@ -35,21 +34,11 @@ class Replay {
   template <class Function>
   Replay(const Function& function, std::span<const T> inputs, Guards guards = Guards::record)
       : input_count_(inputs.size()) {
-    detail::ReplayRecorder<T> recorder;
-    recorder.guards = guards;
-    std::vector<Replayable<T>> variables;
-    variables.reserve(inputs.size());
-    for (const T input : inputs) {
-      variables.emplace_back(input, detail::Link(static_cast<std::uint32_t>(recorder.recording.slots.size()),
-                                                 recorder.generation));
-      recorder.recording.slots.push_back(input);
-    }
-    const Scope scope(recorder);
-    const Replayable<T> root = call(function, std::span<const Replayable<T>>(variables));
-    constant_ = root.value();
-    statement_count_ = recorder.recording.statements.size();
-    program_ = detail::ReplayProgram<T>(recorder.recording);
-    if (root.is_active()) root_ = program_.slot(root.link().index());
+    const auto recorded = detail::record_function<1>(function, inputs, guards);
+    constant_ = recorded.constant;
+    statement_count_ = recorded.recording.statements.size();
+    program_ = detail::ReplayProgram<T>(recorded.recording);
+    if (recorded.root != 0) root_ = program_.slot(recorded.root);
   }
 
   /// The function's value at other inputs.
@@ -76,28 +65,6 @@ class Replay {
   [[nodiscard]] std::size_t run_count() const { return program_.run_count(); }
 
  private:
-  /// While it lives, operations of this thread go to the recorder.
-  class Scope {
-   public:
-    explicit Scope(detail::ReplayRecorder<T>& recorder)
-        : previous_(std::exchange(detail::ReplayRecorder<T>::active, &recorder)) {}
-    Scope(const Scope&) = delete;
-    Scope& operator=(const Scope&) = delete;
-    ~Scope() { detail::ReplayRecorder<T>::active = previous_; }
-
-   private:
-    detail::ReplayRecorder<T>* previous_;
-  };
-
-  template <class Function>
-  static Replayable<T> call(const Function& function, std::span<const Replayable<T>> variables) {
-    if constexpr (std::invocable<const Function&, const Replayable<T>*>) {
-      return function(variables.data());
-    } else {
-      return function(variables);
-    }
-  }
-
   void require_count(const char* what, std::size_t found) const {
     if (found != input_count_)
       throw DomainError("Replay: " + std::to_string(found) + " " + what + ", recorded with " +

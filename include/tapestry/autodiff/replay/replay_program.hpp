@@ -1,72 +1,13 @@
 #pragma once
 #include <algorithm>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <numeric>
+#include <tapestry/autodiff/replay/replay_recording.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
-#include <tapestry/autodiff/tape/huge_page_allocator.hpp>
 #include <utility>
 #include <vector>
 
 namespace tapestry::detail {
-
-template <class T>
-using HugeVector = std::vector<T, HugePageAllocator<T>>;
-
-/// The arrays of a program.
-template <class T>
-struct ReplayArrays {
-  T* values;    ///< of slots
-  T* adjoints;  ///< of slots
-  const std::uint32_t* operands;
-  const T* constants;
-  T* partials;
-};
-
-template <class T>
-struct ReplayOperation;
-
-/// Consecutive statements of one operation, and where those of each array begin. A run knows its places, so
-/// that none waits for the one before.
-template <class T>
-struct ReplayRun {
-  const ReplayOperation<T>* operation;
-  bool is_chain;  ///< each statement's first operand is the result before its own, and no other operand is
-  std::uint32_t count;
-  std::uint32_t result;  ///< slot of the first statement
-  std::size_t operand;
-  std::size_t constant;
-  std::size_t partial;
-};
-
-/// What all statements of one expression type have in common.
-template <class T>
-struct ReplayOperation {
-  void (*forward)(const ReplayRun<T>&, const ReplayArrays<T>&);
-  void (*backward)(const ReplayRun<T>&, const ReplayArrays<T>&);
-  std::size_t operand_count;
-  std::size_t constant_count;
-  std::size_t partial_count;
-  bool has_result;
-  bool can_chain;
-};
-
-/// A recording in the order in which it ran.
-template <class T>
-struct ReplayRecording {
-  struct Statement {
-    const ReplayOperation<T>* operation;
-    std::uint32_t first_operand;
-    std::uint32_t first_constant;
-    std::uint32_t result;  ///< its slot; 0 if it has none
-  };
-  std::vector<T> slots{T(0)};  ///< values, from slot 1 on: inputs, constants and results as they came
-  std::vector<Statement> statements{};
-  std::vector<std::uint32_t> operands{};
-  std::vector<T> constants{};
-};
 
 /// A recording made ready: statements of one operation side by side where that changes no result, so that few
 /// calls run them all. Slots are numbered anew: first those that no statement computes, then results.
@@ -75,7 +16,7 @@ class ReplayProgram {
  public:
   ReplayProgram() = default;
   explicit ReplayProgram(const ReplayRecording<T>& recording) {
-    const auto order = schedule(recording);
+    const auto order = replay_order(recording);
     std::vector<std::uint32_t> slot_of(recording.slots.size(), 0);
     number_slots(recording, order, slot_of);
     const std::vector<bool> is_in_chain = find_chains(recording, order, slot_of);
@@ -126,42 +67,10 @@ class ReplayProgram {
   }
 
   [[nodiscard]] ReplayArrays<T> arrays() {
-    return {values_.data(), adjoints_.data(), operands_.data(), constants_.data(), partials_.data()};
+    return {values_.data(), adjoints_.data(), operands_.data(), constants_.data(), partials_.data(), nullptr};
   }
 
   using Recording = ReplayRecording<T>;
-
-  /// The order in which statements run. Within a window, statements go by their depth, then by their
-  /// operation; a window is small enough for what it computes to stay near.
-  static std::vector<std::uint32_t> schedule(const Recording& recording) {
-    constexpr std::size_t window = 4096;
-    const std::size_t count = recording.statements.size();
-    std::vector<std::uint32_t> order(count);
-    std::iota(order.begin(), order.end(), 0U);
-    std::vector<std::uint32_t> depth_of_slot(recording.slots.size(), 0), depth(count);
-    for (std::size_t begin = 0; begin < count; begin += window) {
-      const std::size_t end = std::min(begin + window, count);
-      for (std::size_t s = begin; s < end; ++s) depth[s] = depth_of(recording, s, depth_of_slot);
-      std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(begin),
-                       order.begin() + static_cast<std::ptrdiff_t>(end), [&](auto a, auto b) {
-                         const auto &left = recording.statements[a], &right = recording.statements[b];
-                         return depth[a] != depth[b] ? depth[a] < depth[b]
-                                                     : std::less<>()(left.operation, right.operation);
-                       });
-      for (std::size_t s = begin; s < end; ++s) depth_of_slot[recording.statements[s].result] = 0;
-    }
-    return order;
-  }
-
-  static std::uint32_t depth_of(const Recording& recording, std::size_t s,
-                                std::vector<std::uint32_t>& depth_of_slot) {
-    const auto& statement = recording.statements[s];
-    std::uint32_t depth = 0;
-    for (std::size_t i = 0; i < statement.operation->operand_count; ++i)
-      depth = std::max(depth, depth_of_slot[recording.operands[statement.first_operand + i]]);
-    if (statement.result != 0) depth_of_slot[statement.result] = depth + 1;
-    return depth;
-  }
 
   /// Whether the statement at each place of the order is one of several in a chain.
   static std::vector<bool> find_chains(const Recording& recording, const std::vector<std::uint32_t>& order,

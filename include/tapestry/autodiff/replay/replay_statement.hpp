@@ -14,14 +14,11 @@
 
 namespace tapestry {
 
-template <std::floating_point T>
-class Replayable;
-
 namespace detail {
 /// f(k) for each place of a formula with so many variables, k a constant.
 template <std::size_t Variables, class Function>
 [[gnu::always_inline]] inline void for_each_place(const Function& f) {
-  [&]<std::size_t... Places>(std::index_sequence<Places...>) {
+  [&]<std::size_t... Places>(std::index_sequence<Places...>) __attribute__((always_inline)) {
     (f(std::integral_constant<std::size_t, Places>()), ...);
   }
   (std::make_index_sequence<Variables>());
@@ -33,6 +30,7 @@ struct ReplayOperands {
   std::array<T, Variables> values;
   const T* constant;
 
+  [[gnu::always_inline]] explicit ReplayOperands(const T* first_constant) : constant(first_constant) {}
   [[gnu::always_inline]] ReplayOperands(const T* all, const std::uint32_t* slots, const T* first_constant)
       : constant(first_constant) {
     for_each_place<Variables>([&](auto k) { values[k] = all[slots[k]]; });
@@ -47,8 +45,8 @@ struct ReplayOperands {
 /// Whether E has the form x ∘ y of a variable and something else, as in x = x ∘ y.
 template <class E>
 inline constexpr bool is_update = false;
-template <class Operation, std::floating_point T, class Y>
-inline constexpr bool is_update<Binary<Operation, Replayable<T>, Y>> = true;
+template <class Operation, std::floating_point T, std::size_t Lanes, class Y>
+inline constexpr bool is_update<Binary<Operation, Replayable<T, Lanes>, Y>> = true;
 
 /// Statements of expression type E. Those with costly functions keep their partial derivatives from the way
 /// forwards; others compute them again, which needs no memory.
@@ -101,7 +99,14 @@ struct ReplayStatement {
   }
 
   static constexpr ReplayOperation<T> operation{
-      forward, backward, variables, constants, keeps_partials ? variables : 0, true, can_chain};
+      .forward = forward,
+      .backward = backward,
+      .operand_count = variables,
+      .constant_count = constants,
+      .partial_count = keeps_partials ? variables : 0,
+      .has_result = true,
+      .can_chain = can_chain,
+  };
 
  private:
   using Operands = ReplayOperands<T, variables>;
@@ -204,7 +209,12 @@ struct ReplayGuard {
                       " comes out otherwise than when it was recorded; record again for these inputs");
   }
 
-  static constexpr ReplayOperation<T> operation{forward, backward, variables, constants, 0, false, false};
+  static constexpr ReplayOperation<T> operation{
+      .forward = forward,
+      .backward = backward,
+      .operand_count = variables,
+      .constant_count = constants,
+  };
 };
 
 }  // namespace detail

@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <compare>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/autodiff/replay/lane_statement.hpp>
 #include <tapestry/autodiff/replay/replay_program.hpp>
 #include <tapestry/autodiff/replay/replay_statement.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
@@ -19,7 +21,7 @@ namespace tapestry {
 enum class Guards { record, ignore };
 
 namespace detail {
-template <std::floating_point T>
+template <std::floating_point T, std::size_t Lanes>
 struct ReplayRecorder {
   ReplayRecording<T> recording{};
   std::uint32_t generation = next_generation();
@@ -33,7 +35,7 @@ template <class E>
 
 /// The scalar of functions to be replayed. Like a Variable, but its operations are remembered by what they
 /// compute, not by their partial derivatives; outside a recording it is a plain number.
-template <std::floating_point T>
+template <std::floating_point T, std::size_t Lanes>
 class Replayable {
  public:
   using ExpressionScalar = T;
@@ -97,9 +99,9 @@ class Replayable {
 namespace detail {
 
 /// Takes a formula apart, onto a recording. A passive variable becomes a slot that keeps its value.
-template <class T>
+template <class T, std::size_t Lanes>
 struct RecordedLeaves {
-  ReplayRecorder<T>& recorder;
+  ReplayRecorder<T, Lanes>& recorder;
   std::size_t operand_count = 0;
   std::size_t constant_count = 0;
 
@@ -120,22 +122,33 @@ struct RecordedLeaves {
   }
 };
 
+/// What a recording says of a statement that is Scalar to one lane and InLanes to several.
+template <class Scalar, class InLanes>
+[[nodiscard]] auto replay_operation() {
+  if constexpr (InLanes::lanes == 1) {
+    return &Scalar::operation;
+  } else {
+    return InLanes::operation();
+  }
+}
+
 /// Puts a formula on the recording.
 template <class E>
 Link record_replayable(const E& formula) {
   using T = typename E::ExpressionScalar;
   if (!formula.is_active()) return {};
-  ReplayRecorder<T>* const recorder = ReplayRecorder<T>::active;
+  constexpr std::size_t lanes = LeafCounts<E>::lanes;
+  ReplayRecorder<T, lanes>* const recorder = ReplayRecorder<T, lanes>::active;
   if (recorder == nullptr) throw DomainError("Replay: a variable of a recording that has ended");
   auto& recording = recorder->recording;
   const auto first_operand = static_cast<std::uint32_t>(recording.operands.size());
   const auto first_constant = static_cast<std::uint32_t>(recording.constants.size());
-  RecordedLeaves<T> leaves{*recorder};
+  RecordedLeaves<T, lanes> leaves{*recorder};
   formula.write(leaves);
   const Link link(static_cast<std::uint32_t>(recording.slots.size()), recorder->generation);
   recording.slots.push_back(formula.value());
-  recording.statements.push_back(
-      {&ReplayStatement<E>::operation, first_operand, first_constant, link.index()});
+  recording.statements.push_back({replay_operation<ReplayStatement<E>, LaneStatement<E>>(), first_operand,
+                                  first_constant, link.index()});
   return link;
 }
 
@@ -146,21 +159,25 @@ template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 void observe_comparison(const X& x, const Y& y, std::partial_ordering) {
   using T = detail::ScalarOf<X, Y>;
-  detail::ReplayRecorder<T>* const recorder = detail::ReplayRecorder<T>::active;
-  if (recorder == nullptr || recorder->guards == Guards::ignore) return;
   const auto left = detail::as_expression<T>(x);
   const auto right = detail::as_expression<T>(y);
+  using Left = std::remove_const_t<decltype(left)>;
+  using Right = std::remove_const_t<decltype(right)>;
+  constexpr std::size_t lanes = std::max(detail::LeafCounts<Left>::lanes, detail::LeafCounts<Right>::lanes);
+  using Recorder = detail::ReplayRecorder<T, lanes>;
+  Recorder* const recorder = Recorder::active;
+  if (recorder == nullptr || recorder->guards == Guards::ignore) return;
   if (!left.is_active() && !right.is_active()) return;
   auto& recording = recorder->recording;
   const auto first_operand = static_cast<std::uint32_t>(recording.operands.size());
   const auto first_constant = static_cast<std::uint32_t>(recording.constants.size());
-  detail::RecordedLeaves<T> leaves{*recorder};
+  detail::RecordedLeaves<T, lanes> leaves{*recorder};
   left.write(leaves);
   right.write(leaves);
   leaves.add_constant(detail::ComparedAs::value(left.value(), right.value()));
-  using Guard =
-      detail::ReplayGuard<std::remove_const_t<decltype(left)>, std::remove_const_t<decltype(right)>>;
-  recording.statements.push_back({&Guard::operation, first_operand, first_constant, 0});
+  recording.statements.push_back(
+      {detail::replay_operation<detail::ReplayGuard<Left, Right>, detail::LaneGuard<Left, Right>>(),
+       first_operand, first_constant, 0});
 }
 
 }  // namespace tapestry

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -9,23 +10,23 @@
 
 namespace tapestry {
 
-template <std::floating_point T>
+template <std::floating_point T, std::size_t Lanes = 1>
 class Replayable;
 
 namespace detail {
 template <class Operation, class X, class Y, class Z>
 class Ternary;  // of functions/ternary.hpp
 
-/// How many variables and constants a formula of Replayables has.
+/// How many variables and constants a formula of Replayables has, and for how many lanes they are.
 template <class E>
 struct LeafCounts;
-template <class T>
-struct LeafCounts<Replayable<T>> {
-  static constexpr std::size_t variables = 1, constants = 0;
+template <class T, std::size_t Lanes>
+struct LeafCounts<Replayable<T, Lanes>> {
+  static constexpr std::size_t variables = 1, constants = 0, lanes = Lanes;
 };
 template <class T>
 struct LeafCounts<Constant<T>> {
-  static constexpr std::size_t variables = 0, constants = 1;
+  static constexpr std::size_t variables = 0, constants = 1, lanes = 0;
 };
 template <class Operation, class X>
 struct LeafCounts<Unary<Operation, X>> : LeafCounts<X> {};
@@ -33,6 +34,7 @@ template <class Operation, class X, class Y>
 struct LeafCounts<Binary<Operation, X, Y>> {
   static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
   static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants;
+  static constexpr std::size_t lanes = std::max(LeafCounts<X>::lanes, LeafCounts<Y>::lanes);
 };
 template <class Operation, class X, class Y, class Z>
 struct LeafCounts<Ternary<Operation, X, Y, Z>> {
@@ -40,10 +42,9 @@ struct LeafCounts<Ternary<Operation, X, Y, Z>> {
       LeafCounts<Binary<Operation, X, Y>>::variables + LeafCounts<Z>::variables;
   static constexpr std::size_t constants =
       LeafCounts<Binary<Operation, X, Y>>::constants + LeafCounts<Z>::constants;
+  static constexpr std::size_t lanes =
+      std::max(LeafCounts<Binary<Operation, X, Y>>::lanes, LeafCounts<Z>::lanes);
 };
-
-/// Statements of a block that are computed at once: what they read and pass on stays in the first cache.
-inline constexpr std::size_t replay_block = 64;
 
 /// Variable Place of a formula.
 template <class T, std::size_t Place>
@@ -53,7 +54,7 @@ class PlacedVariable {
   static constexpr std::size_t operand_bound = 1;
   static constexpr bool is_cheap = true;
   template <class Factor>
-  static constexpr OperandCounts operand_counts = Replayable<T>::template operand_counts<Factor>;
+  static constexpr OperandCounts operand_counts = Replayable<T, 1>::template operand_counts<Factor>;
   static constexpr bool always_pushes_all = true;
 
   explicit PlacedVariable(T value) : value_(value) {}
@@ -74,8 +75,8 @@ class PlacedVariable {
 /// The formula E with its variables numbered from Place on: so that a loop of it works on numbers alone.
 template <class E, std::size_t Place = 0>
 struct Placed;
-template <class T, std::size_t Place>
-struct Placed<Replayable<T>, Place> {
+template <class T, std::size_t Lanes, std::size_t Place>
+struct Placed<Replayable<T, Lanes>, Place> {
   using type = PlacedVariable<T, Place>;
 };
 template <class T, std::size_t Place>

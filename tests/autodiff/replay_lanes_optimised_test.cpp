@@ -1,0 +1,165 @@
+// Without sanitizers, under which there are no loops of vectors.
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <random>
+#include <span>
+#include <tapestry/autodiff/replay.hpp>
+#include <tapestry/autodiff/replay_lanes.hpp>
+#include <type_traits>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+using tapestry::Guards;
+using tapestry::Replay;
+using tapestry::ReplayLanes;
+
+namespace {
+template <class T>
+[[nodiscard]] bool same_bits(T a, T b) {
+  using Bits = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;
+  return (a != a && b != b) || std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+}
+
+/// Compares each input's value and gradient with what Replay gives for it alone.
+template <std::size_t Lanes, class T, class Function>
+void check_against_replay(const Function& f, const std::vector<T>& start, const std::vector<T>& inputs) {
+  Replay<T> alone(f, start, Guards::ignore);
+  ReplayLanes<T, Lanes> lanes(f, start, Guards::ignore);
+  std::vector<T> gradients(inputs.size()), gradient(start.size());
+  for (int again = 0; again < 2; ++again) {
+    const auto values = lanes.gradients(inputs, gradients);
+    REQUIRE(values.size() == inputs.size() / start.size());
+    const auto values_alone = lanes.values(inputs);
+    for (std::size_t n = 0; n < values.size(); ++n) {
+      const std::span<const T> x(inputs.data() + n * start.size(), start.size());
+      REQUIRE(values[n]);
+      CHECK(same_bits(*values[n], alone.gradient(x, gradient)));
+      CHECK(same_bits(*values[n], values_alone.at(n).value()));
+      for (std::size_t i = 0; i < start.size(); ++i) {
+        INFO("input " << n << ": " << x[0] << " " << x[1] << " " << x[2] << ", entry " << i);
+        CHECK(same_bits(gradients[n * start.size() + i], gradient[i]));
+      }
+    }
+  }
+}
+
+/// Inputs of three numbers, ordinary and extreme ones side by side.
+template <class T>
+[[nodiscard]] std::vector<T> hard_inputs() {
+  using Limits = std::numeric_limits<T>;
+  const T special[] = {0,
+                       -T(0),
+                       1,
+                       -1,
+                       T(0.5),
+                       -T(2.5),
+                       3,
+                       40,
+                       -100,
+                       900,
+                       2,
+                       T(1e-9),
+                       Limits::max(),
+                       -Limits::max(),
+                       Limits::min(),
+                       Limits::denorm_min(),
+                       Limits::infinity(),
+                       -Limits::infinity(),
+                       Limits::quiet_NaN()};
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<T> ordinary(-3, 3);
+  std::uniform_int_distribution<std::size_t> which(0, std::size(special) - 1);
+  std::vector<T> inputs;
+  for (int i = 0; i < 3 * 205; ++i)
+    inputs.push_back(i % 4 == 3 ? special[which(generator)] : ordinary(generator));
+  return inputs;
+}
+
+/// As a statement of its own, behind a factor that may be zero where the partial is not finite.
+template <class T, class... Functions>
+void check_operations(const Functions&... functions) {
+  const auto inputs = hard_inputs<T>();
+  const std::vector<T> start = {T(0.5), T(0.25), T(1.5)};
+  const auto behind_factor = [](const auto& f) {
+    return [&f](const auto* x) {
+      using S = std::remove_cvref_t<decltype(*x)>;
+      const S y = f(x);
+      return (x[1] - x[1]) * y + x[2] * y;
+    };
+  };
+  (check_against_replay<8>(behind_factor(functions), start, inputs), ...);
+}
+}  // namespace
+
+TEST_CASE("lanes have the bits of a replay of each input alone, for every operation", "[autodiff][replay]") {
+  const auto check = [](const auto&... functions) { check_operations<double>(functions...); };
+  check([](const auto* x) { return x[0] + x[1]; }, [](const auto* x) { return x[0] - x[1]; },
+        [](const auto* x) { return x[0] * x[1]; }, [](const auto* x) { return x[0] / x[1]; },
+        [](const auto* x) { return -x[0]; }, [](const auto* x) { return x[0] * x[0] + x[1] * x[0]; },
+        [](const auto* x) { return 1 / (2 - 3 * x[0]) + 4; });
+  check([](const auto* x) { return exp(x[0]); }, [](const auto* x) { return exp2(x[0]); },
+        [](const auto* x) { return exp10(x[0]); }, [](const auto* x) { return expm1(x[0]); },
+        [](const auto* x) { return log(x[0]); }, [](const auto* x) { return log2(x[0]); },
+        [](const auto* x) { return log10(x[0]); }, [](const auto* x) { return log1p(x[0]); },
+        [](const auto* x) { return sigmoid(x[0]); }, [](const auto* x) { return softplus(x[0]); },
+        [](const auto* x) { return logsumexp(x[0], x[1]); });
+  check([](const auto* x) { return sin(x[0]); }, [](const auto* x) { return cos(x[0]); },
+        [](const auto* x) { return tan(x[0]); }, [](const auto* x) { return asin(x[0]); },
+        [](const auto* x) { return acos(x[0]); }, [](const auto* x) { return atan(x[0]); },
+        [](const auto* x) { return atan2(x[0], x[1]); }, [](const auto* x) { return sinh(x[0]); },
+        [](const auto* x) { return cosh(x[0]); }, [](const auto* x) { return tanh(x[0]); },
+        [](const auto* x) { return asinh(x[0]); }, [](const auto* x) { return acosh(x[0]); },
+        [](const auto* x) { return atanh(x[0]); });
+  check([](const auto* x) { return sqrt(x[0]); }, [](const auto* x) { return cbrt(x[0]); },
+        [](const auto* x) { return square(x[0]); }, [](const auto* x) { return pow(x[0], x[1]); },
+        [](const auto* x) { return pow(x[0], 3); }, [](const auto* x) { return hypot(x[0], x[1]); },
+        [](const auto* x) { return hypot(x[0], x[1], x[2]); }, [](const auto* x) { return ldexp(x[0], 3); },
+        [](const auto* x) { return fma(x[0], x[1], x[2]); },
+        [](const auto* x) { return lerp(x[0], x[1], x[2]); });
+  check([](const auto* x) { return abs(x[0]); }, [](const auto* x) { return max(x[0], x[1]); },
+        [](const auto* x) { return min(x[0], x[1]); }, [](const auto* x) { return fmax(x[0], x[1]); },
+        [](const auto* x) { return fmin(x[0], x[1]); }, [](const auto* x) { return clamp(x[0], -1, 1); },
+        [](const auto* x) { return fdim(x[0], x[1]); }, [](const auto* x) { return fmod(x[0], x[1]); },
+        [](const auto* x) { return remainder(x[0], x[1]); },
+        [](const auto* x) { return copysign(x[0], x[1]); });
+  check([](const auto* x) { return erf(x[0]); }, [](const auto* x) { return erfc(x[0]); },
+        [](const auto* x) { return tgamma(x[0]); }, [](const auto* x) { return lgamma(x[0]); },
+        [](const auto* x) { return digamma(x[0]); });
+}
+
+TEMPLATE_TEST_CASE("lanes have the bits of a replay where several operations are one statement",
+                   "[autodiff][replay]", float, double) {
+  check_operations<TestType>(
+      [](const auto* x) { return (x[1] - x[1]) * sqrt(x[0]) + x[2] / x[0]; },
+      [](const auto* x) { return (x[1] - x[1]) * exp(x[0] * x[1]) - tanh(x[2] * x[0] - 1); },
+      [](const auto* x) { return max((x[1] - x[1]) * log(x[0]), 1 / x[2]) * pow(x[0], x[1]); });
+}
+
+TEST_CASE("lanes have the bits of a replay in a computation of many windows", "[autodiff][replay]") {
+  const auto f = [](const auto* x) {
+    using S = std::remove_cvref_t<decltype(*x)>;
+    const S early = x[0] * x[1];  // read throughout
+    const S constant = 0.75;
+    S a = x[1], b = x[2] / 2, total = 0;
+    for (int i = 0; i < 9000; ++i) {
+      a = constant * b - 0.5 * a * early;
+      b = 0.25 * b + a * x[2] / (1 + square(a));
+      if (i % 100 == 0) a = tanh(a) + exp(-b * b);
+      total += max(a, b) * x[i % 3];
+    }
+    return total + early;
+  };
+  std::vector<double> inputs;
+  std::mt19937 generator(6);
+  for (int i = 0; i < 3 * 21; ++i) inputs.push_back(std::uniform_real_distribution<double>(-1, 1)(generator));
+  check_against_replay<8>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  inputs[3 * 4] = std::numeric_limits<double>::quiet_NaN();
+  inputs[3 * 10 + 1] = std::numeric_limits<double>::infinity();
+  check_against_replay<16>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+}
