@@ -1,7 +1,10 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/tape/diagnosis.hpp>
+#include <tapestry/autodiff/tape/first_non_finite.hpp>
 #include <tapestry/autodiff/tape/shared.hpp>
 #include <tapestry/autodiff/tape/tape_state.hpp>
 #include <type_traits>
@@ -58,7 +61,9 @@ class Tape {
   /// A variable to differentiate by. The tape need not be active.
   [[nodiscard]] Variable<T> input(T value) {
     state().require_idle("input");
-    return Variable<T>(value, state().append_input());
+    const detail::Link link = state().append_input();
+    state().note_value(link, static_cast<double>(detail::value_of<detail::Base<T>>(value)));
+    return Variable<T>(value, link);
   }
 
   /// The same for an Array<T, R>; returns an ArrayVariable<T, R>. Include array_variable.hpp for it.
@@ -78,6 +83,37 @@ class Tape {
       detail::Link link = state().append_inputs(count);
       for (const std::size_t end = i + count; i < end; ++i, ++link) variables[i] = {values[i], link};
     }
+    if (!state().is_watching()) return;
+    for (const Variable<T>& variable : variables)
+      state().note_value(variable.link(),
+                         static_cast<double>(detail::value_of<detail::Base<T>>(variable.value())));
+  }
+
+  /// Finds memory beforehand, so that a first recording waits for none, and its first sweep.
+  /// \param statements, operands  as statement_count() and operand_count() say of such a recording
+  /// Adjoints of the last reverse() may be forgotten.
+  /// \throws Error if there is not as much, DomainError if called from within a pullback
+  void reserve(std::size_t statements, std::size_t operands) {
+    state().require_idle("reserve");
+    state().reserve(statements, operands);
+  }
+
+  /// While the result lives, what is recorded on this tape has this name, within the names of labels around
+  /// it. clear() and rewind() forget labels begun since.
+  [[nodiscard]] LabelScope<T> label(std::string name) { return {shared_state(), std::move(name)}; }
+
+  /// From now on, each statement's value is looked at when it is recorded, which takes several times as long;
+  /// partial derivatives are on the tape anyway, values are not. Of duals, the numbers beneath.
+  void watch_values(bool on = true) { state().watch_values(on); }
+
+  /// The first statement with a partial derivative, or a value since watch_values(), that is not finite:
+  /// where a NaN came from. Results of operations with a pullback are not looked at.
+  ///
+  ///   const auto scope = tape.label("loss");
+  ///   …
+  ///   if (const auto found = tape.first_non_finite()) throw NumericError(found->description());
+  [[nodiscard]] std::optional<NonFinite> first_non_finite() const {
+    return detail::first_non_finite(state());
   }
 
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so

@@ -110,8 +110,11 @@ template <class T>
   bool is_active = false;
   for (const Variable<T>& variable : variables) is_active = is_active || variable.is_active();
   if (!is_active) return value;
-  return {value, detail::TapeState<T>::require_active().append_linear(
-                     variables.size(), [&](std::size_t i) { return variables[i].link(); }, partials.data())};
+  detail::TapeState<T>& state = detail::TapeState<T>::require_active();
+  const detail::Link link = state.append_linear(
+      variables.size(), [&](std::size_t i) { return variables[i].link(); }, partials.data());
+  state.note_value(link, static_cast<double>(detail::value_of<detail::Base<T>>(value)));
+  return {value, link};
 }
 
 }  // namespace tapestry

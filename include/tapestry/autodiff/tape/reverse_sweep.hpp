@@ -31,6 +31,12 @@ class AdjointMemory {
     std::memset(static_cast<void*>(memory_.get()), 0, count * sizeof(T));
     size_ = count;
   }
+  /// Memory for so many, which forgets those there are.
+  void reserve(std::size_t count) {
+    if (count <= capacity_) return;
+    grow(count);
+    std::memset(static_cast<void*>(memory_.get()), 0, count * sizeof(T));
+  }
   /// Forgets those of statements from `size` on.
   void truncate(std::size_t size) noexcept {
     if (size < size_) size_ = size;

@@ -30,6 +30,17 @@ class Link {
   std::uint64_t bits_ = 0;
 };
 
+/// That of threads without an active tape.
+inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
+
+/// Numbers, unique in the program, by which a tape knows its own variables.
+inline std::uint32_t next_generation() {
+  static std::uint32_t last = 0;
+  std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
+  while (next == 0 || next == no_generation) next = __atomic_add_fetch(&last, 1, __ATOMIC_RELAXED);
+  return next;
+}
+
 /// How far ahead of reading or writing them words are fetched: processors guess where a program that walks
 /// through memory in steps of many sizes goes on, but for one that walks slowly they guess too near.
 inline constexpr std::size_t prefetched_words = 1024;

@@ -89,6 +89,21 @@ class TapeMemory : public WriteHead {
     return first;
   }
 
+  /// Finds memory for so many more words, and statements of one word or more, and makes it present.
+  /// \throws Error as make_room()
+  void reserve(std::size_t word_count) {
+    make_room(1);
+    std::size_t found = room();
+    for (std::size_t i = current_ + 1; i < chunks_.size(); ++i) found += chunks_[i].word_count;
+    while (found < word_count) {
+      Chunk chunk = allocate(largest_size);
+      constexpr std::size_t page = 4096;
+      for (std::size_t at = 0; at < largest_size - page; at += page) chunk.memory.get()[at] = std::byte(0);
+      found += chunk.word_count;
+      chunks_.push_back(std::move(chunk));
+    }
+  }
+
   [[nodiscard]] Place place() const {
     if (chunks_.empty()) return {1, 0, 0};
     return {next.index(), current_, static_cast<std::size_t>(words - chunks_[current_].words())};
@@ -129,12 +144,22 @@ class TapeMemory : public WriteHead {
       visit(run_of(chunks_[i], chunks_[i].words_end, chunks_[i + 1].first_index));
   }
 
+ protected:
+  static constexpr std::size_t most_statements = 0xFFFFFFFEU;
+
+  /// From now on, whether every statement is to be written the careful way.
+  void refuse_usual_room(bool refuses) noexcept {
+    has_no_usual_room_ = refuses;
+    if (chunks_.empty()) return;
+    const Chunk& chunk = chunks_[current_];
+    usual_limit = refuses ? nullptr : chunk.words() + (chunk.word_count - usual_words);
+  }
+
  private:
   static constexpr std::size_t bytes_per_word = sizeof(Word) + sizeof(StatementKind);
   static constexpr std::size_t huge_page = std::size_t(1) << 21U;
   static constexpr std::size_t first_size = std::size_t(1) << 15U;
   static constexpr std::size_t largest_size = 4 * huge_page;
-  static constexpr std::size_t most_statements = 0xFFFFFFFEU;
 
   [[nodiscard]] std::size_t room() const {
     return static_cast<std::size_t>(chunks_[current_].words() + chunks_[current_].word_count - words);
@@ -193,12 +218,13 @@ class TapeMemory : public WriteHead {
     const Chunk& chunk = chunks_[position];
     current_ = position;
     words = chunk.words();
-    usual_limit = words + (chunk.word_count - usual_words);
+    usual_limit = has_no_usual_room_ ? nullptr : words + (chunk.word_count - usual_words);
     kinds_base = reinterpret_cast<std::uintptr_t>(chunk.kinds()) - chunk.first_index;
   }
 
   std::vector<Chunk> chunks_;
   std::size_t current_ = 0;
+  bool has_no_usual_room_ = false;
 };
 
 }  // namespace tapestry::detail

@@ -2,9 +2,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tapestry/autodiff/tape/diagnosis.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
-#include <tapestry/autodiff/tape/tape_memory.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
@@ -29,19 +29,9 @@ class TapeRecord {
 
 namespace detail {
 
-inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
-
 /// The head of threads without an active tape: no variable is of its generation, and it has no room.
 template <class T>
 inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
-
-/// Numbers, unique in the program, by which a tape knows its own variables.
-inline std::uint32_t next_generation() {
-  static std::uint32_t last = 0;
-  std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
-  while (next == 0 || next == no_generation) next = __atomic_add_fetch(&last, 1, __ATOMIC_RELAXED);
-  return next;
-}
 
 /// What others keep on a tape, as long as it lives.
 struct TapeAttachment {
@@ -64,7 +54,7 @@ struct TapePosition {
 /// A stale variable is found by its generation: clear() starts a new generation at statement 1, and
 /// rewind() one at the position, so that statements are never mistaken for those they replace.
 template <class T>
-class TapeState : public TapeMemory {
+class TapeState : public TapeDiagnosis {
  public:
   TapeState() { clear(); }
   ~TapeState() {
@@ -92,6 +82,14 @@ class TapeState : public TapeMemory {
 
   void require_own_if_active(Link link) const {
     if (link.is_active()) require_own(link);
+  }
+
+  /// Memory for so many more statements with so many operands, and their adjoints.
+  void reserve(std::size_t statements, std::size_t operands) {
+    if (statements > most_statements || operands > most_statements * largest_counts.sum())
+      throw Error(ErrorKind::limit, "reserve: a tape holds about 2^32 statements");
+    TapeMemory::reserve(statements + operands * pair_words<T>);
+    adjoints_.reserve(statement_count() + statements + 1);
   }
 
   [[nodiscard]] Link append_input() {
@@ -162,6 +160,7 @@ class TapeState : public TapeMemory {
       throw DomainError("rewind: the position is not on this tape, or was cleared or rewound over");
     segments_.reserve(segments_.size() + 1);
     drop_records(position.records);
+    forget_diagnosis(begin);
     return_to(position.place);
     adjoints_.truncate(begin);
     while (segments_.back().begin >= begin) segments_.pop_back();
@@ -172,6 +171,7 @@ class TapeState : public TapeMemory {
     require_idle("clear");
     segments_.reserve(1);
     drop_records(0);
+    forget_diagnosis(0);
     return_to({1, 0, 0});
     adjoints_.truncate(0);
     segments_.clear();

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <exception>
 #include <tapestry/autodiff/tape/expression.hpp>
+#include <tapestry/autodiff/tape/formula.hpp>
 #include <tapestry/autodiff/tape/tape_memory.hpp>
 #include <tapestry/autodiff/tape/tape_state.hpp>
 #include <utility>
@@ -65,15 +66,18 @@ inline std::exception_ptr& recording_failure() {
 }
 
 /// A formula that the fast way cannot record: with passive or older variables, where there is no more room,
-/// or where no tape is active. It throws nothing: around a call that may throw, GCC keeps no floating-point
-/// number in a register where there is a destructor to run, and loops would wait for their own stores.
-/// \returns a passive link if it failed; throw_recording_failure() is to follow
+/// or where no tape is active, or one that watches values. It throws nothing: around a call that may throw,
+/// GCC keeps no floating-point number in a register where there is a destructor to run, and loops would wait
+/// for their own stores. \returns a passive link if it failed; throw_recording_failure() is to follow
 template <class T>
-[[nodiscard, gnu::noinline, gnu::cold]] Link record_carefully(const Link* links, const T* partials,
-                                                              std::size_t count) noexcept {
+[[nodiscard, gnu::noinline, gnu::cold]] Link record_carefully(const T& value, const Link* links,
+                                                              const T* partials, std::size_t count) noexcept {
   try {
-    return TapeState<T>::require_active().append_linear(
+    TapeState<T>& state = TapeState<T>::require_active();
+    const Link link = state.append_linear(
         count, [links](std::size_t i) { return links[i]; }, partials);
+    state.note_value(link, static_cast<double>(value_of<Base<T>>(value)));
+    return link;
   } catch (...) {
     recording_failure() = std::current_exception();
     return {};
@@ -112,7 +116,7 @@ template <class E>
   if (!formula.is_active()) return;
   Operands<T, E::operand_bound> operands;
   push_factor(formula, One{}, operands);
-  link = record_carefully(operands.links, operands.partials, operands.count);
+  link = record_carefully<T>(formula.value(), operands.links, operands.partials, operands.count);
   if (!link.is_active()) [[unlikely]]
     throw_recording_failure();
 }

@@ -1,0 +1,94 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <tapestry/autodiff/tape/statement.hpp>
+#include <tapestry/autodiff/tape/tape_memory.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry {
+
+/// A statement of a tape whose value, or one of whose partial derivatives, is not finite.
+struct NonFinite {
+  std::size_t statement = 0;  ///< counted from 1
+  bool is_value = false;      ///< whether it is the value, or else a partial derivative
+  double number = 0;
+  std::string label{};  ///< names of the labels around it, the outermost first, with '/' between
+
+  /// One line for a message.
+  [[nodiscard]] std::string description() const {
+    return std::string(is_value ? "the value" : "a partial derivative") + " of statement " +
+           std::to_string(statement) + (label.empty() ? "" : ", " + label + ",") + " is " +
+           std::to_string(number);
+  }
+};
+
+namespace detail {
+
+/// What a tape remembers beside its statements for those who ask where a NaN came from. Nothing of it is
+/// touched where statements are written, but for those that find no usual room; while values are watched,
+/// none does.
+class TapeDiagnosis : public TapeMemory {
+ public:
+  void watch_values(bool on) {
+    is_watching_ = on;
+    refuse_usual_room(on);
+  }
+  [[nodiscard]] bool is_watching() const { return is_watching_; }
+
+  /// Remembers the first of the values, if watched, that is not finite.
+  void note_value(Link link, double value) {
+    if (is_watching_ && !first_ && !std::isfinite(value)) first_ = NonFinite{link.index(), true, value};
+  }
+  [[nodiscard]] const std::optional<NonFinite>& first_value() const { return first_; }
+
+  /// \returns by what to end it
+  std::size_t begin_label(std::string name) {
+    labels_.push_back({++label_count_, next_index(), no_end, std::move(name)});
+    return label_count_;
+  }
+  void end_label(std::size_t number) {
+    for (Label& label : labels_)
+      if (label.number == number) label.end = next_index();
+  }
+  [[nodiscard]] std::string label_of(std::size_t statement) const {
+    std::string names;
+    for (const Label& label : labels_)
+      if (label.begin <= statement && statement < label.end) names += (names.empty() ? "" : "/") + label.name;
+    return names;
+  }
+
+ protected:
+  /// Forgets statements from `begin` on.
+  void forget_diagnosis(std::size_t begin) noexcept {
+    std::erase_if(labels_, [begin](const Label& label) { return label.begin >= begin; });
+    for (Label& label : labels_)
+      if (label.end != no_end) label.end = std::min(label.end, begin);
+    if (first_ && first_->statement >= begin) first_.reset();
+  }
+
+ private:
+  static constexpr std::size_t no_end = std::numeric_limits<std::size_t>::max();
+
+  /// A name of the statements from `begin` to `end`.
+  struct Label {
+    std::size_t number;
+    std::size_t begin;
+    std::size_t end;
+    std::string name;
+  };
+
+  [[nodiscard]] std::size_t next_index() const { return statement_count() + 1; }
+
+  std::vector<Label> labels_;
+  std::size_t label_count_ = 0;
+  std::optional<NonFinite> first_;
+  bool is_watching_ = false;
+};
+
+}  // namespace detail
+}  // namespace tapestry

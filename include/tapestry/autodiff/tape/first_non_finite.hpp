@@ -1,0 +1,49 @@
+#pragma once
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <tapestry/autodiff/tape/diagnosis.hpp>
+#include <tapestry/autodiff/tape/formula.hpp>
+#include <tapestry/autodiff/tape/shared.hpp>
+#include <tapestry/autodiff/tape/statement_operands.hpp>
+#include <tapestry/autodiff/tape/tape_state.hpp>
+#include <utility>
+
+namespace tapestry {
+
+/// While it lives, what is recorded on the tape that made it has a name for Tape::first_non_finite().
+template <class T>
+class LabelScope {
+ public:
+  LabelScope(detail::Shared<detail::TapeState<T>> state, std::string name)
+      : state_(std::move(state)), number_(state_->begin_label(std::move(name))) {}
+  LabelScope(const LabelScope&) = delete;
+  LabelScope& operator=(const LabelScope&) = delete;
+  ~LabelScope() { state_->end_label(number_); }
+
+ private:
+  detail::Shared<detail::TapeState<T>> state_;
+  std::size_t number_;
+};
+
+namespace detail {
+
+/// The first statement with a value that was watched, or a partial derivative, that is not finite.
+template <class T>
+[[nodiscard]] std::optional<NonFinite> first_non_finite(const TapeState<T>& state) {
+  std::optional<NonFinite> first = state.first_value();
+  state.visit_backwards([&](const StatementRun& run) {
+    const Word* end = run.words_end;
+    for (std::size_t i = run.end_index; i-- > run.first_index;)
+      end = for_each_operand<T>(end, run.kinds[i - run.first_index], [&](std::size_t, const T& partial) {
+        const auto number = static_cast<double>(value_of<Base<T>>(partial));
+        if (!std::isfinite(number) && (!first || i < first->statement)) first = NonFinite{i, false, number};
+      });
+  });
+  if (first) first->label = state.label_of(first->statement);
+  return first;
+}
+
+}  // namespace detail
+}  // namespace tapestry

@@ -1,0 +1,159 @@
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <tapestry/autodiff.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../support/catch.hpp"
+
+using tapestry::DomainError;
+using tapestry::Error;
+using tapestry::Tape;
+using tapestry::Variable;
+
+namespace {
+constexpr double infinity = std::numeric_limits<double>::infinity();
+}
+
+TEST_CASE("the first partial derivative that is not finite is found, with the labels around it",
+          "[autodiff][tape]") {
+  Tape<double> tape;
+  const auto active = tape.activate();
+  const auto x = tape.input(0.0), y = tape.input(2.0);  // statements 1 and 2
+  CHECK_FALSE(tape.first_non_finite());
+  const Variable<double> before = x * y;  // 3
+  Variable<double> root;
+  {
+    const auto loss = tape.label("loss");
+    const Variable<double> inside = before + y;  // 4
+    {
+      const auto box = tape.label("box");
+      root = sqrt(x) + inside;  // 5: half of 1 / 0
+    }
+    static_cast<void>(Variable<double>(log(x) * root));  // 6
+  }
+  const auto found = tape.first_non_finite();
+  REQUIRE(found);
+  CHECK(found->statement == 5);
+  CHECK_FALSE(found->is_value);
+  CHECK(found->number == infinity);
+  CHECK(found->label == "loss/box");
+  CHECK(found->description() == "a partial derivative of statement 5, loss/box, is inf");
+}
+
+TEST_CASE("a value that is not finite, and whose partial derivatives are, is found if values are watched",
+          "[autodiff][tape]") {
+  Tape<double> tape;
+  const auto active = tape.activate();
+  const auto record = [&] {
+    const auto x = tape.input(-1.0);
+    const auto scope = tape.label("first");
+    const Variable<double> y = x + 1;
+    const Variable<double> z = log(x);  // its slope is −1
+    return Variable<double>(z + y);
+  };
+  tape.reverse(record());
+  CHECK_FALSE(tape.first_non_finite());
+  tape.clear();
+  tape.watch_values();
+  const auto root = record();
+  const auto found = tape.first_non_finite();
+  REQUIRE(found);
+  CHECK(found->statement == 3);
+  CHECK(found->is_value);
+  CHECK(std::isnan(found->number));
+  CHECK(found->label == "first");
+  CHECK(found->description().starts_with("the value of statement 3, first, is"));
+  tape.reverse(root);  // watched statements are ordinary ones
+  CHECK(tape.first_non_finite()->statement == 3);
+  tape.clear();
+  CHECK_FALSE(tape.first_non_finite());
+  tape.watch_values(false);
+  static_cast<void>(record());
+  CHECK_FALSE(tape.first_non_finite());
+}
+
+TEST_CASE("inputs, partials given by hand and statements of many chunks are watched", "[autodiff][tape]") {
+  Tape<double> tape;
+  tape.watch_values();  // before there is memory
+  const auto active = tape.activate();
+  std::vector<Variable<double>> x(3);
+  tape.input(std::vector<double>{1, 2, infinity}, x);
+  CHECK(tape.first_non_finite()->statement == 3);
+  tape.clear();
+  static_cast<void>(tape.input(std::nan("")));
+  CHECK(tape.first_non_finite()->statement == 1);
+  tape.clear();
+  const auto one = tape.input(1.0);
+  const std::array<Variable<double>, 1> of = {one};
+  const std::array<double, 1> slope = {1};
+  static_cast<void>(record_partials<double>(infinity, of, slope));
+  CHECK(tape.first_non_finite()->statement == 2);
+  tape.clear();
+  Variable<double> sum = tape.input(1.0);
+  for (int i = 0; i < 100000; ++i) sum = sum * 1.0;
+  static_cast<void>(Variable<double>(sum - infinity));
+  CHECK(tape.first_non_finite()->statement == 100002);
+  tape.reverse(sum);
+  CHECK(tape.adjoint(sum) == 1);
+}
+
+TEST_CASE("a watched recording has the gradient of one that is not", "[autodiff][tape]") {
+  const auto gradient = [](bool watches) {
+    Tape<double> tape;
+    if (watches) tape.watch_values();
+    const auto active = tape.activate();
+    const auto x = tape.input(0.5), y = tape.input(3.0);
+    Variable<double> z = x * y - x / y;
+    for (int i = 0; i < 20; ++i) z = sin(z) * x + max(y, z) - (x + y);
+    tape.reverse(z);
+    return std::pair(x.adjoint(), y.adjoint());
+  };
+  CHECK(gradient(false) == gradient(true));
+}
+
+TEST_CASE("labels and what was found are forgotten with their statements", "[autodiff][tape]") {
+  Tape<double> tape;
+  tape.watch_values();
+  const auto active = tape.activate();
+  const auto x = tape.input(1.0);
+  const auto whole = tape.label("whole");
+  const auto position = tape.mark();
+  {
+    const auto part = tape.label("part");
+    static_cast<void>(Variable<double>(x / 0.0));
+    CHECK(tape.first_non_finite()->label == "whole/part");
+    tape.rewind(position);
+    CHECK_FALSE(tape.first_non_finite());
+  }  // ends a label that is gone
+  static_cast<void>(Variable<double>(x / 0.0));
+  CHECK(tape.first_non_finite()->statement == 2);
+  CHECK(tape.first_non_finite()->label == "");  // "whole" began where rewind() went back to
+  Tape<double> moved = std::move(tape);
+  CHECK(moved.first_non_finite()->statement == 2);
+  CHECK_FALSE(tape.first_non_finite());
+}
+
+TEST_CASE("reserved memory is used by the recording, and changes nothing of it", "[autodiff][tape]") {
+  Tape<double> tape;
+  const auto active = tape.activate();
+  const auto x = tape.input(2.0);
+  tape.reserve(3'000'000, 3'000'000);
+  CHECK(tape.statement_count() == 1);
+  const std::size_t bytes = tape.shared_state()->chunk_bytes();
+  CHECK(bytes >= 3'000'000 * 17);
+  Variable<double> y = x;
+  for (int i = 0; i < 2'000'000; ++i) y = y * 1.0;
+  tape.reverse(y);
+  CHECK(x.adjoint() == 1);
+  CHECK(tape.shared_state()->chunk_bytes() == bytes);
+  tape.reserve(10, 10);  // is there
+  CHECK(tape.shared_state()->chunk_bytes() == bytes);
+  CHECK(x.adjoint() == 1);
+  CHECK_THROWS_AS(tape.reserve(std::size_t(1) << 40U, 0), Error);
+  CHECK_THROWS_AS(tape.reserve(0, ~std::size_t(0)), Error);
+}
