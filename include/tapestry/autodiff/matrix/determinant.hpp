@@ -1,10 +1,62 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 
-namespace tapestry::matrix {
+namespace tapestry {
+namespace detail {
+
+/// The inverse of a lower triangular matrix, [N, N], rows of a block at a time, by products of matrices; with
+/// a diagonal of ones if Mode is Eigen::UnitLower.
+template <unsigned Mode, class T, class Factor>
+[[nodiscard]] DenseMatrix<T> inverse_of_lower(const Factor& l) {
+  constexpr Eigen::Index block = 24;
+  const Eigen::Index n = l.rows();
+  DenseMatrix<T> inverse = DenseMatrix<T>::Zero(n, n);
+  for (Eigen::Index begin = 0; begin < n; begin += block) {
+    const Eigen::Index size = std::min(block, n - begin);
+    const auto diagonal = l.block(begin, begin, size, size).template triangularView<Mode>();
+    inverse.block(begin, begin, size, size).setIdentity();
+    auto rows = inverse.block(begin, 0, size, begin + size);
+    rows.leftCols(begin).noalias() -= l.block(begin, 0, size, begin) * inverse.topLeftCorner(begin, begin);
+    diagonal.solveInPlace(rows);
+  }
+  return inverse;
+}
+
+/// xᵀ y of lower triangular matrices, without the products by their zeros.
+template <class T>
+[[nodiscard]] DenseMatrix<T> transposed_times_lower(const DenseMatrix<T>& x, const DenseMatrix<T>& y) {
+  constexpr Eigen::Index block = 24;
+  const Eigen::Index n = x.rows();
+  DenseMatrix<T> product = DenseMatrix<T>::Zero(n, n);
+  for (Eigen::Index begin = 0; begin < n; begin += block) {
+    const Eigen::Index size = std::min(block, n - begin), end = begin + size;
+    product.topLeftCorner(end, end).noalias() +=
+        x.block(begin, 0, size, end).transpose() * y.block(begin, 0, size, end);
+  }
+  return product;
+}
+
+/// A⁻ᵀ of P A = L U: Pᵀ (L⁻ᵀ U⁻ᵀ), two thirds of the work of solving for all columns.
+template <class T>
+[[nodiscard]] DenseMatrix<T> transposed_inverse(const LuDecomposition<T>& lu) {
+  const DenseMatrix<T> lower = inverse_of_lower<Eigen::UnitLower, T>(lu.matrixLU());
+  const DenseMatrix<T> upper = inverse_of_lower<Eigen::Lower, T>(DenseMatrix<T>(lu.matrixLU().transpose()));
+  return lu.permutationP().transpose() * transposed_times_lower<T>(lower, upper);
+}
+
+/// A⁻¹ of A = L Lᵀ: L⁻ᵀ L⁻¹.
+template <class T>
+[[nodiscard]] DenseMatrix<T> positive_definite_inverse(const CholeskyDecomposition<T>& decomposition) {
+  const DenseMatrix<T> lower = inverse_of_lower<Eigen::Lower, T>(decomposition.matrixLLT());
+  return transposed_times_lower<T>(lower, lower);
+}
+}  // namespace detail
+
+namespace matrix {
 
 /// C = A⁻¹, by LU decomposition with partial pivoting, as one record. To solve equations take solve().
 ///
@@ -21,7 +73,7 @@ requires detail::holds_variables<A>
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;
   const auto input = detail::matrix_input<T>(a);
-  const Matrix value = detail::lu_of<T>("inverse", input.value)->inverse();
+  const Matrix value = detail::transposed_inverse<T>(*detail::lu_of<T>("inverse", input.value)).transpose();
   const auto pullback = [value](const Matrix& value_adjoint, Matrix* a_adjoint) {
     const Matrix half = value.transpose() * value_adjoint;
     *a_adjoint = -half * value.transpose();
@@ -51,7 +103,7 @@ requires detail::holds_variables<A>
   T value(0);
   for (Eigen::Index i = 0; i < input.value.rows(); ++i) value += T(log(T(abs(lu->matrixLU()(i, i)))));
   const auto pullback = [lu](const T& value_adjoint, Matrix* a_adjoint) {
-    *a_adjoint = lu->inverse().transpose() * value_adjoint;
+    *a_adjoint = detail::transposed_inverse<T>(*lu) * value_adjoint;
   };
   return detail::record_number<T>(value, pullback, input);
 }
@@ -75,11 +127,11 @@ requires detail::holds_variables<A>
   T value(0);
   for (Eigen::Index i = 0; i < input.value.rows(); ++i) value += 2 * T(log(decomposition->matrixLLT()(i, i)));
   const auto pullback = [decomposition](const T& value_adjoint, Matrix* a_adjoint) {
-    const Eigen::Index n = decomposition->rows();
-    *a_adjoint = decomposition->solve(Matrix::Identity(n, n)) * value_adjoint;
+    *a_adjoint = detail::positive_definite_inverse<T>(*decomposition) * value_adjoint;
     detail::fold_into_lower(*a_adjoint);
   };
   return detail::record_number<T>(value, pullback, input);
 }
 
-}  // namespace tapestry::matrix
+}  // namespace matrix
+}  // namespace tapestry

@@ -6,10 +6,12 @@
 #include <tapestry/autodiff/arrays/elementwise.hpp>
 #include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/tape/input_slot.hpp>
+#include <tapestry/autodiff/tape/tape_state.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 /// What an operation on matrices takes, whichever way its matrices are held.
@@ -72,7 +74,24 @@ template <class X>
   }
 }
 
-/// An input's numbers, and what the tape finds its adjoint by: a ListSlot, column by column, or an ArraySlot.
+/// Where the entries of an Eigen matrix are on the tape, column by column; no links if all are passive.
+template <class T>
+struct EntriesSlot {
+  std::vector<Link> links;
+  /// A pullback's way to the adjoints.
+  struct Adjoint {
+    const std::vector<Link>* links;
+    T* adjoints;
+  };
+  [[nodiscard]] bool is_active() const { return !links.empty(); }
+  void require_own(const TapeState<T>& state) const {
+    for (const Link link : links) state.require_own_if_active(link);
+  }
+  [[nodiscard]] Adjoint adjoint(T* adjoints) const { return {&links, adjoints}; }
+  static void require_shape() {}
+};
+
+/// An input's numbers, and what the tape finds its adjoint by: an EntriesSlot or an ArraySlot.
 template <class T, class Slot>
 struct MatrixInput {
   DenseMatrix<T> value;
@@ -89,20 +108,22 @@ template <class T, std::size_t Rank>
 
 template <class T, EigenMatrix X>
 [[nodiscard]] auto matrix_input(const X& x) {
-  MatrixInput<T, ListSlot<T, ScalarSlot<T>>> input;
+  MatrixInput<T, EntriesSlot<T>> input;
   if constexpr (!ScalarExpression<typename X::Scalar>) {
     input.value = x.template cast<T>();
   } else {
     const auto& entries = x.eval();
     input.value.resize(entries.rows(), entries.cols());
-    std::vector<ScalarSlot<T>> slots;
-    slots.reserve(static_cast<std::size_t>(entries.size()));
-    for (Eigen::Index j = 0; j < entries.cols(); ++j)
-      for (Eigen::Index i = 0; i < entries.rows(); ++i) {
-        input.value(i, j) = entries(i, j).value();
-        slots.push_back({entries(i, j).link()});
+    std::vector<Link> links(static_cast<std::size_t>(entries.size()));
+    bool is_active = false;
+    for (Eigen::Index j = 0, k = 0; j < entries.cols(); ++j)
+      for (Eigen::Index i = 0; i < entries.rows(); ++i, ++k) {
+        const Variable<T>& entry = entries(i, j);
+        input.value(i, j) = entry.value();
+        links[static_cast<std::size_t>(k)] = entry.link();
+        is_active = is_active || entry.is_active();
       }
-    input.slot.slots = std::move(slots);
+    if (is_active) input.slot.links = std::move(links);
   }
   return input;
 }

@@ -14,24 +14,24 @@
 /// How an operation on matrices becomes one record, whichever way its matrices are held.
 namespace tapestry::detail {
 
-template <class T, std::size_t Rank>
-[[nodiscard]] bool is_wanted(const Array<T, Rank>* adjoint) {
-  return adjoint != nullptr;
+template <class Target>
+[[nodiscard]] bool is_wanted(const Target& adjoint) {
+  if constexpr (std::is_pointer_v<Target>) {
+    return adjoint != nullptr;
+  } else {
+    return !adjoint.links->empty();
+  }
 }
-template <class T>
-[[nodiscard]] bool is_wanted(const std::vector<T*>& adjoints) {
-  return std::any_of(adjoints.begin(), adjoints.end(), [](const T* adjoint) { return adjoint != nullptr; });
-}
-
 template <class T, std::size_t Rank>
 void add_part(Array<T, Rank>* adjoint, const DenseMatrix<T>& part) {
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Eigen::Map<Matrix>(adjoint->data(), part.rows(), part.cols()) += part;
 }
 template <class T>
-void add_part(const std::vector<T*>& adjoints, const DenseMatrix<T>& part) {
-  for (std::size_t i = 0; i < adjoints.size(); ++i)
-    if (adjoints[i] != nullptr) *adjoints[i] += part.data()[i];
+void add_part(const typename EntriesSlot<T>::Adjoint& adjoint, const DenseMatrix<T>& part) {
+  const std::vector<Link>& links = *adjoint.links;
+  for (std::size_t i = 0; i < links.size(); ++i)
+    if (links[i].is_active()) adjoint.adjoints[links[i].index()] += part.data()[i];
 }
 
 template <class T>
@@ -63,7 +63,7 @@ struct MatrixPullback {
   }
   template <class Target>
   static void add_if_wanted(const Target& target, const DenseMatrix<T>& part) {
-    if (is_wanted(target)) add_part(target, part);
+    if (is_wanted(target)) add_part<T>(target, part);
   }
 };
 
@@ -115,8 +115,12 @@ template <int Columns, class T, class Pullback, class... Slots>
   using Record = EntriesRecord<T, Pullback, Slots...>;
   static_cast<void>(state->append_record(
       std::make_unique<Record>(value.rows(), value.cols(), std::move(pullback), std::move(slots)...)));
-  for (Eigen::Index j = 0; j < value.cols(); ++j)
-    for (Eigen::Index i = 0; i < value.rows(); ++i) result(i, j) = {value(i, j), state->append_input()};
+  const auto size = static_cast<std::size_t>(value.size());
+  for (std::size_t i = 0; i < size;) {
+    std::size_t count = size - i;
+    Link link = state->append_inputs(count);
+    for (const std::size_t end = i + count; i < end; ++i, ++link) result.data()[i] = {value.data()[i], link};
+  }
   return result;
 }
 
