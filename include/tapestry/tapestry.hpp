@@ -18,6 +18,7 @@
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/arrays/array_memory.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
+#include <tapestry/autodiff/checkpointed_scan.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>
@@ -26,6 +27,7 @@
 #include <tapestry/autodiff/functions/polygamma.hpp>
 #include <tapestry/autodiff/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/autodiff/implicit_function.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/jacobian/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/jacobian/index_sets.hpp>
@@ -34,9 +36,9 @@
 #include <tapestry/autodiff/matrix.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/replay.hpp>
-#include <tapestry/autodiff/replay_lanes.hpp>
 #include <tapestry/autodiff/replay/replay_program.hpp>
 #include <tapestry/autodiff/replay/replayable.hpp>
+#include <tapestry/autodiff/replay_lanes.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/dual_number.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>

@@ -69,6 +69,19 @@ TEST_CASE("results of a checkpoint that nothing depends on cost no work", "[auto
   CHECK_FALSE(frozen[0].is_active());
 }
 
+TEST_CASE("the first of a checkpoint's results may be the root, whatever was swept before",
+          "[autodiff][segment]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const std::vector<Variable<double>> x = {tape.input(2.0), tape.input(3.0)};
+  const auto swap = [](Variables v) { return std::vector<Variable<double>>{v[1] * 1.0, v[0] * 1.0}; };
+  const auto results = tapestry::checkpoint<double>(swap, x);
+  tape.reverse(Variable<double>(5 * results[1]));  // leaves an adjoint behind the root that follows
+  tape.reverse(results[0]);
+  CHECK(x[0].adjoint() == 0);
+  CHECK(x[1].adjoint() == 1);
+}
+
 TEST_CASE("a preaccumulated part is one statement", "[autodiff][segment]") {
   Tape<double> tape;
   const auto scope = tape.activate();

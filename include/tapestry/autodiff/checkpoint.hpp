@@ -95,8 +95,8 @@ template <class T, class Function>
   auto& state = detail::TapeState<T>::require_active();
   for (const Variable<T>& input : inputs) state.require_own_if_active(input.link());
   using Record = detail::CheckpointRecord<T, Function>;
-  static_cast<void>(
-      state.append_record(std::make_unique<Record>(std::move(function), inputs, results.size())));
+  static_cast<void>(state.append_record(std::make_unique<Record>(std::move(function), inputs, results.size()),
+                                        results.size()));
   for (Variable<T>& result : results) result = {result.value(), state.append_input()};
   return results;
 }

@@ -145,6 +145,17 @@ TEST_CASE("vectors, fixed extents, formulas and plain matrices mix", "[autodiff]
   CHECK(same.adjoint() == tapestry::zeros<double, 2>({2, 2}));
 }
 
+TEST_CASE("one entry of a result may be the root, whatever was swept before", "[autodiff][matrix]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  Eigen::Matrix<Variable<double>, 2, 1> b(tape.input(2.0), tape.input(3.0));
+  const auto x = matrix::solve(Eigen::Matrix2d::Identity(), b);
+  tape.reverse(Variable<double>(5 * x(1)));
+  tape.reverse(x(0));
+  CHECK(b(0).adjoint() == 1);
+  CHECK(b(1).adjoint() == 0);
+}
+
 TEST_CASE("matrices of no extent have results of none, and the determinant 1", "[autodiff][matrix]") {
   Tape<double> tape;
   const auto scope = tape.activate();

@@ -113,9 +113,9 @@ template <int Columns, class T, class Pullback, class... Slots>
   TapeState<T>* const state = tape_of<T>(slots...);
   if (state == nullptr) return result;
   using Record = EntriesRecord<T, Pullback, Slots...>;
-  static_cast<void>(state->append_record(
-      std::make_unique<Record>(value.rows(), value.cols(), std::move(pullback), std::move(slots)...)));
   const auto size = static_cast<std::size_t>(value.size());
+  static_cast<void>(state->append_record(
+      std::make_unique<Record>(value.rows(), value.cols(), std::move(pullback), std::move(slots)...), size));
   for (std::size_t i = 0; i < size;) {
     std::size_t count = size - i;
     Link link = state->append_inputs(count);

@@ -116,20 +116,21 @@ class TapeState : public TapeDiagnosis {
     return commit(StatementKind::many_pairs, word_count + 1);
   }
 
-  /// \param record  a std::unique_ptr to a TapeRecord<T>
+  /// \param record  a std::unique_ptr to a TapeRecord<T>; it reads the adjoints of `results` inputs behind it
   template <class Owner>
-  [[nodiscard]] Link append_record(Owner record) {
+  [[nodiscard]] Link append_record(Owner record, std::size_t results = 0) {
     make_room(1);
+    if (results > most_results_) most_results_ = results;
     records_.push_back(nullptr);
     records_.back() = record.release();
     return commit(StatementKind::record, 1);
   }
 
-  /// Zeroes the adjoints up to `root`, lets `seed(adjoints)` set the first, and runs statements backwards.
+  /// Zeroes adjoints up to `root` and its record's last result, lets `seed(adjoints)` set some, and sweeps.
   template <class Seed>
   void reverse(std::size_t root, Seed seed) {
     const Sweeping sweeping(*this);
-    adjoints_.zero(root);
+    adjoints_.zero(root + most_results_);
     for (TapeRecord<T>* const record : records_) record->forget_adjoint();
     seed(adjoints_.data());
     std::size_t record = records_.size();
@@ -291,6 +292,7 @@ class TapeState : public TapeDiagnosis {
   std::vector<TapeRecord<T>*> records_;  // owned
   AdjointMemory<T> adjoints_;
   std::vector<Segment> segments_;
+  std::size_t most_results_ = 0;
   bool is_sweeping_ = false;
 };
 
