@@ -37,8 +37,7 @@ class Replay {
     const auto recorded = detail::record_function<1>(function, inputs, guards);
     constant_ = recorded.constant;
     statement_count_ = recorded.recording.statements.size();
-    program_ = detail::ReplayProgram<T>(recorded.recording);
-    if (recorded.root != 0) root_ = program_.slot(recorded.root);
+    program_ = detail::ReplayProgram<T>(recorded.recording, recorded.root);
   }
 
   /// The function's value at other inputs.
@@ -47,14 +46,14 @@ class Replay {
     require_count("inputs", inputs.size());
     std::copy(inputs.begin(), inputs.end(), program_.values() + 1);
     program_.forward();
-    return root_ == 0 ? constant_ : program_.values()[root_];
+    return program_.root() == 0 ? constant_ : program_.values()[program_.root()];
   }
 
   /// The same, and its gradient.
   T gradient(std::span<const T> inputs, std::span<T> gradient) {
     require_count("entries of the gradient", gradient.size());
     const T value = this->value(inputs);
-    program_.backward(root_, T(1));
+    program_.backward();
     std::copy_n(program_.adjoints() + 1, input_count_, gradient.begin());
     return value;
   }
@@ -74,7 +73,6 @@ class Replay {
   std::size_t input_count_;
   std::size_t statement_count_ = 0;
   detail::ReplayProgram<T> program_;
-  std::uint32_t root_ = 0;
   T constant_ = 0;
 };
 

@@ -23,8 +23,10 @@ class LaneProgram {
     const auto order = replay_order(recording);
     const std::vector<bool> is_kept = find_kept(recording, order, root);
     const std::vector<bool> is_needed = find_needed(recording, order, is_kept);
-    std::vector<std::uint32_t> slot_of = number_kept(recording, order, is_kept);
+    HugeVector<std::uint32_t> slot_of = number_kept(recording, order, is_kept);
     root_ = slot_of[root];
+    operands_.reserve(recording.operands.size());
+    constants_.reserve(recording.constants.size());
     for (std::size_t place = 0; place < order.size(); ++place) {
       if (place % replay_window == 0) {
         windows_.push_back(runs_.size());
@@ -33,8 +35,8 @@ class LaneProgram {
       append(recording, recording.statements[order[place]], is_kept, is_needed, slot_of);
     }
     windows_.push_back(runs_.size());
-    values_.resize(slot_count_ * Lanes);
-    partials_.resize(partial_count_ * Lanes);
+    values_.resize(std::size_t(slot_count_) * Lanes);
+    partials_.resize(std::size_t(partial_count_) * Lanes);
     for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
       if (is_kept[slot]) std::fill_n(values_.data() + slot_of[slot] * Lanes, Lanes, recording.slots[slot]);
   }
@@ -69,9 +71,7 @@ class LaneProgram {
 
  private:
   using Recording = ReplayRecording<T>;
-  struct Run : ReplayRun<T> {
-    bool is_needed;  ///< again on the way backwards
-  };
+  using Run = ReplayRun<T>;
 
   [[nodiscard]] ReplayArrays<T> arrays() {
     return {values_.data(),    adjoints_.data(), operands_.data(),
@@ -94,7 +94,7 @@ class LaneProgram {
   }
 
   /// Of each recorded slot, whether its value must outlive its window.
-  static std::vector<bool> find_kept(const Recording& recording, const std::vector<std::uint32_t>& order,
+  static std::vector<bool> find_kept(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                      std::uint32_t root) {
     std::vector<std::size_t> window_of(recording.slots.size(), order.size());
     std::vector<bool> is_kept(recording.slots.size(), true);
@@ -113,7 +113,7 @@ class LaneProgram {
   }
 
   /// Of each recorded slot that is not kept, whether the way backwards reads it, or what is computed from it.
-  static std::vector<bool> find_needed(const Recording& recording, const std::vector<std::uint32_t>& order,
+  static std::vector<bool> find_needed(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                        const std::vector<bool>& is_kept) {
     std::vector<bool> is_needed(recording.slots.size(), false);
     for (std::size_t place = order.size(); place-- > 0;) {
@@ -129,11 +129,11 @@ class LaneProgram {
   }
 
   /// Numbers the kept slots: first those that no statement computes.
-  std::vector<std::uint32_t> number_kept(const Recording& recording, const std::vector<std::uint32_t>& order,
-                                         const std::vector<bool>& is_kept) {
+  HugeVector<std::uint32_t> number_kept(const Recording& recording, const HugeVector<std::uint32_t>& order,
+                                        const std::vector<bool>& is_kept) {
     std::vector<bool> is_result(recording.slots.size(), false);
     for (const auto& statement : recording.statements) is_result[statement.result] = true;
-    std::vector<std::uint32_t> slot_of(recording.slots.size(), 0);
+    HugeVector<std::uint32_t> slot_of(recording.slots.size(), 0);
     for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
       if (slot == 0 || !is_result[slot]) slot_of[slot] = kept_count_++;
     first_result_ = kept_count_;
@@ -146,7 +146,7 @@ class LaneProgram {
 
   void append(const Recording& recording, const typename Recording::Statement& statement,
               const std::vector<bool>& is_kept, const std::vector<bool>& is_needed,
-              std::vector<std::uint32_t>& slot_of) {
+              HugeVector<std::uint32_t>& slot_of) {
     const auto& operation = *statement.operation;
     if (statement.result != 0 && !is_kept[statement.result]) {
       slot_of[statement.result] = next_of_window_++;
@@ -157,14 +157,19 @@ class LaneProgram {
     if (runs_.size() == windows_.back() || runs_.back().operation != &operation ||
         runs_.back().is_needed != again ||
         (operation.has_result && runs_.back().result + runs_.back().count != result))
-      runs_.push_back(
-          {{&operation, false, 0, result, operands_.size(), constants_.size(), partial_count_}, again});
+      runs_.push_back({.operation = &operation,
+                       .count = 0,
+                       .result = result,
+                       .operand = static_cast<std::uint32_t>(operands_.size()),
+                       .constant = static_cast<std::uint32_t>(constants_.size()),
+                       .partial = partial_count_,
+                       .is_needed = again});
     ++runs_.back().count;
     for (std::size_t i = 0; i < operation.operand_count; ++i)
       operands_.push_back(slot_of[recording.operands[statement.first_operand + i]]);
     for (std::size_t i = 0; i < operation.constant_count; ++i)
       constants_.push_back(recording.constants[statement.first_constant + i]);
-    partial_count_ += operation.partial_count;
+    partial_count_ += static_cast<std::uint32_t>(operation.partial_count);
   }
 
   HugeVector<Run> runs_;
@@ -175,8 +180,8 @@ class LaneProgram {
   HugeVector<T> values_;  ///< [slot, Lanes]: kept ones, then those of a window
   HugeVector<T> adjoints_;
   std::array<bool, Lanes> refused_{};
-  std::size_t partial_count_ = 0;
-  std::uint32_t kept_count_ = 0, slot_count_ = 0, next_of_window_ = 0, first_result_ = 0, root_ = 0;
+  std::uint32_t partial_count_ = 0, kept_count_ = 0, slot_count_ = 0, next_of_window_ = 0, first_result_ = 0,
+                root_ = 0;
 };
 
 }  // namespace tapestry::detail

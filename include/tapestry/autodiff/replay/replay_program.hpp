@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <tapestry/autodiff/replay/replay_recording.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <utility>
@@ -15,32 +16,30 @@ template <class T>
 class ReplayProgram {
  public:
   ReplayProgram() = default;
-  explicit ReplayProgram(const ReplayRecording<T>& recording) {
-    const auto order = replay_order(recording);
-    std::vector<std::uint32_t> slot_of(recording.slots.size(), 0);
-    number_slots(recording, order, slot_of);
-    const std::vector<bool> is_in_chain = find_chains(recording, order, slot_of);
-    std::uint32_t result = first_result_;
-    for (std::size_t place = 0; place < order.size(); ++place) {
-      const auto& statement = recording.statements[order[place]];
-      const auto& operation = *statement.operation;
-      if (runs_.empty() || runs_.back().operation != &operation ||
-          runs_.back().is_chain != is_in_chain[place])
-        runs_.push_back(
-            {&operation, is_in_chain[place], 0, result, operands_.size(), constants_.size(), partial_count_});
-      ++runs_.back().count;
-      result += operation.has_result;
-      for (std::size_t i = 0; i < operation.operand_count; ++i)
-        operands_.push_back(slot_of[recording.operands[statement.first_operand + i]]);
-      for (std::size_t i = 0; i < operation.constant_count; ++i)
-        constants_.push_back(recording.constants[statement.first_constant + i]);
-      partial_count_ += operation.partial_count;
+  /// \param root  a slot of the recording
+  ReplayProgram(const ReplayRecording<T>& recording, std::uint32_t root) {
+    HugeVector<std::uint32_t> slot_of = number_given(recording);
+    operands_.reserve(recording.operands.size());
+    constants_.reserve(recording.constants.size());
+    ReplayOrder<T> order(recording);
+    std::uint32_t next = first_result_;
+    for (auto window = order.next(); !window.empty(); window = order.next()) {
+      std::uint32_t result = next;
+      for (const std::uint32_t s : window)
+        if (const std::uint32_t slot = recording.statements[s].result; slot != 0) slot_of[slot] = next++;
+      const std::vector<char> is_in_chain = find_chains(recording, window, slot_of);
+      for (std::size_t i = 0; i < window.size(); ++i)
+        append(recording, recording.statements[window[i]], static_cast<bool>(is_in_chain[i]), slot_of,
+               result);
     }
+    values_.resize(next);
+    for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
+      if (slot_of[slot] < first_result_) values_[slot_of[slot]] = recording.slots[slot];
     partials_.resize(partial_count_);
-    new_slots_ = std::move(slot_of);
+    root_ = slot_of[root];
   }
 
-  [[nodiscard]] std::uint32_t slot(std::uint32_t recorded) const { return new_slots_[recorded]; }
+  [[nodiscard]] std::uint32_t root() const { return root_; }
   [[nodiscard]] T* values() { return values_.data(); }
   [[nodiscard]] const T* adjoints() const { return adjoints_.data(); }
   [[nodiscard]] std::size_t run_count() const { return runs_.size(); }
@@ -51,11 +50,11 @@ class ReplayProgram {
     for (const auto& run : runs_) run.operation->forward(run, arrays);
   }
 
-  /// Computes all adjoints, that of `root` being `seed`.
-  void backward(std::uint32_t root, T seed) {
+  /// Computes all adjoints, that of the root being 1.
+  void backward() {
     adjoints_.resize(values_.size(), T(0));
     std::fill_n(adjoints_.data(), first_result_, T(0));  // each run leaves those of its results zero
-    adjoints_[root] = seed;
+    adjoints_[root_] = T(1);
     const ReplayArrays<T> arrays = this->arrays();
     for (std::size_t i = runs_.size(); i-- > 0;)
       if (const auto& run = runs_[i]; !is_single_zero(run)) run.operation->backward(run, arrays);
@@ -72,24 +71,54 @@ class ReplayProgram {
 
   using Recording = ReplayRecording<T>;
 
-  /// Whether the statement at each place of the order is one of several in a chain.
-  static std::vector<bool> find_chains(const Recording& recording, const std::vector<std::uint32_t>& order,
-                                       const std::vector<std::uint32_t>& slot_of) {
+  /// Numbers the slots that no statement computes; others are 0.
+  HugeVector<std::uint32_t> number_given(const Recording& recording) {
+    HugeVector<std::uint32_t> slot_of(recording.slots.size(), 0);
+    for (const auto& statement : recording.statements) slot_of[statement.result] = 1;  // is computed
+    for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
+      slot_of[slot] = slot == 0 || slot_of[slot] == 0 ? first_result_++ : 0;
+    return slot_of;
+  }
+
+  /// \param result  slot of the next result
+  void append(const Recording& recording, const typename Recording::Statement& statement, bool is_in_chain,
+              const HugeVector<std::uint32_t>& slot_of, std::uint32_t& result) {
+    const auto& operation = *statement.operation;
+    if (runs_.empty() || runs_.back().operation != &operation || runs_.back().is_chain != is_in_chain)
+      runs_.push_back({.operation = &operation,
+                       .count = 0,
+                       .result = result,
+                       .operand = static_cast<std::uint32_t>(operands_.size()),
+                       .constant = static_cast<std::uint32_t>(constants_.size()),
+                       .partial = partial_count_,
+                       .is_chain = is_in_chain});
+    ++runs_.back().count;
+    result += operation.has_result;
+    for (std::size_t i = 0; i < operation.operand_count; ++i)
+      operands_.push_back(slot_of[recording.operands[statement.first_operand + i]]);
+    for (std::size_t i = 0; i < operation.constant_count; ++i)
+      constants_.push_back(recording.constants[statement.first_constant + i]);
+    partial_count_ += static_cast<std::uint32_t>(operation.partial_count);
+  }
+
+  /// Whether each statement of a window is one of several in a chain.
+  static std::vector<char> find_chains(const Recording& recording, std::span<const std::uint32_t> window,
+                                       const HugeVector<std::uint32_t>& slot_of) {
     constexpr std::size_t shortest = 8;
-    std::vector<bool> is_in_chain(order.size(), false);
-    const auto operation = [&](std::size_t place) { return recording.statements[order[place]].operation; };
-    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end + 1) {
-      for (end = begin; end < order.size() && operation(end) == operation(begin); ++end)
-        if (!continues_chain(recording, order[end], slot_of)) break;
+    std::vector<char> is_in_chain(window.size(), false);
+    const auto operation = [&](std::size_t i) { return recording.statements[window[i]].operation; };
+    for (std::size_t begin = 0, end = 0; begin < window.size(); begin = end + 1) {
+      for (end = begin; end < window.size() && operation(end) == operation(begin); ++end)
+        if (!continues_chain(recording, window[end], slot_of)) break;
       if (end - begin >= shortest)
-        for (std::size_t place = begin; place < end; ++place) is_in_chain[place] = true;
+        for (std::size_t i = begin; i < end; ++i) is_in_chain[i] = true;
       if (end > begin) --end;
     }
     return is_in_chain;
   }
 
   static bool continues_chain(const Recording& recording, std::size_t s,
-                              const std::vector<std::uint32_t>& slot_of) {
+                              const HugeVector<std::uint32_t>& slot_of) {
     const auto& statement = recording.statements[s];
     if (!statement.operation->can_chain) return false;
     const std::uint32_t before = slot_of[statement.result] - 1;
@@ -98,29 +127,15 @@ class ReplayProgram {
     return true;
   }
 
-  void number_slots(const Recording& recording, const std::vector<std::uint32_t>& order,
-                    std::vector<std::uint32_t>& slot_of) {
-    std::vector<bool> is_result(recording.slots.size(), false);
-    for (const auto& statement : recording.statements) is_result[statement.result] = true;
-    std::uint32_t next = 0;
-    for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
-      if (slot == 0 || !is_result[slot]) slot_of[slot] = next++;
-    first_result_ = next;
-    for (const std::uint32_t s : order)
-      if (const auto result = recording.statements[s].result; result != 0) slot_of[result] = next++;
-    values_.resize(next);
-    for (std::size_t slot = 0; slot < slot_of.size(); ++slot) values_[slot_of[slot]] = recording.slots[slot];
-  }
-
   HugeVector<ReplayRun<T>> runs_;
   HugeVector<std::uint32_t> operands_;
   HugeVector<T> constants_;
   HugeVector<T> partials_;
   HugeVector<T> values_;
   HugeVector<T> adjoints_;
-  std::vector<std::uint32_t> new_slots_;
-  std::size_t partial_count_ = 0;
+  std::uint32_t partial_count_ = 0;
   std::uint32_t first_result_ = 0;
+  std::uint32_t root_ = 0;
 };
 
 }  // namespace tapestry::detail
