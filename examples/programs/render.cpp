@@ -17,6 +17,7 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
@@ -38,7 +39,7 @@ struct Options {
   std::string faces;
   std::string texture;
   std::vector<double> colour;
-  std::string filter = "bilinear";
+  std::string filter = "anisotropic";
   double u_extent = 0;
   std::string view = "colour";
   double azimuth = 45, elevation = 20, fov = 60;
@@ -71,7 +72,8 @@ void describe_scene(CLI::App& app, Options& o) {
                  "PNG that the uv of painted faces point into; the mesh's own colours when left out");
   app.add_option("--colour", o.colour, "one colour for painted faces, three numbers from 0 to 1")
       ->expected(3);
-  app.add_option("--filter", o.filter, "of the texture: bilinear or trilinear")->capture_default_str();
+  app.add_option("--filter", o.filter, "of the texture: bilinear, trilinear or anisotropic")
+      ->capture_default_str();
   app.add_option("--u-extent", o.u_extent,
                  "the texture's width in u; 0: 1, or 2 when painted faces have u beyond 1")
       ->capture_default_str();
@@ -165,7 +167,7 @@ void require_sound_files(const Options& o, ProblemList& list) {
 
 void require_sound_light(const Options& o, ProblemList& list) {
   list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
-  list.require_choice("--colour-space", o.colour_space, {"linear", "encoded"});
+  list.require_choice("--colour-space", o.colour_space, names_of(image::colour_spaces));
   list.require(o.ambient >= 0 && std::isfinite(o.ambient), "--ambient must be a number from 0 on");
   list.require(o.directional >= 0 && std::isfinite(o.directional),
                "--directional must be a number from 0 on");
@@ -178,7 +180,7 @@ void require_sound(const Options& o) {
   require_sound_files(o, list);
   require_sound_light(o, list);
   list.require_choice("--view", o.view, mesh_view_names());
-  list.require_choice("--filter", o.filter, {"bilinear", "trilinear"});
+  list.require_choice("--filter", o.filter, names_of(raster::texture_filters));
   list.require(o.samples == 0 || o.samples == 1 || o.samples == 2 || o.samples == 4 || o.samples == 8,
                "--samples is " + std::to_string(o.samples) + "; expected 0, 1, 2, 4 or 8");
   for (const std::size_t side : o.size)
@@ -213,8 +215,8 @@ void set_texture(const Options& o, PaintedScene& scene) {
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     scene.layout.height = picture.shape(0);
     scene.layout.width = picture.shape(1);
-    scene.layout.filter =
-        o.filter == "trilinear" ? raster::TextureFilter::trilinear : raster::TextureFilter::bilinear;
+    scene.layout.filter = raster::texture_filter_by_name(o.filter);
+    scene.pyramid = raster::pyramid_of(scene);
     scene.texels = Array<float, 2>(Extents<2>{picture.shape(0) * picture.shape(1), 3});
     std::copy_n(picture.data(), picture.size(), scene.texels.data());
     return;

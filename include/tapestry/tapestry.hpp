@@ -248,6 +248,7 @@
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/affine_colour.hpp>
 #include <tapestry/raster/affine_colour_variable.hpp>
+#include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
@@ -261,6 +262,7 @@
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
+#include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/mip_pyramid_variable.hpp>
 #include <tapestry/raster/painted_mesh.hpp>

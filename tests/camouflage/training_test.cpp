@@ -3,10 +3,12 @@
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
+#include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 #include "../support/tiny_scene.hpp"
 
@@ -205,6 +207,9 @@ TEST_CASE("own colours give the clean car, in an atlas and in cubes", "[camoufla
   for (const auto kind : {tapestry::raster::TextureKind::atlas, tapestry::raster::TextureKind::cube}) {
     auto car = test::tiny_car(12, kind);
     car.space = GENERATE(tapestry::image::ColourSpace::encoded, tapestry::image::ColourSpace::linear);
+    car.layout.filter =
+        GENERATE(tapestry::raster::TextureFilter::bilinear, tapestry::raster::TextureFilter::anisotropic);
+    car.pyramid = tapestry::raster::pyramid_of(car);
     const auto colours = camouflage::own_colours<float>(car);
     auto unpainted = car;
     for (auto& face : unpainted.painted) face = 0;
@@ -243,6 +248,28 @@ TEST_CASE("white paint in the shade and in the light looks the same in both colo
     }
     CHECK(of_roof > 100);
   }
+}
+
+TEST_CASE("a filtered atlas needs its pyramid, and views of one car share it", "[camouflage][view]") {
+  Fixture fixture;
+  const auto frame = test::tiny_frame(1);
+  auto car = test::tiny_car();
+  car.layout.filter = tapestry::raster::TextureFilter::anisotropic;
+  CHECK_THROWS_AS(camouflage::make_view<float>(frame, car, 48, 48), tapestry::DomainError);
+  std::vector<std::shared_ptr<const camouflage::View<float>>> views;
+  for (int i = 0; i < 2; ++i) {
+    car.pyramid = tapestry::raster::pyramid_of(car);
+    views.push_back(
+        std::make_shared<const camouflage::View<float>>(camouflage::make_view<float>(frame, car, 48, 48)));
+  }
+  const auto white = tapestry::filled<float, 2>({car.layout.texel_count(car.mesh), 3}, 1.0F);
+  const auto bilinear = camouflage::make_view<float>(frame, test::tiny_car(), 48, 48);
+  CHECK(tapestry::test::relative_distance(camouflage::picture_of(*views[0], white),
+                                          camouflage::picture_of(bilinear, white)) <= 1e-6);
+  const tapestry::ArrayVariable<float, 2> colours(fixture.start);
+  CHECK_THROWS_WITH(fixture.objective(colours, views), "objective: views of different pyramids");
+  car.layout.filter = tapestry::raster::TextureFilter::bilinear;
+  CHECK_THROWS_AS(camouflage::make_view<float>(frame, car, 48, 48), tapestry::DomainError);
 }
 
 TEST_CASE("views in different colour spaces are refused", "[camouflage][objective]") {

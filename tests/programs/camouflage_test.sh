@@ -65,6 +65,15 @@ grep -q '"colour-space"' measured_by_numbers/metrics.json && fail "an encoded ru
 expect_exit 2 "an unknown colour space" "$camouflage" --colour-space gamma --output none
 expect_error_line '--colour-space .*gamma'
 
+# An atlas is filtered, or looked up at single places; a manifest from before there was a choice is of the latter.
+grep -q '"filter": "anisotropic"' two/manifest.json && pass || fail "the manifest does not name the filter"
+expect_exit 0 "single lookups" "$camouflage" "${quick[@]}" --filter bilinear --output unfiltered
+grep -q '"filter"' unfiltered/manifest.json && fail "a manifest names what was no choice before" || pass
+if cmp -s unfiltered/texture.npz two/texture.npz; then fail "both filters give the same texture"; else pass; fi
+expect_exit 0 "an unfiltered run measured again" "$programs/evaluate" --run unfiltered --output measured_unfiltered
+expect_exit 2 "an unknown filter" "$camouflage" --filter cubic --output none
+expect_error_line '--filter .*cubic'
+
 expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --output other
 if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the same texture"; else pass; fi
 

@@ -43,6 +43,8 @@ cmp -s red.png some.png && fail "the face list does not count" || pass
 expect_exit 0 "a texture" "$render" --size 96 --material body --texture car.png --output textured.png
 expect_exit 0 "trilinear" "$render" --size 96 --material body --texture car.png --filter trilinear --output tri.png
 cmp -s textured.png tri.png && fail "the filter does not show" || pass
+expect_exit 0 "bilinear" "$render" --size 96 --material body --texture car.png --filter bilinear --output bi.png
+cmp -s textured.png bi.png && fail "a texture is not filtered unless asked for" || pass
 for light in none smooth; do
   expect_exit 0 "light $light" "$render" --size 96 --light "$light" --output "light.png"
   cmp -s car.png light.png && fail "light $light is the flat one" || pass

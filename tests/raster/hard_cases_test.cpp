@@ -21,6 +21,7 @@ using tapestry::Array;
 using tapestry::geometry::Camera;
 using tapestry::geometry::Mesh;
 using tapestry::geometry::Vector3;
+using tapestry::test::anisotropic;
 using tapestry::test::atlas;
 using tapestry::test::cube;
 using tapestry::test::every_face;
@@ -86,7 +87,7 @@ TEST_CASE("slivers down to 1e-12 of a unit leave no hole, no number that is none
   for (const auto& fragment : raster::fragments(buffer, mesh, Camera{}, raster::FragmentGrain::sample))
     for (const double b : fragment.barycentric) is_inside = is_inside && b >= 0 && b <= 1;
   CHECK(is_inside);
-  for (const auto& layout : {atlas, trilinear, cube, vertex}) {
+  for (const auto& layout : {atlas, trilinear, anisotropic, cube, vertex}) {
     const auto picture = picture_of(mesh, layout, 40, 50);
     CHECK(std::all_of(picture.data(), picture.data() + picture.size(),
                       [](double value) { return value >= 0 && value <= 1; }));
@@ -99,7 +100,7 @@ TEST_CASE("a corner in the camera, and in the camera's plane, gives no number th
   const Mesh mesh = triangle_soup({{Vector3{0, 0, 0}, Vector3{1, 0.2, 3}, Vector3{-0.4, 1, 3}},
                                    {Vector3{0.5, 0.5, 0}, Vector3{-1, 0.1, 2}, Vector3{-1, 1, 2}},
                                    {Vector3{-3, -1, 0}, Vector3{3, -1, 0}, Vector3{0, -1, 8}}});
-  for (const auto& layout : {atlas, trilinear, cube, vertex}) {
+  for (const auto& layout : {atlas, trilinear, anisotropic, cube, vertex}) {
     const auto picture = picture_of(mesh, layout, 33, 47);
     CHECK(std::all_of(picture.data(), picture.data() + picture.size(),
                       [](double value) { return value >= 0 && value <= 1; }));
@@ -126,13 +127,13 @@ TEST_CASE("uv beyond the atlas repeat it", "[raster][hard_case]") {
 
 TEST_CASE("a face whose uv have no area shows one colour", "[raster][hard_case]") {
   const Vector3 a{-2, -2, 2}, b{6, -2, 2}, c{-2, 6, 2};
-  for (const auto& layout : {atlas, trilinear}) {
+  for (const auto& layout : {atlas, trilinear, anisotropic}) {
     const auto texels = random_array<double>({layout.height * layout.width, 3}, 6);
     const auto view = raster::texture_operator<double>(
         {triangle_soup({{a, b, c}}, {{{0.3, 0.6}, {0.3, 0.6}, {0.3, 0.6}}}), {1}, layout}, Camera{}, 16, 16,
         raster::Unlit{}, 4);
-    const bool has_pyramid = layout.filter == raster::TextureFilter::trilinear;
-    const auto picture = raster::render(view, has_pyramid ? raster::mip_pyramid(layout, texels) : texels);
+    const auto picture =
+        raster::render(view, raster::is_filtered(layout) ? raster::MipPyramid(layout)(texels) : texels);
     std::array<double, 3> expected{};
     raster::visit_atlas_taps(layout, {0.3, 0.6}, [&](const raster::Tap& tap) {
       for (std::size_t channel = 0; channel < 3; ++channel)

@@ -47,8 +47,8 @@ void check(const raster::PaintedMesh& body, const Array<double, 1>& light) {
 TEST_CASE("light_adjoint agrees with central differences for every texture, flat and smooth",
           "[raster][light][gradient]") {
   const auto light = raster::light_parameters<double>(warm);
-  for (const auto& layout : {tapestry::test::atlas, tapestry::test::trilinear, tapestry::test::cube,
-                             tapestry::test::vertex, tapestry::test::solid}) {
+  for (const auto& layout : {tapestry::test::atlas, tapestry::test::trilinear, tapestry::test::anisotropic,
+                             tapestry::test::cube, tapestry::test::vertex, tapestry::test::solid}) {
     check<raster::Light>(some_body(layout), light);
     check<raster::SmoothLight>(some_body(layout), light);
   }

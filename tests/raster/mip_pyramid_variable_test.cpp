@@ -3,6 +3,7 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/raster/texture_operator_variable.hpp>
+#include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
@@ -14,19 +15,20 @@ namespace raster = tapestry::raster;
 using tapestry::ArrayVariable;
 using tapestry::test::random_array;
 
-TEST_CASE("a trilinear atlas on the tape agrees with central differences", "[raster][variable][gradient]") {
-  const auto& layout = tapestry::test::trilinear;
+TEST_CASE("a filtered atlas on the tape agrees with central differences", "[raster][variable][gradient]") {
+  const auto& layout = GENERATE(tapestry::test::trilinear, tapestry::test::anisotropic);
   const auto mesh = tapestry::test::random_triangles(30, 1, 0.9);
-  const auto view = raster::texture_operator<double>({mesh, tapestry::test::every_face(mesh), layout}, {}, 20,
-                                                     24, tapestry::test::warm);
+  const raster::PaintedMesh body{mesh, tapestry::test::every_face(mesh), layout};
+  const auto view = raster::texture_operator<double>(body, {}, 20, 24, tapestry::test::warm);
+  const auto pyramid = raster::pyramid_of(body);
   const auto loss = [&](const ArrayVariable<double, 2>& texels) {
-    const auto picture = raster::render(view, raster::mip_pyramid(layout, texels));
+    const auto picture = raster::render(view, raster::stored_texels(pyramid, texels));
     return tapestry::sum(square(picture));
   };
   const auto texels = random_array<double>({layout.height * layout.width, 3}, 2);
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
-  CHECK(!raster::mip_pyramid(layout, ArrayVariable<double, 2>(texels)).is_active());
+  CHECK(!raster::stored_texels(pyramid, ArrayVariable<double, 2>(texels)).is_active());
   const auto input = tape.input(texels);
   tape.reverse(loss(input) + loss(input));
   const auto direction = tapestry::test::random_direction<double>({layout.height * layout.width, 3}, 3);

@@ -4,6 +4,7 @@
 #include <limits>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -198,24 +199,24 @@ TEST_CASE("light, coverage and material make the picture of a plain texture", "[
 
 namespace {
 
-/// |⟨y, Ax⟩ − ⟨Aᵀy, x⟩| over Σ |y · Ax| of a view's linear map, the pyramid of a trilinear atlas included.
+/// |⟨y, Ax⟩ − ⟨Aᵀy, x⟩| over Σ |y · Ax| of a view's linear map, the pyramid of a filtered atlas included.
 template <class T, class Model>
 double transpose_error(const Mesh& mesh, const raster::TextureLayout& layout, const Model& light,
                        std::size_t samples) {
   auto painted = every_face(mesh);
   painted[7] = 0;
   const auto picture = raster::texture_operator<T>({mesh, painted, layout}, Camera{}, 45, 37, light, samples);
-  const bool has_pyramid = layout.filter == raster::TextureFilter::trilinear;
   const auto x = random_array<T>({layout.texel_count(mesh), 3}, 7, -1);
   const auto y = random_array<T>({45, 37, 3}, 8, -1);
-  const Array<T, 3> image = raster::render(picture, has_pyramid ? raster::mip_pyramid(layout, x) : x);
+  const auto pyramid = raster::pyramid_of({mesh, painted, layout});
+  const Array<T, 3> image = raster::render(picture, raster::stored_texels(pyramid, x));
   auto stored = tapestry::zeros<T, 2>({raster::stored_texel_count(layout, mesh), 3});
   raster::render_adjoint(picture, y, stored);
   raster::render_adjoint(picture, y, stored);  // adds
   Array<T, 2> gradient = stored;
-  if (has_pyramid) {
+  if (pyramid) {
     gradient = tapestry::zeros<T, 2>(x.shape());
-    raster::mip_pyramid_adjoint(layout, stored, gradient);
+    pyramid->adjoint(stored, gradient);
   }
   double forward = 0, backward = 0, size = 0;
   for (std::size_t i = 0; i < image.size(); ++i) {
@@ -234,7 +235,7 @@ double transpose_error(const Mesh& mesh, const raster::TextureLayout& layout, co
 TEMPLATE_TEST_CASE("render_adjoint is the transpose of render", "[raster][gradient]", float, double) {
   const Mesh mesh = random_triangles(300, 6, 0.4, -1, 3);
   const double bound = std::is_same_v<TestType, float> ? 1e-6 : 1e-12;
-  for (const auto& layout : {atlas, trilinear, cube, vertex, solid}) {
+  for (const auto& layout : {atlas, trilinear, tapestry::test::anisotropic, cube, vertex, solid}) {
     for (const std::size_t samples : std::vector<std::size_t>{1, 4})
       CHECK(transpose_error<TestType>(mesh, layout, warm, samples) <= bound);
     CHECK(transpose_error<TestType>(mesh, layout, raster::Unlit{}, 2) <= bound);

@@ -11,6 +11,8 @@ namespace tapestry::test {
 inline const raster::TextureLayout atlas{raster::TextureKind::atlas, 8, 16, 2, 0};
 inline const raster::TextureLayout trilinear{raster::TextureKind::atlas,      8, 16, 2, 0,
                                              raster::TextureFilter::trilinear};
+inline const raster::TextureLayout anisotropic{raster::TextureKind::atlas,        8, 16, 2, 0,
+                                               raster::TextureFilter::anisotropic};
 inline const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 3};
 inline const raster::TextureLayout vertex{raster::TextureKind::vertex, 0, 0, 1, 0};
 inline const raster::TextureLayout solid{raster::TextureKind::solid, 0, 0, 1, 0};

@@ -16,6 +16,7 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/loss/prediction.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <utility>
 #include <vector>
 
@@ -65,6 +66,7 @@ inline raster::TextureLayout layout_of(const SceneSettings& settings, const geom
   layout.width = 2 * settings.texels;
   layout.u_extent = 2;
   layout.texels_per_edge = settings.texels;
+  layout.filter = raster::texture_filter_by_name(settings.filter);
   if (layout.kind == raster::TextureKind::atlas && mesh.uvs.empty())
     throw FileError(ErrorKind::mismatch, {settings.mesh, "", "no texture coordinates, which an atlas needs",
                                           "vt records, or --texture cube"});
@@ -83,6 +85,7 @@ inline Car load_car(const SceneSettings& settings) {
   car.painted.mesh = std::move(loaded.mesh);
   car.painted.space =
       settings.colour_space == "linear" ? image::ColourSpace::linear : image::ColourSpace::encoded;
+  car.painted.pyramid = raster::pyramid_of(car.painted);
   return car;
 }
 

@@ -63,9 +63,8 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
   const auto draw = [&](const auto& light) {
     const auto view =
         raster::texture_operator<float>(scene, camera, picture.height, picture.width, light, picture.samples);
-    const auto texels = image::in_space(scene.space, scene.texels);
-    const bool has_pyramid = view.texel_count != texels.shape(0);
-    const auto image = raster::render(view, has_pyramid ? raster::mip_pyramid(scene.layout, texels) : texels);
+    const auto image = raster::render(
+        view, raster::stored_texels(scene.pyramid, image::in_space(scene.space, scene.texels)));
     return image::over(image, view.coverage, background_of(picture), 0, 0, scene.space);
   };
   if (scene.lighting == "none") return draw(raster::Unlit{});

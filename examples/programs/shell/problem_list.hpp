@@ -7,6 +7,14 @@
 
 namespace tapestry::shell {
 
+/// What an option can be whose choices are values of an enumeration.
+template <class Values>
+std::vector<std::string> names_of(const Values& values) {
+  std::vector<std::string> names;
+  for (const auto value : values) names.emplace_back(name_of(value));
+  return names;
+}
+
 /// Collects complaints instead of stopping at the first.
 class ProblemList {
  public:

@@ -11,6 +11,7 @@
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/transform/conditions.hpp>
 #include <tapestry/loss/adversarial.hpp>
+#include <tapestry/raster/texture_layout.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -31,6 +32,7 @@ struct SceneSettings {
   std::string texture = "atlas";
   std::size_t texels = 0;
   std::size_t samples = 2;
+  std::string filter = "anisotropic";
   std::string colour_space = "linear";
 };
 
@@ -84,6 +86,9 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "dataN.npz");
   visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
   visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
+  visit("filter", s.filter,
+        "how an atlas is looked up: anisotropic or trilinear, as fine as pixels see it, or bilinear, at one "
+        "place a face and pixel");
   visit("samples", s.samples, "samples a pixel along each axis: 1, 2, 4 or 8");
   visit("colour-space", s.colour_space,
         "how colours are lit, filtered and blended: linear, in proportion to light as a camera sees it, or "
@@ -158,6 +163,7 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 /// What it means that a manifest lacks a setting: nothing is asked for, the choice is left to the detector,
 /// or there was no choice when the run was made. Null if it may not be lacking.
 inline const char* value_when_lacking(const std::string& name) {
+  if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
   const bool is_open =
       name == "decode" || name == "fit" || name == "detector" || name == "ensemble" || name == "conditions";
@@ -178,7 +184,8 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
   list.require_choice("--mask", s.mask, {"auto", "silhouette", "file"});
   list.require_choice("--texture", s.texture, {"atlas", "cube"});
-  list.require_choice("--colour-space", s.colour_space, {"linear", "encoded"});
+  list.require_choice("--filter", s.filter, names_of(raster::texture_filters));
+  list.require_choice("--colour-space", s.colour_space, names_of(image::colour_spaces));
   list.require(s.samples == 1 || s.samples == 2 || s.samples == 4 || s.samples == 8,
                "--samples is " + std::to_string(s.samples) + "; expected 1, 2, 4 or 8");
   list.require(s.scenes <= 1000000, "--scenes must be at most 1000000");
@@ -197,17 +204,10 @@ inline std::vector<std::string> decode_choices() {
   return choices;
 }
 
-/// What --fit can be.
-inline std::vector<std::string> fit_choices() {
-  std::vector<std::string> choices;
-  for (const auto kind : image::fit_kinds) choices.emplace_back(image::name_of(kind));
-  return choices;
-}
-
 inline void require_sound(const DetectorSettings& s, ProblemList& list) {
   list.require(s.cfg.empty() || !s.weights.empty(), "--cfg and --weights go together; --weights is missing");
   if (!s.decode.empty()) list.require_choice("--decode", s.decode, decode_choices());
-  if (!s.fit.empty()) list.require_choice("--fit", s.fit, fit_choices());
+  if (!s.fit.empty()) list.require_choice("--fit", s.fit, names_of(image::fit_kinds));
   list.require(s.size <= 4096, "--size must be at most 4096 pixels");
   list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
   list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");

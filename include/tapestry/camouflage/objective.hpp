@@ -16,6 +16,7 @@
 #include <tapestry/image/transform/chain_variable.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
 #include <tapestry/loss/smoothness_variable.hpp>
+#include <tapestry/raster/mip_pyramid_variable.hpp>
 #include <tapestry/raster/texture_operator_variable.hpp>
 #include <type_traits>
 #include <utility>
@@ -88,7 +89,7 @@ class Objective {
   /// Records the loss of a minibatch on the active tape and returns it.
   ///
   /// \param parameter  [texel, 3]
-  /// \param views      at least one, all in one colour space
+  /// \param views      at least one, all of one car in one colour space
   /// \param session    a shot for each view; if not given, the detectors see the pictures as they are
   [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views,
                                        const PhotoSession* session = nullptr) {
@@ -100,7 +101,8 @@ class Objective {
     StageClock<T> clock(times_, parameter.is_active());
     const auto colours = printed(texture_colours(parameter), session);
     clock.end_of(&StepTimes::update);
-    const auto renders = raster::render(operators_of(views), image::in_space(space, colours));
+    const auto texels = raster::stored_texels(pyramid_of(views), image::in_space(space, colours));
+    const auto renders = raster::render(operators_of(views), texels);
     clock.end_of(&StepTimes::render);
     const auto pictures = photographed(image::over(renders, backdrops_of(views), space), session);
     clock.end_of(&StepTimes::composite);
@@ -140,6 +142,11 @@ class Objective {
     for (const auto& view : views)
       if (view->space != views[0]->space) throw DomainError("objective: views in different colour spaces");
     return views[0]->space;
+  }
+  static std::shared_ptr<const raster::MipPyramid> pyramid_of(Views views) {
+    for (const auto& view : views)
+      if (view->pyramid != views[0]->pyramid) throw DomainError("objective: views of different pyramids");
+    return views[0]->pyramid;
   }
   /// Renders as they are seen where the car covers a pixel wholly.
   static auto seen(image::ColourSpace space, std::vector<ArrayVariable<T, 3>> renders) {

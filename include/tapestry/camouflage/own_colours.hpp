@@ -7,6 +7,8 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/raster/bake.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::camouflage {
 /// The colours that the painted faces have by their materials, as a texture, [texel, 3]. Atlas texels that
@@ -46,16 +48,17 @@ template <class T>
   return colours;
 }
 
-/// A texture as an atlas picture, [H, W, 3] in [0, 1] with row 0 at v = 1. Textures of other kinds than an
-/// atlas are baked into one of 512 × 1024 texels; faces without uv do not show.
+/// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1: texels that no
+/// painted face refers to take colours of those around them. Textures of other kinds than an atlas are baked
+/// into one of 512 × 1024 texels; faces without uv do not show.
 template <class T>
 [[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours) {
-  auto layout = car.layout;
-  Array<T, 2> texels = colours;
-  if (layout.kind != raster::TextureKind::atlas) {
-    layout = {raster::TextureKind::atlas, 512, 1024, car.layout.u_extent};
-    texels = raster::bake_atlas(car, colours, layout);
-  }
+  const bool is_atlas = car.layout.kind == raster::TextureKind::atlas;
+  const raster::TextureLayout layout =
+      is_atlas ? car.layout
+               : raster::TextureLayout{raster::TextureKind::atlas, 512, 1024, car.layout.u_extent};
+  const auto texels = is_atlas ? raster::with_unused_filled(layout, raster::used_texels<T>(car), colours)
+                               : raster::bake_atlas(car, colours, layout);
   Array<T, 3> picture(Extents<3>{layout.height, layout.width, 3});
   std::copy_n(texels.data(), texels.size(), picture.data());
   return picture;

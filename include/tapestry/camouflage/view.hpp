@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/core/array.hpp>
@@ -18,6 +19,7 @@
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/masked.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 
@@ -37,7 +39,8 @@ struct View {
   detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels in which the car shows
   image::ColourSpace space =
-      image::ColourSpace::encoded;  ///< in which the car is lit and laid over the frame
+      image::ColourSpace::encoded;                      ///< in which the car is lit and laid over the frame
+  std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< of a filtered atlas, else null
 };
 
 namespace detail {
@@ -96,13 +99,17 @@ inline detect::Box box_around(const image::PixelWindow& window) {
 ///
 /// The car is hidden in the view when it lies outside the picture or wholly behind the mask: then
 /// visible_pixels is 0 and the target an empty box.
-/// \throws ShapeError if the frame's mask has other extents than its image; DomainError as io::camera_of()
+/// \param car  with the pyramid of its atlas if that is filtered
+/// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
+///         without a pyramid, and as io::camera_of()
 template <class T>
 [[nodiscard]] View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis = 2,
                                 const image::Fit& fit = {}) {
   if (frame.mask)
     require_shape("make_view", "mask", *frame.mask, {frame.image.shape(0), frame.image.shape(1)});
+  if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
+    throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
   const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
   const auto camera = detail::placed(io::camera_of(frame), place, height, width);
   const auto whole =
@@ -112,6 +119,7 @@ template <class T>
   View<T> view;
   view.name = frame.name;
   view.space = car.space;
+  view.pyramid = car.pyramid;
   view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   view.window = raster::covered_window(whole.coverage);
   view.paint_to_picture = raster::cropped(whole, view.window);
@@ -132,9 +140,8 @@ template <class T>
 /// \returns        [H, W, 3]
 template <class T>
 [[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
-  const auto render = view.space == image::ColourSpace::linear
-                          ? raster::render(view.paint_to_picture, image::linearised(colours))
-                          : raster::render(view.paint_to_picture, colours);
+  const auto render = raster::render(
+      view.paint_to_picture, raster::stored_texels(view.pyramid, image::in_space(view.space, colours)));
   return image::over(render, view.paint_to_picture.coverage, view.background, view.window.top,
                      view.window.left, view.space);
 }

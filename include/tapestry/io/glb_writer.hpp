@@ -37,7 +37,7 @@ inline void write_glb(const std::string& path, const geometry::Mesh& mesh) {
 /// Writes a painted mesh as .glb with its texture inside; parameters and errors as write_painted_obj().
 template <std::floating_point T>
 void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
-  const auto& [mesh, painted, layout, space] = body;
+  const auto& [mesh, painted, layout, space, pyramid] = body;
   detail::require_writable_mesh(mesh);
   detail::require_faces("write_painted_glb", mesh);
   if (painted.size() != mesh.faces.size())

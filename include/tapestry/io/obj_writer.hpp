@@ -173,7 +173,7 @@ inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
 /// \throws ShapeError unless body.painted has an entry a face; otherwise as write_obj()
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
-  const auto& [mesh, painted, layout, space] = body;
+  const auto& [mesh, painted, layout, space, pyramid] = body;
   detail::require_writable_names(path, mesh);
   detail::require_writable_mesh(mesh);
   if (painted.size() != mesh.faces.size())

@@ -12,6 +12,7 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
@@ -82,22 +83,22 @@ void require_bakeable(const char* operation, const PaintedMesh& body, const Arra
 
 /// A texture of any kind as an atlas: each texel that a painted face covers takes the colour that the texture
 /// has there, texels just outside a chart that of its rim. Where a chart's own texels and another's rim meet,
-/// the chart's count.
+/// the chart's count. Texels farther off take colours of the charts around them, see with_unused_filled().
 ///
 /// \param texels  [texel_count, 3], laid out as body.layout says
 /// \param to      layout of the atlas
-/// \param unused  colour of texels that no painted face covers
-/// \returns       [to.height · to.width, 3]
+/// \returns       [to.height · to.width, 3]; grey of 0.5 if no face is painted
 /// \throws ShapeError, DomainError, Error (mismatch) as texture_operator() does; DomainError unless `to` is
 ///         an atlas
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> bake_atlas(const PaintedMesh& body, const Array<T, 2>& texels,
-                                     const TextureLayout& to, T unused = T(0.5)) {
+                                     const TextureLayout& to) {
   detail::require_bakeable("bake_atlas", body, texels);
   if (to.kind != TextureKind::atlas || to.height == 0 || to.width == 0 || !(to.u_extent > 0))
     throw DomainError("bake_atlas: expected the layout of an atlas with rows, columns and a u_extent");
   const SurfaceColour<T, PreparedUnlit> colour(body, texels, {});
-  auto atlas = filled<T, 2>({to.height * to.width, 3}, unused);
+  auto atlas = filled<T, 2>({to.height * to.width, 3}, T(0.5));
+  auto used = zeros<T, 2>({to.height, to.width});
   for (const bool is_rim : {true, false}) {
     for (std::size_t face = 0; face < body.painted.size(); ++face) {
       if (body.painted[face] == 0) continue;
@@ -106,10 +107,11 @@ template <std::floating_point T>
             if ((std::min({b[0], b[1], b[2]}) < 0) != is_rim) return;
             const auto value = colour.at(static_cast<std::int32_t>(face), detail::clamped_barycentric(b));
             for (std::size_t c = 0; c < 3; ++c) atlas(row * to.width + column, c) = static_cast<T>(value[c]);
+            used(row, column) = T(1);
           });
     }
   }
-  return atlas;
+  return with_unused_filled(to, used, atlas);
 }
 
 /// A texture of any kind as cubes: texel (a, b, c) takes the colour at the barycentric coordinates

@@ -6,6 +6,7 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/texture_layout.hpp>
+#include <utility>
 
 namespace tapestry::raster {
 
@@ -42,23 +43,49 @@ struct BarycentricSlope {
   return slope;
 }
 
-/// Width of a pixel's footprint in an atlas, in texels: the longer of the two vectors that a step of a column
-/// and of a row makes there (the rule of OpenGL).
+/// Where a pixel lies in an atlas, to first order: the ellipse that its circle becomes there.
+struct Footprint {
+  double length = 0;                  ///< of the longer axis, texels
+  double width = 0;                   ///< of the shorter one
+  std::array<double, 2> along{0, 0};  ///< the longer axis, from end to end, in units of uv
+};
+
+/// The footprint of a pixel: the singular values of the map from steps in the picture to steps in the atlas,
+/// and the direction in the atlas of the greater one.
 ///
 /// \param corner_uvs  uv of the face's corners
-[[nodiscard]] inline double footprint_texels(const BarycentricSlope& slope,
-                                             const std::array<std::array<double, 2>, 3>& corner_uvs,
-                                             const TextureLayout& layout) {
-  const auto width_of = [&](const std::array<double, 3>& b) {
-    double u = 0, v = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      u += b[k] * corner_uvs[k][0];
-      v += b[k] * corner_uvs[k][1];
-    }
-    return std::hypot(u * static_cast<double>(layout.width) / layout.u_extent,
-                      v * static_cast<double>(layout.height));
+[[nodiscard]] inline Footprint footprint_of(const BarycentricSlope& slope,
+                                            const std::array<std::array<double, 2>, 3>& corner_uvs,
+                                            const TextureLayout& layout) {
+  const std::array<double, 2> texels_per_uv{static_cast<double>(layout.width) / layout.u_extent,
+                                            static_cast<double>(layout.height)};
+  const auto step = [&](const std::array<double, 3>& b) {
+    std::array<double, 2> texels{0, 0};
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t axis = 0; axis < 2; ++axis) texels[axis] += b[k] * corner_uvs[k][axis];
+    return std::array<double, 2>{texels[0] * texels_per_uv[0], texels[1] * texels_per_uv[1]};
   };
-  return std::max(width_of(slope.per_column), width_of(slope.per_row));
+  const auto [a, b] = step(slope.per_column);
+  const auto [c, d] = step(slope.per_row);
+  // J Jᵀ = [p r; r q]: half the sum of its eigenvalues and half their difference.
+  const double p = a * a + c * c, q = b * b + d * d, r = a * b + c * d;
+  const double mean = (p + q) / 2, half = (p - q) / 2, spread = std::sqrt(half * half + r * r);
+  Footprint footprint;
+  footprint.length = std::sqrt(mean + spread);
+  if (!(footprint.length > 0 && std::isfinite(footprint.length))) return footprint;
+  footprint.width = std::abs(a * d - b * c) / footprint.length;
+  // The eigenvector of the greater, by the row of J Jᵀ − (mean − spread) that does not cancel.
+  double x = spread + std::abs(half), y = r;
+  if (half < 0) std::swap(x, y);
+  const double norm = std::sqrt(x * x + y * y);
+  if (norm > 0) {
+    x *= footprint.length / norm;
+    y *= footprint.length / norm;
+  } else {
+    x = footprint.length;  // a circle: any direction
+  }
+  footprint.along = {x / texels_per_uv[0], y / texels_per_uv[1]};
+  return footprint;
 }
 
 }  // namespace tapestry::raster

@@ -4,13 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_cube.hpp>
@@ -40,7 +42,7 @@ inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
 }
 
 inline void require_layout(const char* operation, const PaintedMesh& body) {
-  const auto& [mesh, painted, layout, space] = body;
+  const auto& [mesh, painted, layout, space, pyramid] = body;
   const std::string name = operation;
   if (painted.size() != mesh.faces.size()) {
     throw ShapeError(name + ": painted is [" + std::to_string(painted.size()) + "], expected [" +
@@ -69,9 +71,9 @@ struct FragmentShader {
   const Lighting& lighting;
   const std::vector<geometry::Vector3>& positions_view;
   const geometry::Camera& camera;
-  std::array<double, 2> picture_size;  ///< height, width
-  OwnColours own_colours;              ///< of faces that are not painted
-  std::vector<MipLevel> levels{};      ///< of a trilinear atlas, else empty
+  std::array<double, 2> picture_size;   ///< height, width
+  OwnColours own_colours;               ///< of faces that are not painted
+  std::optional<AtlasFilter> filter{};  ///< of a filtered atlas
 
   /// Appends the taps of a painted fragment, weighted by coverage and light.
   void add_taps(const Fragment& fragment, std::vector<Tap>& taps) const {
@@ -105,7 +107,7 @@ struct FragmentShader {
  private:
   template <class Visit>
   void visit_taps_of_atlas(const Fragment& fragment, Visit visit) const {
-    const auto& [mesh, painted, layout, space] = body;
+    const auto& [mesh, painted, layout, space, pyramid] = body;
     const auto face = static_cast<std::size_t>(fragment.face);
     std::array<double, 2> uv{0, 0};
     std::array<std::array<double, 2>, 3> corner_uvs;
@@ -113,15 +115,14 @@ struct FragmentShader {
       corner_uvs[k] = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
       for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner_uvs[k][axis];
     }
-    if (levels.empty()) return visit_atlas_taps(layout, uv, visit);
+    if (!filter) return visit_atlas_taps(layout, uv, visit);
     std::array<geometry::Vector3, 3> corners;
     for (std::size_t k = 0; k < 3; ++k)
       corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
     const auto slope =
         barycentric_slope(corners, fragment.barycentric, camera, picture_size[0], picture_size[1]);
     // A fragment that fills a part of its pixel has that part of its footprint.
-    const double width = footprint_texels(slope, corner_uvs, layout) * std::sqrt(fragment.coverage);
-    visit_trilinear_taps(layout, levels, uv, width, visit);
+    filter->visit_taps(uv, footprint_of(slope, corner_uvs, layout), std::sqrt(fragment.coverage), visit);
   }
 };
 
@@ -138,8 +139,7 @@ template <class Lighting>
                                   camera,
                                   {static_cast<double>(height), static_cast<double>(width)},
                                   OwnColours(body)};
-  if (body.layout.kind == TextureKind::atlas && body.layout.filter == TextureFilter::trilinear)
-    shader.levels = mip_levels(body.layout);
+  if (is_filtered(body.layout)) shader.filter.emplace(body);
   return shader;
 }
 

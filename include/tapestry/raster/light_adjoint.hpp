@@ -105,7 +105,7 @@ inline void add_fragment(const Light& light, const geometry::Vector3& normal,
 /// number of threads.
 ///
 /// \param light          Light (flat) or SmoothLight
-/// \param texels         [texel_count, 3], of a trilinear atlas its pyramid
+/// \param texels         [texel_count, 3], of a filtered atlas its pyramid
 /// \param render_adjoint ∂L/∂picture, [H, W, 3]
 /// \param light_adjoint  [8], in the order of light_parameters()
 /// \throws ShapeError if an array does not fit; otherwise as texture_operator()

@@ -1,140 +1,220 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
-#include <tapestry/raster/texture_atlas.hpp>
-#include <tapestry/raster/texture_layout.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/mip_levels.hpp>
 #include <vector>
 
 namespace tapestry::raster {
-
-/// One picture of a pyramid.
-struct MipLevel {
-  std::size_t height;
-  std::size_t width;
-  std::size_t first_texel;  ///< index of its texel (0, 0) in the whole pyramid
-};
-
-/// The atlas itself, then pictures of half the height and width, rounded down, but of at least one texel, to
-/// the single texel at the top.
-[[nodiscard]] inline std::vector<MipLevel> mip_levels(const TextureLayout& layout) {
-  std::vector<MipLevel> levels{{layout.height, layout.width, 0}};
-  while (levels.back().height > 1 || levels.back().width > 1) {
-    const MipLevel& finer = levels.back();
-    levels.push_back({std::max<std::size_t>(finer.height / 2, 1), std::max<std::size_t>(finer.width / 2, 1),
-                      finer.first_texel + finer.height * finer.width});
-  }
-  return levels;
-}
-
-/// Texels that the operator of a view of this layout takes: those of the pyramid for a trilinear atlas, else
-/// the texture's own.
-[[nodiscard]] inline std::size_t stored_texel_count(const TextureLayout& layout, const geometry::Mesh& mesh) {
-  if (layout.kind != TextureKind::atlas || layout.filter != TextureFilter::trilinear)
-    return layout.texel_count(mesh);
-  const MipLevel top = mip_levels(layout).back();
-  return top.first_texel + 1;
-}
-
 namespace detail {
 
-/// Calls visit(coarse, fine, weight) for every texel along an axis of the coarser picture and every texel of
-/// the finer one that it covers; the weights of a coarse texel sum to 1.
-template <class Visit>
-void for_each_overlap(std::size_t coarse_size, std::size_t fine_size, Visit visit) {
+/// The texels of the finer picture that one of the coarser covers along an axis: three at most, of weights
+/// that sum to 1.
+struct MipOverlap {
+  std::size_t first;
+  std::size_t count;
+  std::array<double, 3> weights;
+};
+
+[[nodiscard]] inline std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_size) {
+  std::vector<MipOverlap> overlaps;
+  overlaps.reserve(coarse_size);
   for (std::size_t coarse = 0; coarse < coarse_size; ++coarse) {
     // In units of 1 / coarse_size of a fine texel, so that all bounds are whole numbers.
     const std::size_t begin = coarse * fine_size, end = begin + fine_size;
-    for (std::size_t fine = begin / coarse_size; fine * coarse_size < end; ++fine) {
+    MipOverlap overlap{begin / coarse_size, 0, {}};
+    for (std::size_t fine = overlap.first; fine * coarse_size < end; ++fine) {
       const std::size_t low = std::max(begin, fine * coarse_size);
       const std::size_t high = std::min(end, (fine + 1) * coarse_size);
-      visit(coarse, fine, static_cast<double>(high - low) / static_cast<double>(fine_size));
+      overlap.weights[overlap.count++] = static_cast<double>(high - low) / static_cast<double>(fine_size);
     }
+    overlaps.push_back(overlap);
   }
+  return overlaps;
 }
 
-/// Calls visit(coarse texel, fine texel, weight) for a level and the next finer one.
-template <class Visit>
-void for_each_mip_weight(const MipLevel& fine, const MipLevel& coarse, Visit visit) {
-  for_each_overlap(coarse.height, fine.height, [&](std::size_t i, std::size_t y, double row_weight) {
-    for_each_overlap(coarse.width, fine.width, [&](std::size_t j, std::size_t x, double column_weight) {
-      visit(coarse.first_texel + i * coarse.width + j, fine.first_texel + y * fine.width + x,
-            row_weight * column_weight);
+/// A level beside the next coarser one.
+struct MipStep {
+  MipLevel fine;
+  MipLevel coarse;
+  std::vector<MipOverlap> rows;
+  std::vector<MipOverlap> columns;
+
+  MipStep(const MipLevel& finer, const MipLevel& coarser)
+      : fine(finer),
+        coarse(coarser),
+        rows(mip_overlaps(coarser.height, finer.height)),
+        columns(mip_overlaps(coarser.width, finer.width)) {}
+
+  /// Calls visit(coarse texel, fine texel, weight) for the coarse texels of a row.
+  template <class Visit>
+  void visit_row(std::size_t i, Visit visit) const {
+    for (std::size_t j = 0; j < coarse.width; ++j)
+      for (std::size_t y = 0; y < rows[i].count; ++y)
+        for (std::size_t x = 0; x < columns[j].count; ++x)
+          visit(coarse.first_texel + i * coarse.width + j,
+                fine.first_texel + (rows[i].first + y) * fine.width + columns[j].first + x,
+                rows[i].weights[y] * columns[j].weights[x]);
+  }
+
+  /// Calls visit(coarse texel, fine texel) for the fine texels whose corner lies in a coarse row: each once.
+  template <class Visit>
+  void visit_children(std::size_t i, Visit visit) const {
+    const auto first_row = [&](std::size_t row) {
+      return (row * fine.height + coarse.height - 1) / coarse.height;
+    };
+    for (std::size_t y = first_row(i); y < first_row(i + 1); ++y)
+      for (std::size_t x = 0; x < fine.width; ++x)
+        visit(coarse.first_texel + i * coarse.width + x * coarse.width / fine.width,
+              fine.first_texel + y * fine.width + x);
+  }
+
+  /// Calls visit(row) for all coarse rows, on all threads if `is_parallel`.
+  template <class Visit>
+  void for_each_row(bool is_parallel, Visit visit) const {
+    const std::size_t block = is_parallel ? std::max<std::size_t>(1, 8192 / coarse.width) : coarse.height;
+    parallel_for(block_count(coarse.height, block), [&](std::size_t index) {
+      const auto [begin, end] = block_range(index, coarse.height, block);
+      for (std::size_t i = begin; i < end; ++i) visit(i);
     });
-  });
-}
+  }
+
+  /// Whether no fine row lies in two coarse ones.
+  [[nodiscard]] bool rows_are_apart() const { return fine.height % coarse.height == 0; }
+};
 
 }  // namespace detail
 
-/// An atlas with all coarser pictures of it: every texel of a level is the mean of the finer level over its
-/// own area, exactly so for odd sizes too.
+/// An atlas with all coarser pictures of it, as a linear map of its texels.
 ///
-/// \param texels  [height · width, 3]
-/// \returns       [stored_texel_count, 3]: what render() takes for a trilinear layout
-/// \throws ShapeError if texels does not fit the layout
-template <std::floating_point T>
-[[nodiscard]] Array<T, 2> mip_pyramid(const TextureLayout& layout, const Array<T, 2>& texels) {
-  require_shape("mip_pyramid", "texels", texels, {layout.height * layout.width, 3});
-  const auto levels = mip_levels(layout);
-  auto pyramid = zeros<T, 2>({levels.back().first_texel + 1, 3});
-  std::copy_n(texels.data(), texels.size(), pyramid.data());
-  for (std::size_t level = 1; level < levels.size(); ++level) {
-    detail::for_each_mip_weight(levels[level - 1], levels[level],
-                                [&](std::size_t coarse, std::size_t fine, double weight) {
-                                  for (std::size_t c = 0; c < 3; ++c)
-                                    pyramid(coarse, c) += static_cast<T>(weight) * pyramid(fine, c);
-                                });
+/// A texel of a level is the mean of the finer level over its own area, exactly so for odd sizes too; but
+/// only over the part that some face refers to, if that is known. A texel without such a part, in the atlas
+/// itself too, takes the colour of the next coarser level, so that lookups at a chart's border never meet a
+/// colour that is not the paint's ("push-pull"). Source: Gortler et al., The Lumigraph (SIGGRAPH 1996),
+/// section 3.4.
+class MipPyramid {
+ public:
+  /// Of an atlas whose texels all count.
+  explicit MipPyramid(const TextureLayout& layout) : layout_(layout) {
+    const auto levels = mip_levels(layout);
+    for (std::size_t level = 1; level < levels.size(); ++level)
+      steps_.emplace_back(levels[level - 1], levels[level]);
+    texel_count_ = levels.back().first_texel + 1;
   }
-  return pyramid;
-}
 
-/// Adds the pullback of mip_pyramid() to texels_adjoint, [height · width, 3].
-/// \param pyramid_adjoint  [stored_texel_count, 3]; taken by value, since coarse levels flow into finer ones
-template <std::floating_point T>
-void mip_pyramid_adjoint(const TextureLayout& layout, Array<T, 2> pyramid_adjoint,
-                         Array<T, 2>& texels_adjoint) {
-  const auto levels = mip_levels(layout);
-  require_shape("mip_pyramid_adjoint", "pyramid_adjoint", pyramid_adjoint,
-                {levels.back().first_texel + 1, 3});
-  require_shape("mip_pyramid_adjoint", "texels_adjoint", texels_adjoint, {layout.height * layout.width, 3});
-  for (std::size_t level = levels.size(); --level > 0;) {
-    detail::for_each_mip_weight(
-        levels[level - 1], levels[level], [&](std::size_t coarse, std::size_t fine, double weight) {
-          for (std::size_t c = 0; c < 3; ++c)
-            pyramid_adjoint(fine, c) += static_cast<T>(weight) * pyramid_adjoint(coarse, c);
+  /// \param used  [height, width], 0 where no face refers to a texel, see used_texels()
+  /// \throws ShapeError if it does not fit the layout
+  template <std::floating_point T>
+  MipPyramid(const TextureLayout& layout, const Array<T, 2>& used) : MipPyramid(layout) {
+    require_shape("MipPyramid", "used", used, {layout.height, layout.width});
+    shares_.assign(texel_count_, 0.0F);
+    for (std::size_t i = 0; i < used.size(); ++i) shares_[i] = used.data()[i] != T(0) ? 1.0F : 0.0F;
+    for (const detail::MipStep& step : steps_)
+      for (std::size_t i = 0; i < step.coarse.height; ++i)
+        step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double weight) {
+          shares_[coarse] += static_cast<float>(weight) * shares_[fine];
         });
   }
-  for (std::size_t i = 0; i < texels_adjoint.size(); ++i)
-    texels_adjoint.data()[i] += pyramid_adjoint.data()[i];
+
+  /// Texels of all levels.
+  [[nodiscard]] std::size_t texel_count() const { return texel_count_; }
+
+  /// \param texels  [height · width, 3]
+  /// \returns       [texel_count, 3]: what operators of a filtered layout take
+  /// \throws ShapeError if texels does not fit the layout
+  template <std::floating_point T>
+  [[nodiscard]] Array<T, 2> operator()(const Array<T, 2>& texels) const {
+    require_shape("MipPyramid", "texels", texels, {layout_.height * layout_.width, 3});
+    auto pyramid = zeros<T, 2>({texel_count_, 3});
+    T* const colours = pyramid.data();
+    std::copy_n(texels.data(), texels.size(), colours);
+    for (const detail::MipStep& step : steps_)
+      step.for_each_row(true, [&](std::size_t i) {
+        step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double weight) {
+          const double part = part_of(fine, coarse);
+          if (part > 0) add(static_cast<T>(weight * part), colours + 3 * fine, colours + 3 * coarse);
+        });
+      });
+    if (shares_.empty()) return pyramid;
+    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
+      step->for_each_row(true, [&](std::size_t i) {
+        step->visit_children(i, [&](std::size_t coarse, std::size_t fine) {
+          if (shares_[fine] == 0) std::copy_n(colours + 3 * coarse, 3, colours + 3 * fine);
+        });
+      });
+    return pyramid;
+  }
+
+  /// Adds the pullback to texels_adjoint, [height · width, 3]; the same bits for any number of threads.
+  /// \param pyramid_adjoint  [texel_count, 3]; taken by value, since coarse levels flow into finer ones
+  /// \throws ShapeError if an array does not fit the layout
+  template <std::floating_point T>
+  void adjoint(Array<T, 2> pyramid_adjoint, Array<T, 2>& texels_adjoint) const {
+    require_shape("MipPyramid::adjoint", "pyramid_adjoint", pyramid_adjoint, {texel_count_, 3});
+    require_shape("MipPyramid::adjoint", "texels_adjoint", texels_adjoint,
+                  {layout_.height * layout_.width, 3});
+    T* const adjoints = pyramid_adjoint.data();
+    if (!shares_.empty())
+      for (const detail::MipStep& step : steps_)
+        step.for_each_row(true, [&](std::size_t i) {
+          step.visit_children(i, [&](std::size_t coarse, std::size_t fine) {
+            if (shares_[fine] != 0) return;
+            add(T(1), adjoints + 3 * fine, adjoints + 3 * coarse);
+            std::fill_n(adjoints + 3 * fine, 3, T(0));
+          });
+        });
+    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
+      step->for_each_row(step->rows_are_apart(), [&](std::size_t i) {
+        step->visit_row(i, [&](std::size_t coarse, std::size_t fine, double weight) {
+          add(static_cast<T>(weight * part_of(fine, coarse)), adjoints + 3 * coarse, adjoints + 3 * fine);
+        });
+      });
+    for (std::size_t i = 0; i < texels_adjoint.size(); ++i) texels_adjoint.data()[i] += adjoints[i];
+  }
+
+ private:
+  template <class T>
+  static void add(T weight, const T* from, T* to) {
+    for (std::size_t c = 0; c < 3; ++c) to[c] += weight * from[c];
+  }
+
+  /// What the used part of a fine texel counts in that of a coarse one, in equal areas.
+  [[nodiscard]] double part_of(std::size_t fine, std::size_t coarse) const {
+    if (shares_.empty()) return 1;
+    if (shares_[fine] == 0) return 0;
+    return static_cast<double>(shares_[fine]) / static_cast<double>(shares_[coarse]);
+  }
+
+  TextureLayout layout_;
+  std::vector<detail::MipStep> steps_;  ///< from the finest level up
+  std::vector<float> shares_;           ///< of each texel's area what is used; empty: all of it
+  std::size_t texel_count_ = 0;
+};
+
+/// An atlas whose unused texels take the colours around them, so that a viewer that filters it shows no
+/// seams. \param used    [height, width], 0 where no face refers to a texel; with none at all, texels as they
+/// are \param texels  [height · width, 3] \throws ShapeError if an array does not fit the layout
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> with_unused_filled(const TextureLayout& layout, const Array<T, 2>& used,
+                                             const Array<T, 2>& texels) {
+  const auto pyramid = MipPyramid(layout, used)(texels);
+  Array<T, 2> filled = texels;
+  if (std::any_of(used.data(), used.data() + used.size(), [](T value) { return value != T(0); }))
+    std::copy_n(pyramid.data(), filled.size(), filled.data());
+  return filled;
 }
 
-/// Lookup between two levels of a pyramid: calls visit(Tap) up to eight times, with weights that sum to 1.
-///
-/// \param footprint_texels  width of the pixel's footprint in texels of the atlas, ρ. The level is log₂ ρ,
-/// cut
-///                          to the pyramid; up to one texel the atlas itself is looked up.
-template <class Visit>
-void visit_trilinear_taps(const TextureLayout& layout, const std::vector<MipLevel>& levels,
-                          const std::array<double, 2>& uv, double footprint_texels, Visit visit) {
-  const double top = static_cast<double>(levels.size() - 1);
-  const double level = footprint_texels > 1 ? std::min(std::log2(footprint_texels), top) : 0;
-  const auto finer = static_cast<std::size_t>(level);
-  const auto visit_level = [&](std::size_t index, double share) {
-    if (!(share > 0)) return;
-    TextureLayout picture = layout;
-    picture.height = levels[index].height;
-    picture.width = levels[index].width;
-    visit_atlas_taps(picture, uv, [&](const Tap& tap) {
-      visit(Tap{levels[index].first_texel + tap.texel, tap.weight * share});
-    });
-  };
-  const double share = level - static_cast<double>(finer);
-  visit_level(finer, 1 - share);
-  visit_level(std::min(finer + 1, levels.size() - 1), share);
+/// The texels that operators of views take: all levels of a pyramid, or, without one, the texture's own.
+/// \throws ShapeError as the pyramid does
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
+                                        Array<T, 2> texels) {
+  return pyramid ? (*pyramid)(texels) : texels;
 }
 
 }  // namespace tapestry::raster

@@ -2,8 +2,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
@@ -17,6 +19,8 @@ struct PaintedMesh {
   /// In which pictures are drawn. Texels that go to a rasteriser are in it already, see image::in_space();
   /// the materials' colours are encoded and taken there by it.
   image::ColourSpace space = image::ColourSpace::encoded;
+  /// Of a filtered atlas, for what makes its texels into those that operators take, see stored_texels().
+  std::shared_ptr<const MipPyramid> pyramid{};
 };
 
 /// The colours of a mesh's faces that are not painted, in its colour space.

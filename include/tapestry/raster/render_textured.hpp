@@ -34,6 +34,7 @@ class TexelQueue {
   template <class Lighting>
   void add(const FragmentShader<Lighting>& shader, const Fragment& fragment, const std::array<T, 3>& scale,
            T* pixel) {
+    if (shader.filter) return add_now(shader, fragment, scale, pixel);
     Lookup& lookup = lookups_[count_ % lookups_.size()];
     if (count_ >= lookups_.size()) finish(lookup);
     ++count_;
@@ -59,6 +60,23 @@ class TexelQueue {
     std::size_t tap_count;
     std::array<Tap, 8> taps;
   };
+
+  /// Levels of a pyramid are read where neighbouring pixels read them too.
+  template <class Lighting>
+  void add_now(const FragmentShader<Lighting>& shader, const Fragment& fragment,
+               const std::array<T, 3>& scale, T* pixel) const {
+    T red = 0, green = 0, blue = 0;
+    shader.visit_taps(fragment, [&](const Tap& tap) {
+      const T* const texel = texels_ + 3 * tap.texel;
+      const T weight = static_cast<T>(tap.weight);
+      red += weight * texel[0];
+      green += weight * texel[1];
+      blue += weight * texel[2];
+    });
+    pixel[0] += scale[0] * red;
+    pixel[1] += scale[1] * green;
+    pixel[2] += scale[2] * blue;
+  }
 
   void finish(const Lookup& lookup) const {
     std::array<T, 3> sum{0, 0, 0};

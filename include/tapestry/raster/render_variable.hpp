@@ -20,7 +20,7 @@ namespace tapestry::raster {
 /// light, as it is.
 template <std::floating_point T>
 struct RenderInputs {
-  ArrayVariable<T, 2> texels{};     ///< [texel_count, 3], of a trilinear atlas all levels; always given
+  ArrayVariable<T, 2> texels{};     ///< [texel_count, 3], of a filtered atlas all levels; always given
   ArrayVariable<T, 2> positions{};  ///< [V, 3], instead of the mesh's own
   /// [6], w (radians) and t (units of the world): the body is seen at exp(w)·x + t, and its light goes with
   /// it; or, which is the same, the camera moves around a world that keeps still, see geometry::posed()
@@ -94,7 +94,7 @@ void pull_back_shape(const PosedView<Model>& view, const Array<T, 2>& texels, co
 /// \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis is the
 ///                  picture's, too
 /// \throws ShapeError if an input does not fit; DomainError for a pose that is not finite, and for a
-///         trilinear atlas on a mesh that moves; otherwise as render_textured()
+///         filtered atlas on a mesh that moves; otherwise as render_textured()
 template <std::floating_point T, LightModel Model, class Gradient = BoundaryIntegral>
 [[nodiscard]] Rendering<T> render(const PaintedMesh& body, const geometry::Camera& camera, std::size_t height,
                                   std::size_t width, const Model& light, const RenderInputs<T>& inputs,

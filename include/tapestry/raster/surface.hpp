@@ -191,20 +191,20 @@ class SurfaceColour {
 };
 
 namespace detail {
-/// \throws DomainError for a trilinear atlas, whose level depends on where the corners are
+/// \throws DomainError for a filtered atlas, whose levels depend on where the corners are
 inline void require_bilinear(const char* operation, const TextureLayout& layout) {
-  if (layout.kind == TextureKind::atlas && layout.filter != TextureFilter::bilinear)
-    throw DomainError(std::string(operation) + ": expected a bilinear atlas, found a trilinear one");
+  if (is_filtered(layout))
+    throw DomainError(std::string(operation) + ": expected a bilinear atlas, found a filtered one");
 }
 }  // namespace detail
 
 /// The colours of a surface in one view. Errors name `operation`.
-/// \throws as texture_operator(); DomainError for a trilinear atlas; ShapeError if texels does not fit the
+/// \throws as texture_operator(); DomainError for a filtered atlas; ShapeError if texels does not fit the
 /// layout
 template <std::floating_point T, class Model>
 [[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera,
                                   const char* operation = "surface_colour") {
-  const auto& [mesh, painted, layout, space] = surface.body;
+  const auto& [mesh, painted, layout, space, pyramid] = surface.body;
   detail::require_layout(operation, surface.body);
   detail::require_bilinear(operation, layout);
   require_corners(operation, mesh);

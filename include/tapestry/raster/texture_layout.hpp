@@ -1,5 +1,9 @@
 #pragma once
+#include <array>
 #include <cstddef>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::raster {
@@ -10,8 +14,24 @@ namespace tapestry::raster {
 enum class TextureKind { atlas, cube, vertex, solid };
 
 /// How an atlas is looked up. bilinear: in the atlas itself. trilinear: between the two levels of its
-/// pyramid whose texels are about as large as the pixel's footprint, see mip_pyramid().
-enum class TextureFilter { bilinear, trilinear };
+/// pyramid whose texels are about as large as the pixel's footprint is long, see mip_pyramid(). anisotropic:
+/// trilinear, as large as the footprint is wide, at several places along it.
+enum class TextureFilter { bilinear, trilinear, anisotropic };
+
+inline constexpr std::array texture_filters{TextureFilter::bilinear, TextureFilter::trilinear,
+                                            TextureFilter::anisotropic};
+
+[[nodiscard]] constexpr const char* name_of(TextureFilter filter) {
+  if (filter == TextureFilter::bilinear) return "bilinear";
+  return filter == TextureFilter::trilinear ? "trilinear" : "anisotropic";
+}
+
+/// \throws DomainError if no filter has that name
+[[nodiscard]] inline TextureFilter texture_filter_by_name(const std::string& name) {
+  for (const TextureFilter filter : texture_filters)
+    if (name == name_of(filter)) return filter;
+  throw DomainError("no texture filter " + in_quotes(name) + "; expected bilinear, trilinear or anisotropic");
+}
 
 /// Where a texture's texels are; the texels themselves are an array [texel_count, 3].
 struct TextureLayout {
@@ -21,6 +41,7 @@ struct TextureLayout {
   double u_extent = 1;              ///< atlas: u in [0, u_extent] spans the width; 2 for the car's 2×1 atlas
   std::size_t texels_per_edge = 0;  ///< cube: s
   TextureFilter filter = TextureFilter::bilinear;  ///< of an atlas; ignored by the other kinds
+  std::size_t most_lookups = 8;                    ///< anisotropic: places along a footprint, at most
 
   /// atlas: height · width, texel row · width + column; cube: F · s³, texel ((f·s + a)·s + b)·s + c;
   /// vertex: V, texel = position; solid: 1.

@@ -175,7 +175,7 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 ///
 /// Cubes are looked up at every sample, as Neural Mesh Renderer does; the other kinds once for each face in
 /// each pixel, at the mean of the samples' barycentric coordinates, weighted by their number.
-/// The operator of a trilinear atlas takes the texels of its pyramid, see mip_pyramid().
+/// The operator of a filtered atlas takes the texels of its pyramid, see stored_texels().
 /// The result is the same for any number of threads.
 ///
 /// \param light             Unlit, Light (flat) or SmoothLight

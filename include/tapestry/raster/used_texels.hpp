@@ -4,10 +4,12 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/raster/fragment_shader.hpp>  // require_layout
+#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::raster {
@@ -123,6 +125,19 @@ template <std::floating_point T>
   detail::for_each_used_texel(
       body, [&](std::size_t, std::size_t row, std::size_t column) { used(row, column) = T(1); });
   return used;
+}
+
+/// The pyramid of a body's atlas, over the texels that painted faces refer to; null if the atlas is not
+/// filtered. Where faces repeat the atlas so often that used_texels() gives up, all of it counts.
+/// \throws as used_texels(), but for its limit
+[[nodiscard]] inline std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body) {
+  if (!is_filtered(body.layout)) return nullptr;
+  try {
+    return std::make_shared<const MipPyramid>(body.layout, used_texels<float>(body));
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::limit) throw;
+    return std::make_shared<const MipPyramid>(body.layout);
+  }
 }
 
 }  // namespace tapestry::raster

@@ -176,7 +176,7 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
 /// \param positions_adjoint  one entry a position of the mesh
 /// \param model              BoundaryIntegral, InteriorOnly or NeuralMeshRenderer
 /// \throws ShapeError, DomainError, Error as visibility() and texture_operator() do; DomainError for a
-///         trilinear atlas; ShapeError if the model's edges are of another mesh; Error, of kind limit, as
+///         filtered atlas; ShapeError if the model's edges are of another mesh; Error, of kind limit, as
 ///         crossing_faces() does
 template <std::floating_point T, class Model, class Gradient = BoundaryIntegral>
 void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& camera,

@@ -1,0 +1,40 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// One picture of a pyramid.
+struct MipLevel {
+  std::size_t height;
+  std::size_t width;
+  std::size_t first_texel;  ///< index of its texel (0, 0) in the whole pyramid
+};
+
+/// The atlas itself, then pictures of half the height and width, rounded down, but of at least one texel, to
+/// the single texel at the top.
+[[nodiscard]] inline std::vector<MipLevel> mip_levels(const TextureLayout& layout) {
+  std::vector<MipLevel> levels{{layout.height, layout.width, 0}};
+  while (levels.back().height > 1 || levels.back().width > 1) {
+    const MipLevel& finer = levels.back();
+    levels.push_back({std::max<std::size_t>(finer.height / 2, 1), std::max<std::size_t>(finer.width / 2, 1),
+                      finer.first_texel + finer.height * finer.width});
+  }
+  return levels;
+}
+
+/// Whether a texture is looked up in the levels of a pyramid.
+[[nodiscard]] inline bool is_filtered(const TextureLayout& layout) {
+  return layout.kind == TextureKind::atlas && layout.filter != TextureFilter::bilinear;
+}
+
+/// Texels that the operator of a view of this layout takes: those of the pyramid for a filtered atlas, else
+/// the texture's own.
+[[nodiscard]] inline std::size_t stored_texel_count(const TextureLayout& layout, const geometry::Mesh& mesh) {
+  return is_filtered(layout) ? mip_levels(layout).back().first_texel + 1 : layout.texel_count(mesh);
+}
+
+}  // namespace tapestry::raster
