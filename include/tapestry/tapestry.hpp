@@ -39,6 +39,7 @@
 #include <tapestry/autodiff/replay/replay_program.hpp>
 #include <tapestry/autodiff/replay/replayable.hpp>
 #include <tapestry/autodiff/replay_lanes.hpp>
+#include <tapestry/autodiff/sparse_hessian.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/dual_number.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>

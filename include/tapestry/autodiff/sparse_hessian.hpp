@@ -1,0 +1,132 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <string>
+#include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
+#include <tapestry/autodiff/tape/spare_tape.hpp>
+#include <tapestry/core/error.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tapestry {
+namespace detail {
+
+/// The pattern with the transpose of each entry. \throws DomainError unless it is square
+[[nodiscard]] inline JacobianPattern symmetrised(const JacobianPattern& pattern) {
+  if (pattern.row_count() != pattern.column_count())
+    throw DomainError("HessianPlan: a pattern of " + std::to_string(pattern.row_count()) + " rows and " +
+                      std::to_string(pattern.column_count()) + " columns, expected a square one");
+  std::vector<JacobianPattern::Entry> entries;
+  entries.reserve(2 * pattern.entry_count());
+  pattern.visit([&](std::size_t row, std::size_t column, std::size_t) {
+    entries.push_back({row, column});
+    entries.push_back({column, row});
+  });
+  return {pattern.row_count(), pattern.column_count(), std::move(entries)};
+}
+
+/// Colours of variables such that neighbours differ, and two neighbours of one variable may be equal only if
+/// it has a lower colour than they: a restricted star colouring, greedily, in the order of the variables.
+/// Source: Gebremedhin, Manne and Pothen 2005, "What color is your Jacobian? Graph coloring for computing
+/// derivatives", after Powell and Toint 1979.
+[[nodiscard]] inline std::vector<std::uint32_t> star_colours(const JacobianPattern& pattern) {
+  constexpr std::uint32_t none = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> colours(pattern.row_count(), none);
+  std::vector<std::size_t>
+      forbidden_for;  // of each colour, the variable, counted from 1, that may not take it
+  std::vector<std::size_t> order(colours.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return pattern.row(a).size() > pattern.row(b).size();
+  });
+  for (const std::size_t v : order) {
+    const auto forbid = [&](std::uint32_t colour) { forbidden_for[colour] = v + 1; };
+    for (const auto w : pattern.row(v)) {
+      if (w == v) continue;
+      if (colours[w] != none) forbid(colours[w]);
+      for (const auto x : pattern.row(w))
+        if (x != v && colours[x] != none && (colours[w] == none || colours[x] < colours[w]))
+          forbid(colours[x]);
+    }
+    const auto is_free = [v](std::size_t forbidden) { return forbidden != v + 1; };
+    const auto found = std::find_if(forbidden_for.begin(), forbidden_for.end(), is_free);
+    colours[v] = static_cast<std::uint32_t>(found - forbidden_for.begin());
+    if (found == forbidden_for.end()) forbidden_for.push_back(0);
+  }
+  return colours;
+}
+}  // namespace detail
+
+/// How a Hessian of a known pattern is computed from few products with directions: the variables of one
+/// colour are one direction. Of a band of half width b it takes 2 b + 1 or a few more, whatever its length;
+/// of an arrow, 2.
+class HessianPlan {
+ public:
+  HessianPlan() = default;
+  /// \param pattern  of either triangle or both. \throws DomainError unless it is square
+  explicit HessianPlan(const JacobianPattern& pattern)
+      : pattern_(detail::symmetrised(pattern)), colour_of_(detail::star_colours(pattern_)) {
+    for (const std::uint32_t colour : colour_of_)
+      direction_count_ = std::max<std::size_t>(direction_count_, colour + 1);
+  }
+
+  /// Of both triangles.
+  [[nodiscard]] const JacobianPattern& pattern() const { return pattern_; }
+  /// Directions that the Hessian is multiplied by, eight of them a sweep.
+  [[nodiscard]] std::size_t direction_count() const { return direction_count_; }
+  /// Of each variable its direction.
+  [[nodiscard]] const std::vector<std::uint32_t>& colour_of() const { return colour_of_; }
+
+ private:
+  JacobianPattern pattern_;
+  std::vector<std::uint32_t> colour_of_;
+  std::size_t direction_count_ = 0;
+};
+
+/// The entries of the Hessian at x that the plan's pattern names, in its order, row by row and of both
+/// triangles, exact but for rounding, and symmetric. Each is read from the product with the direction of the
+/// lower of its two colours, in the row of the other, where no other entry meets it. Entries that the pattern
+/// wrongly leaves out are added to others.
+///
+///   HessianPlan plan(JacobianPattern(n, n, entries));        // once
+///   const auto values = sparse_hessian(f, x, plan);          // at each x
+///   plan.pattern().visit([&](auto row, auto column, auto number) { … values[number] … });
+///
+/// \param f     of many numbers, as in derivatives.hpp
+/// \param x     [N]
+/// \param plan  of a pattern of N rows
+/// \throws DomainError if x has not as many numbers as the pattern rows
+template <std::floating_point T = double, class Function>
+[[nodiscard]] std::vector<T> sparse_hessian(const Function& f, Point<std::type_identity_t<T>> x,
+                                            const HessianPlan& plan) {
+  constexpr std::size_t width = 8;
+  using D = Dual<T, width, Function>;
+  const auto& colours = plan.colour_of();
+  detail::require_as_many("sparse_hessian", "x", x.size(), colours.size());
+  std::vector<T> values(plan.pattern().entry_count());
+  std::vector<std::array<T, width>> products(x.size());
+  detail::SpareTape<D> tape;
+  for (std::size_t first = 0; first < plan.direction_count(); first += width) {
+    const auto seed = [&](std::size_t i) {
+      std::array<T, width> tangents{};
+      if (const std::size_t lane = colours[i] - first; lane < width) tangents[lane] = T(1);
+      return tangents;
+    };
+    detail::sweep_duals<D>(*tape, f, std::span<const T>(x), seed,
+                           [&](std::size_t i, const D& adjoint) { products[i] = adjoint.tangents(); });
+    plan.pattern().visit([&](std::size_t row, std::size_t column, std::size_t number) {
+      const auto [low, high] =
+          colours[row] < colours[column] ? std::pair(row, column) : std::pair(column, row);
+      if (const std::size_t lane = colours[low] - first; lane < width) values[number] = products[high][lane];
+    });
+  }
+  return values;
+}
+
+}  // namespace tapestry
