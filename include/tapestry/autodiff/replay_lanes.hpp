@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -82,9 +83,13 @@ class ReplayLanes {
     for (std::size_t first = 0; first < values.size(); first += Lanes) {
       const std::size_t count = std::min(Lanes, values.size() - first);
       const T* const rows = inputs.data() + first * width;
-      for (std::size_t i = 0; i < input_count_; ++i)
-        for (std::size_t lane = 0; lane < Lanes; ++lane)  // lanes without an input repeat the last
-          program_.input(i)[lane] = rows[std::min(lane, count - 1) * width + i];
+      std::array<const T*, Lanes> row;
+      for (std::size_t lane = 0; lane < Lanes; ++lane)  // lanes without an input repeat the last
+        row[lane] = rows + std::min(lane, count - 1) * width;
+      for (std::size_t i = 0; i < input_count_; ++i) {
+        const auto input = program_.input(i);
+        for (std::size_t lane = 0; lane < Lanes; ++lane) input[lane] = row[lane][i];
+      }
       program_.forward();
       for (std::size_t lane = 0; lane < count; ++lane)
         if (!program_.refused()[lane])

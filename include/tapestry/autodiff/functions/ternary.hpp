@@ -99,12 +99,17 @@ class Ternary {
   }
   template <class Leaves>
   [[nodiscard, gnu::always_inline]] static Ternary read(Leaves& leaves) {
-    const X x = X::read(leaves);  // the order matters
-    const Y y = Y::read(leaves);
-    return Ternary(x, y, Z::read(leaves));
+    return Ternary(FromLeaves(), leaves);
   }
 
  private:
+  template <class Leaves>
+  [[gnu::always_inline]] Ternary(FromLeaves, Leaves& leaves)
+      : x_(X::read(leaves)),
+        y_(Y::read(leaves)),
+        z_(Z::read(leaves)),
+        value_(Operation::value(x_.value(), y_.value(), z_.value())) {}
+
   X x_;
   Y y_;
   Z z_;

@@ -53,6 +53,10 @@ template <class E>
   }
 }
 
+/// Says that a formula is made of leaves: its parts then stand where they are made. A copy of a part is one
+/// of memory, and loops of copies are no loops of vectors.
+struct FromLeaves {};
+
 template <class T>
 class Constant {
  public:
@@ -133,10 +137,14 @@ class Unary {
   }
   template <class Leaves>
   [[nodiscard, gnu::always_inline]] static Unary read(Leaves& leaves) {
-    return Unary(X::read(leaves));
+    return Unary(FromLeaves(), leaves);
   }
 
  private:
+  template <class Leaves>
+  [[gnu::always_inline]] Unary(FromLeaves, Leaves& leaves)
+      : x_(X::read(leaves)), value_(Operation::value(x_.value())) {}
+
   X x_;
   T value_;
 };
@@ -178,11 +186,14 @@ class Binary {
   }
   template <class Leaves>
   [[nodiscard, gnu::always_inline]] static Binary read(Leaves& leaves) {
-    const X x = X::read(leaves);  // the order matters
-    return Binary(x, Y::read(leaves));
+    return Binary(FromLeaves(), leaves);
   }
 
  private:
+  template <class Leaves>
+  [[gnu::always_inline]] Binary(FromLeaves, Leaves& leaves)
+      : x_(X::read(leaves)), y_(Y::read(leaves)), value_(Operation::value(x_.value(), y_.value())) {}
+
   [[nodiscard]] SlopeX slope_x() const {
     if constexpr (std::is_same_v<SlopeX, T>) {
       return Operation::partial_x(x_.value(), y_.value(), value_);
