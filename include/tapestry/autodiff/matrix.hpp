@@ -15,3 +15,4 @@
 #include <tapestry/autodiff/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/singular_values.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
+#include <tapestry/autodiff/matrix/sparse_solve.hpp>

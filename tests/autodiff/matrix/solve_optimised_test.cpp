@@ -91,6 +91,32 @@ TEST_CASE("cholesky has the gradient of differences in long double, in one block
                       random_positive_definite(n, 5));
 }
 
+TEST_CASE("gradients of 100 x 100 have twelve digits along a direction", "[autodiff][matrix]") {
+  constexpr Eigen::Index n = 100;
+  const MatrixXd a = random_positive_definite(n, 1), side = random_matrix(n, 1, 2);
+  const MatrixXd half = random_matrix(n, n, 3) / n, direction = half + half.transpose();
+  const auto check = [&](const auto& f, const auto& reference) {
+    const auto at = tapestry::test::Matrices<1>{a};
+    const auto along = [&](long double t) {
+      return tapestry::test::weighted(
+          reference(LongMatrix(a.cast<long double>() + t * direction.cast<long double>())));
+    };
+    const auto quotient = [&](long double h) { return (along(h) - along(-h)) / (2 * h); };
+    const long double h = 0x1p-9L, whole = quotient(h), halved = quotient(h / 2), quarter = quotient(h / 4);
+    const long double first = (4 * halved - whole) / 3, second = (4 * quarter - halved) / 3;
+    const auto expected = static_cast<double>((16 * second - first) / 15);
+    const double found = tapestry::test::gradient_by_arrays(f, at)[0].cwiseProduct(direction).sum();
+    CHECK(std::abs(found - expected) <= bound * std::abs(expected));
+  };
+  const LongMatrix long_side = side.cast<long double>();
+  check([&](const auto& x) { return matrix::solve(x, side); },
+        [&](const LongMatrix& x) { return LongMatrix(x.partialPivLu().solve(long_side)); });
+  check([](const auto& x) { return matrix::cholesky(x); },
+        [](const LongMatrix& x) { return LongMatrix(x.llt().matrixL()); });
+  check([](const auto& x) { return matrix::log_determinant(x); },
+        [](const LongMatrix& x) { return LongMatrix(x.llt().matrixL()).diagonal().array().log().sum() * 2; });
+}
+
 TEST_CASE("product takes rectangles, and has the gradient of both sides", "[autodiff][matrix]") {
   const MatrixXd a0 = random_matrix(3, 5, 1), b0 = random_matrix(5, 2, 2);
   const tapestry::test::Matrices<2> at{a0, b0};
