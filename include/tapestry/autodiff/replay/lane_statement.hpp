@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/autodiff/replay/replay_recording.hpp>
 #include <tapestry/autodiff/replay/replay_statement.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
@@ -12,6 +11,19 @@
 #include <utility>
 
 namespace tapestry::detail {
+
+/// Calls body(lane) for each, in any order and side by side: a loop of vectors, if no compiler unrolls it
+/// before.
+template <std::size_t Lanes, class Body>
+[[gnu::always_inline]] inline void for_each_lane(const Body& body) {
+#if defined(__clang__)
+#pragma clang loop vectorize(assume_safety)
+#elif defined(__GNUC__)
+#pragma GCC ivdep
+#pragma GCC unroll 1
+#endif
+  for (std::size_t lane = 0; lane < Lanes; ++lane) body(lane);
+}
 
 /// A statement's constants, of which every lane reads the same.
 template <class T, std::size_t Constants>
@@ -114,7 +126,7 @@ struct LaneStatement {
       const Places places(run, arrays, i);
       T* const results = arrays.values + (run.result + i) * lanes;
       T* const partials = arrays.partials + (run.partial + i * variables) * lanes;
-      plain_group<lanes>(0, [=](std::size_t lane) {
+      for_each_lane<lanes>([=](std::size_t lane) {
         const Formula formula = places.formula(lane);
         if constexpr (keeps_partials) {
           PlacedSink<T, variables, false> sink{T(1)};
@@ -133,7 +145,7 @@ struct LaneStatement {
       T* const results = arrays.adjoints + (run.result + i) * lanes;
       std::array<std::array<T, lanes>, variables> pushed;
       auto* const out = pushed.data();
-      plain_group<lanes>(0, [=](std::size_t lane) {
+      for_each_lane<lanes>([=](std::size_t lane) {
         const T adjoint = results[lane];
         results[lane] = T(0);
         if constexpr (keeps_partials) {
@@ -148,7 +160,7 @@ struct LaneStatement {
       const std::uint32_t* const slots = arrays.operands + run.operand + i * variables;
       for_each_place<variables>([&](auto k) {
         T* const adjoints = arrays.adjoints + slots[k] * lanes;
-        plain_group<lanes>(0, [=](std::size_t lane) { adjoints[lane] += out[k][lane]; });
+        for_each_lane<lanes>([=](std::size_t lane) { adjoints[lane] += out[k][lane]; });
       });
     }
   }
@@ -197,7 +209,7 @@ struct LaneGuard {
       const std::uint32_t* const slots = arrays.operands + run.operand + i * Guard::variables;
       const auto constants =
           constants_of<T, Guard::constants>(arrays.constants + run.constant + i * Guard::constants);
-      plain_group<lanes>(0, [&](std::size_t lane) {
+      for_each_lane<lanes>([&](std::size_t lane) {
         ReplayOperands<T, Guard::variables> operands(constants.data());
         for_each_place<Guard::variables>(
             [&](auto k) { operands.values[k] = arrays.values[slots[k] * lanes + lane]; });
