@@ -143,3 +143,29 @@ TEST_CASE("matrices of duals carry derivatives through a decomposition", "[autod
   CHECK(x(2).value() == 2);
   CHECK(x(2).tangent() == -1);
 }
+
+TEST_CASE("matrices of numbers and of variables are multiplied, of any size", "[autodiff][eigen]") {
+  using Numbers = Eigen::MatrixXd;
+  using Variables = Eigen::Matrix<Variable<double>, Eigen::Dynamic, Eigen::Dynamic>;
+  for (const Eigen::Index n : {0, 1, 3, 40}) {
+    const Numbers a = Numbers::Random(n + 1, n), b = Numbers::Random(n, n + 2),
+                  c = Numbers::Random(n + 1, n + 2);
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    const Variables x = a.unaryExpr([&](double value) { return tape.input(value); });
+    const Variables y = b.unaryExpr([&](double value) { return tape.input(value); });
+    Variables sum = x * b;
+    sum.noalias() += a * y;
+    sum.col(0) += x * b.col(0) + a * y.col(0);
+    Variable<double> loss(0);
+    for (Eigen::Index i = 0; i < sum.size(); ++i) loss += c(i) * sum(i);
+    tape.reverse(loss);
+    Numbers weights = c;  // of a b
+    weights.col(0) *= 2;
+    CHECK(loss.value() == Approx(2 * (weights.array() * (a * b).array()).sum()).margin(1e-12));
+    const auto adjoint_of = [](const Variable<double>& variable) { return variable.adjoint(); };
+    const Numbers of_a = weights * b.transpose(), of_b = a.transpose() * weights;
+    CHECK((x.unaryExpr(adjoint_of) - of_a).lpNorm<Eigen::Infinity>() <= 1e-12);
+    CHECK((y.unaryExpr(adjoint_of) - of_b).lpNorm<Eigen::Infinity>() <= 1e-12);
+  }
+}

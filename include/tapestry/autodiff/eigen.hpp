@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <concepts>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
@@ -54,4 +55,22 @@ template <class T, std::size_t N, class Tag, tapestry::Number B, class Operation
 struct ScalarBinaryOpTraits<B, tapestry::Dual<T, N, Tag>, Operation> {
   using ReturnType = tapestry::Dual<T, N, Tag>;
 };
+
+namespace internal {
+template <class A, class B>
+concept NumbersBesideVariables =
+    !std::same_as<A, B> && (tapestry::Differentiable<A> || tapestry::Differentiable<B>);
+
+// Products of numbers and variables are taken entry by entry; Eigen's blocked ones are for one type alone.
+template <class Left, class Right>
+requires NumbersBesideVariables<typename Left::Scalar, typename Right::Scalar>
+struct generic_product_impl<Left, Right, DenseShape, DenseShape, GemmProduct>
+    : generic_product_impl<Left, Right, DenseShape, DenseShape, CoeffBasedProductMode> {
+};
+template <class Left, class Right>
+requires NumbersBesideVariables<typename Left::Scalar, typename Right::Scalar>
+struct generic_product_impl<Left, Right, DenseShape, DenseShape, GemvProduct>
+    : generic_product_impl<Left, Right, DenseShape, DenseShape, CoeffBasedProductMode> {
+};
+}  // namespace internal
 }  // namespace Eigen

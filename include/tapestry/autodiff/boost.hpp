@@ -1,0 +1,69 @@
+#pragma once
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <string>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/core/error.hpp>
+
+// What Boost.Math and Boost.Odeint need to know of variables; to be included before or after their headers,
+// and including none of them.
+
+namespace tapestry {
+namespace detail {
+/// \throws NumericError if the whole number does not fit Integer, or is not a number
+template <std::integral Integer, std::floating_point T>
+[[nodiscard]] Integer whole_number(const char* operation, T truncated) {
+  constexpr auto low = static_cast<T>(std::numeric_limits<Integer>::min());  // a power of two, exact
+  if (!(truncated >= low && truncated < -low))
+    throw NumericError(std::string(operation) + ": " + std::to_string(truncated) +
+                       " does not fit an integer");
+  return static_cast<Integer>(truncated);
+}
+}  // namespace detail
+
+/// The whole part of a variable's value, which has no derivative. Boost.Math finds these by their arguments.
+/// \throws NumericError if it does not fit
+template <std::floating_point T, class Policy>
+[[nodiscard]] int itrunc(const Variable<T>& x, const Policy&) {
+  return detail::whole_number<int>("itrunc", std::trunc(x.value()));
+}
+template <std::floating_point T, class Policy>
+[[nodiscard]] long long lltrunc(const Variable<T>& x, const Policy&) {
+  return detail::whole_number<long long>("lltrunc", std::trunc(x.value()));
+}
+template <std::floating_point T, class Policy>
+[[nodiscard]] int iround(const Variable<T>& x, const Policy&) {
+  return detail::whole_number<int>("iround", std::round(x.value()));
+}
+
+}  // namespace tapestry
+
+namespace boost::math::tools {
+
+template <class T>
+struct promote_arg;
+
+/// Results are variables also where the argument is a formula, as of −x.
+template <class Formula>
+requires tapestry::ScalarExpression<Formula>
+struct promote_arg<Formula> {
+  using type = tapestry::Variable<typename Formula::ExpressionScalar>;
+};
+
+}  // namespace boost::math::tools
+
+namespace boost::numeric::odeint {
+
+template <class State, class Enabler>
+struct norm_result_type;
+
+/// The norm by which a controlled stepper chooses its step, of a state of variables.
+template <class State>
+requires tapestry::ScalarExpression<typename State::value_type>
+struct norm_result_type<State, void> {
+  using type = typename State::value_type;
+};
+
+}  // namespace boost::numeric::odeint
