@@ -17,6 +17,7 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/arrays/array_memory.hpp>
+#include <tapestry/autodiff/boost.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/checkpointed_scan.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>

@@ -9,13 +9,13 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
 
-/// Light adds up, the numbers of a picture do not: a byte of sRGB stands for an amount of light by a curve.
-/// Fine black and white stripes that blend in a far pixel give half the light, which a camera writes as
-/// 0.735; the mean of their numbers is 0.5.
-///
-/// Source of the curve: IEC 61966-2-1, but that its two parts take turns where they cross. The standard
-/// rounds that place (to 0.04045 and 0.0031308), which leaves a step of 2e-8 that a derivative would not see.
-/// Beyond 0 to 1 both parts go on as they are.
+// Light adds up, the numbers of a picture do not: a byte of sRGB stands for an amount of light by a curve.
+// Fine black and white stripes that blend in a far pixel give half the light, which a camera writes as
+// 0.735; the mean of their numbers is 0.5.
+//
+// Source of the curve: IEC 61966-2-1, but that its two parts take turns where they cross. The standard
+// rounds that place (to 0.04045 and 0.0031308), which leaves a step of 2e-8 that a derivative would not see.
+// Beyond 0 to 1 both parts go on as they are.
 namespace tapestry::image {
 
 /// What colours are while they are blended, filtered and lit. What is read, optimised, shown to a detector
@@ -25,8 +25,10 @@ enum class ColourSpace {
   linear    ///< in proportion to light, as in front of a camera
 };
 
+/// All of them.
 inline constexpr std::array colour_spaces{ColourSpace::encoded, ColourSpace::linear};
 
+/// As options and manifests call it.
 [[nodiscard]] constexpr const char* name_of(ColourSpace space) {
   return space == ColourSpace::encoded ? "encoded" : "linear";
 }

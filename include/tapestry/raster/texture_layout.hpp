@@ -18,9 +18,11 @@ enum class TextureKind { atlas, cube, vertex, solid };
 /// trilinear, as large as the footprint is wide, at several places along it.
 enum class TextureFilter { bilinear, trilinear, anisotropic };
 
+/// All of them.
 inline constexpr std::array texture_filters{TextureFilter::bilinear, TextureFilter::trilinear,
                                             TextureFilter::anisotropic};
 
+/// As options and manifests call it.
 [[nodiscard]] constexpr const char* name_of(TextureFilter filter) {
   if (filter == TextureFilter::bilinear) return "bilinear";
   return filter == TextureFilter::trilinear ? "trilinear" : "anisotropic";
