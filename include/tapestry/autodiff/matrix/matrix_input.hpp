@@ -143,7 +143,8 @@ template <class T, std::size_t Rank>
 
 template <class Matrix>
 [[nodiscard]] std::string shape_text(const Matrix& matrix) {
-  return "[" + std::to_string(matrix.rows()) + ", " + std::to_string(matrix.cols()) + "]";
+  // std::string first: g++ 12 warns falsely of "[" + std::to_string() where it is inlined.
+  return std::string("[") + std::to_string(matrix.rows()) + ", " + std::to_string(matrix.cols()) + "]";
 }
 
 /// \throws ShapeError unless a is square
