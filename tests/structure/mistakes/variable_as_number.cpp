@@ -1,0 +1,3 @@
+#include <tapestry/autodiff.hpp>
+
+double f(const tapestry::Variable<double>& x) { return x; }

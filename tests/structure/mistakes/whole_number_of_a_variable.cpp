@@ -1,0 +1,3 @@
+#include <tapestry/autodiff.hpp>
+
+int f(const tapestry::Variable<double>& x) { return static_cast<int>(x); }
