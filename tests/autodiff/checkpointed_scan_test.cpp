@@ -94,6 +94,18 @@ TEST_CASE("a scan leaves little on the tape and keeps few states", "[autodiff][s
   CHECK(last[2].is_active());
 }
 
+TEST_CASE("a scan that keeps every one of many states needs no deep stack", "[autodiff][scan]") {
+  const auto half = [](std::size_t, Inputs x, Inputs) { return Variables{x[0] * 0.5 + 1.0}; };
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(3.0);
+  const std::size_t steps = 200000;
+  const auto last = checkpointed_scan<double>(half, steps, Variables{x}, Variables(), steps);
+  tape.reverse(last[0]);
+  CHECK(last[0].value() == 2);
+  CHECK(x.adjoint() == 0);
+}
+
 TEST_CASE("a scan of constants records nothing, one of one variable twice adds both", "[autodiff][scan]") {
   Tape<double> tape;
   const auto scope = tape.activate();

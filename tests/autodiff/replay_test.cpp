@@ -197,6 +197,8 @@ TEST_CASE("variables do not leave their recording, and a throwing function ends 
   CHECK_THROWS_AS(Replayable<double>(escaped * 2), DomainError);
   const auto uses_stranger = [&](const auto* x) { return Replayable<double>(x[0] * escaped); };
   CHECK_THROWS_AS((Replay<double>(uses_stranger, std::vector<double>{3})), DomainError);
+  const auto returns_stranger = [&](const auto*) { return escaped; };
+  CHECK_THROWS_AS((Replay<double>(returns_stranger, std::vector<double>{3})), DomainError);
   const auto throws = [](const auto* x) -> Replayable<double> {
     if (x[0] > 0) throw std::runtime_error("user");
     return x[0];

@@ -293,3 +293,12 @@ TEST_CASE("one view and one painted face train", "[camouflage][training]") {
   while (!training.finished()) training.step();
   CHECK(std::isfinite(training.history().back().total));
 }
+
+TEST_CASE("an atlas that is repeated often is exported as it is", "[camouflage][texture]") {
+  auto car = test::tiny_car();
+  for (auto& uv : car.mesh.uvs) uv = {50 * uv[0], uv[1]};
+  const auto colours = tapestry::test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 3);
+  const auto atlas = camouflage::atlas_of(car, colours);
+  REQUIRE(atlas.size() == colours.size());
+  CHECK(std::equal(atlas.data(), atlas.data() + atlas.size(), colours.data()));
+}

@@ -373,3 +373,18 @@ TEST_CASE("an atlas that is not minified is the same with all filters", "[raster
   CHECK((at(TextureFilter::trilinear) == at(TextureFilter::bilinear)));
   CHECK((at(TextureFilter::anisotropic) == at(TextureFilter::bilinear)));
 }
+
+TEST_CASE("a filter takes 1 to 64 lookups", "[raster][atlas_filter][bad_input]") {
+  const Mesh mesh = floor_to_the_horizon();
+  for (const std::size_t lookups : {0U, 1U, 64U, 65U}) {
+    auto layout = layout_of(4, 4, TextureFilter::anisotropic);
+    layout.most_lookups = lookups;
+    const auto draw = [&] {
+      return raster::texture_operator<double>({mesh, {1}, layout}, Camera{}, 8, 8, raster::Unlit{});
+    };
+    if (lookups == 1 || lookups == 64)
+      CHECK_NOTHROW(draw());
+    else
+      CHECK_THROWS_AS(draw(), tapestry::DomainError);
+  }
+}

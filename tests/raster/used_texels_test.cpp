@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdint>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
@@ -107,4 +108,32 @@ TEST_CASE("used_texels refuses what has no atlas", "[raster][used_texels][error]
   body = body_of({{{{0, 0}, {0.1, 0}, {0, 0.1}}}}, 8, 8);
   body.painted.clear();
   CHECK_THROWS_AS(raster::used_texels<double>(body), tapestry::ShapeError);
+}
+
+TEST_CASE("a face without extent on a border of the atlas uses what its lookups take",
+          "[raster][used_texels]") {
+  const std::array<double, 2> middle{0.3, 0.7};
+  for (const double border : {-1.0, 0.0, 1.0, 2.0, 3.0})
+    for (const std::size_t axis : {0U, 1U})
+      for (const bool is_point : {true, false}) {
+        std::array<std::array<double, 2>, 3> uv{middle, middle, middle};
+        for (auto& corner : uv) corner[axis] = border;
+        if (!is_point) uv[1][1 - axis] = 0.9;
+        const auto body = body_of({uv}, 6, 9);
+        const auto used = raster::used_texels<double>(body), looked_up = sampled(body, 50);
+        CAPTURE(border, axis, is_point);
+        for (std::size_t i = 0; i < used.size(); ++i)
+          if (looked_up.data()[i] != 0) CHECK(used.data()[i] == 1);
+        const auto count = [](const Array<double, 2>& of) {
+          return std::count(of.data(), of.data() + of.size(), 1.0);
+        };
+        CHECK(count(used) <= 2 * count(looked_up) + 4);
+      }
+  for (const double at : {0.0, 1.0}) {  // what files give to faces without a texture
+    auto body = body_of({{{{at, at}, {at, at}, {at, at}}}}, 8, 8);
+    body.layout.filter = raster::TextureFilter::anisotropic;
+    const auto grey = tapestry::filled<double, 2>({64, 3}, 0.7);
+    const auto levels = (*raster::pyramid_of(body))(grey);
+    for (std::size_t i = 0; i < levels.size(); ++i) REQUIRE(levels.data()[i] == Approx(0.7).epsilon(1e-12));
+  }
 }

@@ -74,17 +74,32 @@ class ScanSweep {
       : step_(step), parameters_(parameters), adjoints_(adjoints), constants_(passive_copies(parameters)) {}
 
   /// Steps [begin, end) backwards. \param state  at begin; `snapshots` may be kept, this one included
-  void run(const std::vector<T>& state, std::size_t begin, std::size_t end, std::size_t snapshots) {
-    while (end - begin > 1) {
+  void run(std::vector<T> state, std::size_t begin, std::size_t end, std::size_t snapshots) {
+    std::vector<Segment> open{{std::move(state), begin, end, snapshots}};  // those behind others first
+    while (!open.empty()) {
+      Segment& last = open.back();
+      const std::size_t steps = last.end - last.begin;
+      if (steps == 1) {
+        pull_back(last.state, last.begin);
+        open.pop_back();
+        continue;
+      }
       const std::size_t middle =
-          snapshots > 1 ? begin + steps_to_next_snapshot(end - begin, snapshots) : end - 1;
-      run(advanced(state, begin, middle), middle, end, std::max<std::size_t>(snapshots, 2) - 1);
-      end = middle;
+          last.snapshots > 1 ? last.begin + steps_to_next_snapshot(steps, last.snapshots) : last.end - 1;
+      Segment rest{advanced(last.state, last.begin, middle), middle, last.end,
+                   std::max<std::size_t>(last.snapshots, 2) - 1};
+      last.end = middle;
+      open.push_back(std::move(rest));
     }
-    pull_back(state, begin);
   }
 
  private:
+  /// Steps [begin, end), and the state at begin.
+  struct Segment {
+    std::vector<T> state;
+    std::size_t begin, end, snapshots;
+  };
+
   [[nodiscard]] std::vector<T> advanced(const std::vector<T>& state, std::size_t begin,
                                         std::size_t end) const {
     std::vector<Variable<T>> moving(state.begin(), state.end());

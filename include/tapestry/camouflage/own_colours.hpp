@@ -57,8 +57,9 @@ template <class T>
   const raster::TextureLayout layout =
       is_atlas ? car.layout
                : raster::TextureLayout{raster::TextureKind::atlas, 512, 1024, car.layout.u_extent};
-  const auto texels = is_atlas ? raster::with_unused_filled(layout, raster::used_texels<T>(car), colours)
-                               : raster::bake_atlas(car, colours, layout);
+  const auto texels = is_atlas
+                          ? raster::with_unused_filled(layout, raster::used_texels_or_all<T>(car), colours)
+                          : raster::bake_atlas(car, colours, layout);
   Array<T, 3> picture(Extents<3>{layout.height, layout.width, 3});
   std::copy_n(texels.data(), texels.size(), picture.data());
   return picture;

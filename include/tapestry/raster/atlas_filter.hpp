@@ -15,8 +15,9 @@ namespace tapestry::raster {
 ///
 /// trilinear: the level is log₂ of the footprint's length in texels, between two pictures; up to one texel
 /// the atlas itself. anisotropic: log₂ of its width, at as many places along it as it is longer than wide,
-/// but at most layout.most_lookups, which then lie farther apart, and coarser levels fill the gaps. Source:
-/// the rules of OpenGL 4.6, section 8.14.1; places and widths as in EXT_texture_filter_anisotropic.
+/// but at most layout.most_lookups, which then lie farther apart, and coarser levels fill the gaps.
+///
+/// Source: the rules of OpenGL 4.6, section 8.14.1; places and widths as in EXT_texture_filter_anisotropic.
 class AtlasFilter {
  public:
   /// \param body  with a filtered atlas, see is_filtered(), and sound uvs

@@ -57,6 +57,8 @@ inline void require_layout(const char* operation, const PaintedMesh& body) {
       throw DomainError(name + ": an atlas must have 1 to 65536 rows and columns");
     if (!(layout.u_extent > 0 && layout.u_extent <= 1e6))
       throw DomainError(name + ": u_extent must be in (0, 1e6]");
+    if (layout.most_lookups == 0 || layout.most_lookups > 64)
+      throw DomainError(name + ": most_lookups must be 1 to 64");
     require_uvs(operation, mesh, painted);
   }
   if (stored_texel_count(layout, mesh) >= std::numeric_limits<std::uint32_t>::max())

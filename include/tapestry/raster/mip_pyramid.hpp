@@ -112,12 +112,12 @@ class MipPyramid {
   template <std::floating_point T>
   MipPyramid(const TextureLayout& layout, const Array<T, 2>& used) : MipPyramid(layout) {
     require_shape("MipPyramid", "used", used, {layout.height, layout.width});
-    shares_.assign(texel_count_, 0.0F);
-    for (std::size_t i = 0; i < used.size(); ++i) shares_[i] = used.data()[i] != T(0) ? 1.0F : 0.0F;
+    shares_.assign(texel_count_, 0.0);
+    for (std::size_t i = 0; i < used.size(); ++i) shares_[i] = used.data()[i] != T(0) ? 1.0 : 0.0;
     for (const detail::MipStep& step : steps_)
       for (std::size_t i = 0; i < step.coarse.height; ++i)
         step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double weight) {
-          shares_[coarse] += static_cast<float>(weight) * shares_[fine];
+          shares_[coarse] += weight * shares_[fine];
         });
   }
 
@@ -187,18 +187,20 @@ class MipPyramid {
   [[nodiscard]] double part_of(std::size_t fine, std::size_t coarse) const {
     if (shares_.empty()) return 1;
     if (shares_[fine] == 0) return 0;
-    return static_cast<double>(shares_[fine]) / static_cast<double>(shares_[coarse]);
+    return shares_[fine] / shares_[coarse];
   }
 
   TextureLayout layout_;
   std::vector<detail::MipStep> steps_;  ///< from the finest level up
-  std::vector<float> shares_;           ///< of each texel's area what is used; empty: all of it
+  std::vector<double> shares_;          ///< of each texel's area what is used; empty: all of it
   std::size_t texel_count_ = 0;
 };
 
-/// An atlas whose unused texels take the colours around them, so that a viewer that filters it shows no
-/// seams. \param used    [height, width], 0 where no face refers to a texel; with none at all, texels as they
-/// are \param texels  [height · width, 3] \throws ShapeError if an array does not fit the layout
+/// An atlas whose unused texels take the colours around them, so that no viewer that filters it shows seams.
+///
+/// \param used    [height, width], 0 where no face refers to a texel; if there is none, nothing changes
+/// \param texels  [height · width, 3]
+/// \throws ShapeError if an array does not fit the layout
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> with_unused_filled(const TextureLayout& layout, const Array<T, 2>& used,
                                              const Array<T, 2>& texels) {

@@ -14,7 +14,7 @@ namespace tapestry::raster {
 enum class TextureKind { atlas, cube, vertex, solid };
 
 /// How an atlas is looked up. bilinear: in the atlas itself. trilinear: between the two levels of its
-/// pyramid whose texels are about as large as the pixel's footprint is long, see mip_pyramid(). anisotropic:
+/// pyramid whose texels are about as large as the pixel's footprint is long, see MipPyramid. anisotropic:
 /// trilinear, as large as the footprint is wide, at several places along it.
 enum class TextureFilter { bilinear, trilinear, anisotropic };
 
@@ -43,7 +43,7 @@ struct TextureLayout {
   double u_extent = 1;              ///< atlas: u in [0, u_extent] spans the width; 2 for the car's 2×1 atlas
   std::size_t texels_per_edge = 0;  ///< cube: s
   TextureFilter filter = TextureFilter::bilinear;  ///< of an atlas; ignored by the other kinds
-  std::size_t most_lookups = 8;                    ///< anisotropic: places along a footprint, at most
+  std::size_t most_lookups = 8;  ///< anisotropic: places along a footprint, at most; 1 to 64
 
   /// atlas: height · width, texel row · width + column; cube: F · s³, texel ((f·s + a)·s + b)·s + c;
   /// vertex: V, texel = position; solid: 1.

@@ -11,6 +11,7 @@
 #include <tapestry/raster/fragment_shader.hpp>  // require_layout
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
+#include <vector>
 
 namespace tapestry::raster {
 namespace detail {
@@ -80,6 +81,20 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, st
     }
 }
 
+/// How far, in texels, a triangle is moved along an axis: nowhere, but where it has no extent and lies on a
+/// border of the atlas, as uv that are not used often do. There it is moved to the side that lookups take
+/// from, see wrapped(), to both where rounding decides. \param axis  0 for columns, 1 for rows, which run
+/// against v
+[[nodiscard]] inline std::vector<double> moves_off_border(const UvTriangle& corner, std::size_t axis,
+                                                          double size) {
+  const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
+  const double border = std::round(low / size);
+  if (std::max(high - low, std::abs(low - border * size)) > 1e-9 * size) return {0};
+  if (border == 0) return {0.25};
+  if (border == 1) return {-0.25};
+  return {-0.25, 0.25};
+}
+
 /// Calls visit(face, row, column) for the texels that lookups in each painted face take from.
 /// \param body   with an atlas, and past require_layout()
 /// \throws Error (limit) as used_texels()
@@ -102,8 +117,16 @@ void for_each_used_texel(const PaintedMesh& body, Visit visit) {
                                           " repetitions of the atlas, expected at most 8");
       for (auto& point : corner) point[axis] *= static_cast<double>(axis == 0 ? layout.width : layout.height);
     }
-    for_each_texel_of(corner, layout, work,
-                      [&](std::size_t row, std::size_t column) { visit(face, row, column); });
+    for (const double right : moves_off_border(corner, 0, static_cast<double>(layout.width)))
+      for (const double down : moves_off_border(corner, 1, static_cast<double>(layout.height))) {
+        UvTriangle moved = corner;
+        for (auto& [column, row] : moved) {
+          column += right;
+          row += down;
+        }
+        for_each_texel_of(moved, layout, work,
+                          [&](std::size_t row, std::size_t column) { visit(face, row, column); });
+      }
   }
 }
 
@@ -127,17 +150,23 @@ template <std::floating_point T>
   return used;
 }
 
+/// used_texels(), or all of them where faces repeat the atlas so often that it gives up.
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> used_texels_or_all(const PaintedMesh& body) {
+  try {
+    return used_texels<T>(body);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::limit) throw;
+    return filled<T, 2>({body.layout.height, body.layout.width}, T(1));
+  }
+}
+
 /// The pyramid of a body's atlas, over the texels that painted faces refer to; null if the atlas is not
-/// filtered. Where faces repeat the atlas so often that used_texels() gives up, all of it counts.
+/// filtered.
 /// \throws as used_texels(), but for its limit
 [[nodiscard]] inline std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body) {
   if (!is_filtered(body.layout)) return nullptr;
-  try {
-    return std::make_shared<const MipPyramid>(body.layout, used_texels<float>(body));
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::limit) throw;
-    return std::make_shared<const MipPyramid>(body.layout);
-  }
+  return std::make_shared<const MipPyramid>(body.layout, used_texels_or_all<float>(body));
 }
 
 }  // namespace tapestry::raster

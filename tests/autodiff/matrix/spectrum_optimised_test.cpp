@@ -182,3 +182,40 @@ TEST_CASE("norms of huge and tiny numbers neither overflow nor vanish", "[autodi
     CHECK(std::abs(matrix::spectral_norm(a).value() / scale - 4) <= 1e-14);
   }
 }
+
+TEST_CASE("vectors of values that are not 0 have a derivative beside values that are", "[autodiff][matrix]") {
+  const auto square_of_first = [](const auto& a) {
+    const auto u = matrix::singular_values(a).u;
+    return MatrixOf<typename std::decay_t<decltype(a)>::Scalar>::Constant(1, 1, u(0, 0) * u(0, 0));
+  };
+  const MatrixXd rank_one = (MatrixXd(3, 2) << 1, 2, 2, 4, 3, 6).finished();
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const MatrixOf<Variable<double>> x = rank_one.unaryExpr([&](double value) { return tape.input(value); });
+  tape.reverse(square_of_first(x)(0, 0));
+  // u0 is the eigenvector of A Aᵀ: by differences of those of the nonzero value.
+  const double h = 1e-5;
+  for (Eigen::Index i = 0; i < 3; ++i)
+    for (Eigen::Index j = 0; j < 2; ++j) {
+      const auto at = [&](double step) {
+        MatrixXd moved = rank_one;
+        moved(i, j) += step;
+        const double u = Eigen::JacobiSVD<MatrixXd>(moved, thin).matrixU()(0, 0);
+        return u * u;
+      };
+      CHECK(x(i, j).adjoint() == Approx((at(h) - at(-h)) / (2 * h)).margin(1e-8));
+    }
+}
+
+TEST_CASE("an adjoint that is NaN passes through vectors of equal values as NaN", "[autodiff][matrix]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 2>{{1, 0}, {0, 1}});
+  const auto vectors = matrix::symmetric_eigen(x).vectors;
+  tape.reverse(tapestry::sum(vectors * std::numeric_limits<double>::quiet_NaN()));
+  CHECK(std::isnan(x.adjoint()(1, 0)));
+  const auto tall =
+      tape.input(Array<double, 2>{{1, 2}, {std::numeric_limits<double>::quiet_NaN(), 4}, {3, 6}});
+  CHECK_THROWS_WITH(matrix::least_squares(tall, tape.input(Array<double, 2>{{1}, {2}, {3}})),
+                    "least_squares: a has a number that is not finite");
+}

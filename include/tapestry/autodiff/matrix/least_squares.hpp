@@ -18,7 +18,8 @@ namespace tapestry::matrix {
 /// \param b  B, [M, K] or [M]
 /// \returns  X, [N, K] or [N]: an array variable if a or b is an array, else an Eigen matrix of variables
 /// \throws ShapeError if a has more columns than rows, or b has other than M rows
-/// \throws NumericError if a's columns are dependent up to rounding
+/// \throws NumericError if a number of a is not finite, or its columns are dependent up to rounding of the
+///         longest
 template <detail::AnyMatrix A, detail::AnyMatrix B>
 requires(detail::holds_variables<A> || detail::holds_variables<B>)
     [[nodiscard]] auto least_squares(const A& a, const B& b) {
@@ -31,6 +32,7 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
     throw ShapeError("least_squares: a is " + detail::shape_text(left.value) +
                      ", expected no more columns than rows");
   detail::require_equal_rows<T>("least_squares", left.value, right.value);
+  if (!left.value.allFinite()) throw NumericError("least_squares: a has a number that is not finite");
   const auto qr = std::make_shared<Eigen::ColPivHouseholderQR<Matrix>>(left.value.rows(), columns);
   if (columns > 0) qr->compute(left.value);
   if (columns > 0 && qr->rank() < columns)

@@ -57,9 +57,15 @@ template <std::floating_point T>
   DenseMatrix<T> left = u * (turned_singular_vectors(s, p) * s.col(0).asDiagonal());
   if (u.rows() > u.cols() && s.rows() > 0) {
     const T least = T(16) * static_cast<T>(u.rows()) * std::numeric_limits<T>::epsilon() * s(0);
-    if (s(s.rows() - 1) <= least)
-      throw NumericError("singular_values: one is 0, so that its vectors have no derivative");
-    left += (u_adjoint - u * p) * s.col(0).cwiseInverse().asDiagonal();
+    const T rounding =
+        T(16) * static_cast<T>(u.rows()) * std::numeric_limits<T>::epsilon() * u_adjoint.norm();
+    DenseMatrix<T> turned_out = u_adjoint - u * p;
+    for (Eigen::Index j = 0; j < s.rows(); ++j) {
+      if (s(j) <= least && turned_out.col(j).norm() > rounding)
+        throw NumericError("singular_values: one is 0, so that its vectors have no derivative");
+      turned_out.col(j) *= s(j) <= least ? T(0) : 1 / s(j);
+    }
+    left += turned_out;
   }
   return left * v.transpose();
 }

@@ -55,6 +55,8 @@ template <std::size_t Lanes, class T, class Function>
       return function(std::span<const Scalar>(variables));
     }
   }();
+  if (root.is_active() && root.link().generation() != recorder.generation)
+    throw DomainError("Replay: the function returns a variable of another recording");
   return {std::move(recorder.recording), root.is_active() ? root.link().index() : 0, root.value()};
 }
 
