@@ -115,6 +115,10 @@ TEST_CASE("the worst cell is where the camouflage hides least", "[evaluate][cell
   CHECK(evaluate::least_hidden_cell({half, undefined, none_of_one}, 1) == std::size_t{2});
   CHECK(evaluate::least_hidden_cell({none_of_one, none_of_two, none_of_two}, 1) == std::size_t{1});
   CHECK(evaluate::least_found_cell({none_of_two, half, undefined}, 1) == std::size_t{1});
+  // None of one hidden may be as many as 79 of 100; one of forty is at most 13.
+  std::vector<std::pair<bool, bool>> many(40, {true, true});
+  many[0].second = false;
+  CHECK(evaluate::least_hidden_cell({none_of_one, cell_of(many)}, 1) == std::size_t{1});
 }
 
 TEST_CASE("outcomes that do not fit are refused", "[evaluate][cells]") {

@@ -113,9 +113,9 @@ template <std::predicate<std::size_t> Belongs>
 }
 
 namespace detail {
-/// The cell of the lowest share of its views; of equal ones that with more views, then the first. None where
+/// The cell of the lowest figure of its views; of equal ones that with more views, then the first. None where
 /// there are no views.
-/// \param share_of  gives of a cell its share and its views
+/// \param share_of  gives of a cell the figure and its views
 template <class ShareOf>
 [[nodiscard]] std::optional<std::size_t> lowest_cell(const std::vector<Cell>& cells, ShareOf share_of) {
   std::optional<std::size_t> lowest;
@@ -132,24 +132,25 @@ template <class ShareOf>
 }
 }  // namespace detail
 
-/// The cell in which a texture hides the car least: that of the lowest attack success among those whose clean
-/// car is found at all; of equal ones that with more such frames, then the first. None where the clean car is
-/// never found. \param texture  its number in the outcomes
+/// The cell in which a texture hides the car least: whose attack success is surely lowest, by the upper end
+/// of its interval, so that one frame does not outweigh ninety. None where the clean car is never found.
+///
+/// \param texture  its number in the outcomes
 [[nodiscard]] inline std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
                                                                   std::size_t texture) {
   return detail::lowest_cell(cells, [&](const Cell& cell) {
     const AttackSuccess& success = cell.textures.at(texture).success;
-    return std::pair(success.rate, success.views);
+    return std::pair(success.interval[1], success.views);
   });
 }
 
-/// The cell in which a detector finds the car least, by P@0.5; of equal ones that with more frames, then the
-/// first. None without frames.
+/// The cell in which a detector finds the car least, by the upper end of P@0.5's interval. None without
+/// frames.
 [[nodiscard]] inline std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
                                                                  std::size_t texture) {
   return detail::lowest_cell(cells, [&](const Cell& cell) {
     const DetectionRate& rate = cell.textures.at(texture).rate;
-    return std::pair(rate.p_at_50, rate.views);
+    return std::pair(rate.interval[1], rate.views);
   });
 }
 
