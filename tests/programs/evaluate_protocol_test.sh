@@ -56,11 +56,11 @@ while [ "$code" -eq 137 ] && [ "$kills" -lt 40 ]; do
   "$evaluate" --protocol occlusion "${small[@]}" --output killed >/dev/null 2>killed.err &
   process=$!
   if [ "$kills" -lt 3 ]; then
-    for _ in $(seq 300); do
+    for _ in $(seq 3000); do
       [ killed/outcomes.npz -nt started ] && break
-      sleep 0.05
+      sleep 0.005
     done
-    sleep "0.$((RANDOM % 7))"
+    sleep "0.0$((RANDOM % 7 * kills))"
     kill -KILL "$process" 2>/dev/null
   fi
   wait "$process" 2>/dev/null
