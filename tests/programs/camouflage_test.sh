@@ -86,10 +86,7 @@ expect_same killed/history.csv two/history.csv
 long=(--scenes 40 --texels 32 --epochs 60 --checkpoint-steps 1000)
 "$camouflage" "${long[@]}" --profile --output stopped >/dev/null 2>stopped.err &
 process=$!
-for _ in $(seq 100); do
-  [ -e stopped/manifest.json ] && break
-  sleep 0.1
-done
+wait_for 10 [ -e stopped/manifest.json ]
 sleep 1
 kill -INT "$process"
 wait "$process"
@@ -223,10 +220,7 @@ ls -A limited | grep -q part && fail "what a killed process left is still there"
   exec "$camouflage" "${brief[@]}" --epochs 100 --output ignoring >/dev/null 2>&1
 ) &
 process=$!
-for _ in $(seq 100); do
-  [ -e ignoring/manifest.json ] && break
-  sleep 0.1
-done
+wait_for 10 [ -e ignoring/manifest.json ]
 kill -HUP "$process"
 kill -INT "$process"
 wait "$process"
@@ -261,10 +255,7 @@ wait "$process"
 [ $? -eq 143 ] && [ ! -e unprepared ] && pass || fail "SIGTERM while scenes are drawn"
 "$camouflage" "${brief[@]}" --epochs 100000 --threads 2 --output "it's a folder" >/dev/null 2>stopped.err &
 process=$!
-for _ in $(seq 100); do
-  [ -e "it's a folder/manifest.json" ] && break
-  sleep 0.1
-done
+wait_for 10 [ -e "it's a folder/manifest.json" ]
 kill -INT "$process"
 wait "$process"
 eval "exec_resumed() { exec $(tail -n 1 stopped.err); }"

@@ -89,10 +89,7 @@ expect_exit 7 "resuming with another file" "$camouflage" --config other.toml --r
 expect_error_line '\-\-epochs \(was 3, now 4\)'
 "$camouflage" --config run.toml --epochs 100000 --output stopped >/dev/null 2>stopped.err &
 process=$!
-for _ in $(seq 300); do
-  [ -e stopped/manifest.json ] && break
-  sleep 0.1
-done
+wait_for 30 [ -e stopped/manifest.json ]
 sleep 1
 kill -INT "$process"
 wait "$process"

@@ -92,10 +92,7 @@ expect_same whole/occlusion.csv before.csv
 # Stopped politely. (F15)
 "$evaluate" --protocol occlusion "${small[@]}" --output stopped >/dev/null 2>stopped.err &
 process=$!
-for _ in $(seq 100); do
-  grep -q 'frame' stopped.err && break
-  sleep 0.1
-done
+wait_for 10 grep -q 'frame' stopped.err
 kill -INT "$process"
 wait "$process"
 code=$?

@@ -47,10 +47,7 @@ for file in $results; do expect_same "killed/$file" "two/$file"; done
 # Stopped politely: saves, and says how to go on. (F15)
 "$harden" "${budget[@]}" --rounds 500 --output stopped >/dev/null 2>stopped.err &
 process=$!
-for _ in $(seq 300); do
-  grep -q '^hardening: ' stopped.err && break
-  sleep 0.1
-done
+wait_for 30 grep -q '^hardening: ' stopped.err
 kill -INT "$process"
 wait "$process"
 [ $? -eq 130 ] && pass || fail "SIGINT does not end with 130"

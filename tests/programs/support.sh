@@ -37,6 +37,15 @@ expect_same() {
 expect_file() {
   if [ -s "$1" ]; then pass; else fail "$1 is missing or empty"; fi
 }
+# wait_for SECONDS COMMAND...: until the command succeeds, but no longer; what follows tells whether it did.
+wait_for() {
+  local tenths=$(($1 * 10))
+  shift
+  while [ "$tenths" -gt 0 ] && ! "$@"; do
+    sleep 0.1
+    tenths=$((tenths - 1))
+  done
+}
 # kill_until_done FOLDER KILLS SECONDS COMMAND...: runs a command that works in a folder, kills it that often within so many
 # seconds of its start, and resumes it until metrics.json is there.
 kill_until_done() {

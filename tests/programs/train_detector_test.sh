@@ -18,7 +18,7 @@ expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.weights 
 
 "$train" $small --steps 1000000 --output "it's stopped.weights" >command.out 2>command.err &
 child=$!
-for _ in $(seq 600); do grep -q '^step 1 ' command.err && break; sleep 0.1; done
+wait_for 60 grep -q '^step 1 ' command.err
 kill -TERM "$child"
 wait "$child"
 [ $? -eq 143 ] && pass || fail "stopping did not end with 143"
@@ -26,7 +26,7 @@ expect_file "it's stopped.weights"
 eval "go_on() { exec $(tail -n 1 command.err); }"
 (go_on >command.out 2>command.err) &
 child=$!
-for _ in $(seq 600); do grep -q '^step 1 ' command.err && break; sleep 0.1; done
+wait_for 60 grep -q '^step 1 ' command.err
 kill -INT "$child"
 wait "$child"
 [ $? -eq 130 ] && pass || fail "the command to go on does not work when pasted"

@@ -83,8 +83,7 @@ inline Car load_car(const SceneSettings& settings) {
   if (car.painted.layout.kind == raster::TextureKind::atlas)
     require_uvs(settings.mesh, loaded.mesh, car.painted.painted, "an atlas");
   car.painted.mesh = std::move(loaded.mesh);
-  car.painted.space =
-      settings.colour_space == "linear" ? image::ColourSpace::linear : image::ColourSpace::encoded;
+  car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
   return car;
 }
