@@ -51,8 +51,8 @@ void describe(CLI::App& app, Options& options) {
                  "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels")
       ->capture_default_str();
   app.add_option("IMAGE", options.images,
-                 "PNG or JPEG pictures or frames (.npz), folders of them, or lists of them (.txt, a path a "
-                 "line). One that "
+                 "PNG, JPEG, BMP, PGM or PPM pictures or frames (.npz), folders of them, or lists of them "
+                 "(.txt, a path a line). One that "
                  "cannot be read is told and left out; the exit status is then that of the first")
       ->required();
 }

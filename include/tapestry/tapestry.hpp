@@ -163,6 +163,7 @@
 #include <tapestry/image/transform/sensor_noise.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/dataset/coco_file.hpp>
@@ -195,7 +196,9 @@
 #include <tapestry/io/obj_file/materials.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/picture_samples.hpp>
 #include <tapestry/io/png_scan.hpp>
+#include <tapestry/io/pnm_file.hpp>
 #include <tapestry/io/run_lock.hpp>
 #include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/safetensors_header.hpp>

@@ -1,5 +1,6 @@
 #include <tapestry/io/image_file.hpp>
 
+#include "../support/bmp_builder.hpp"
 #include "../support/png_builder.hpp"
 #include "target.hpp"
 
@@ -13,7 +14,7 @@ void read(const std::string& bytes) {
   (void)io::read_mask(path);  // which takes less: a JPEG is no mask
 }
 
-/// A picture of each kind of 9 x 5 pixels; palettes are of 3 colours.
+/// A PNG of each kind of 9 x 5 pixels; palettes are of 3 colours. BMPs, a PGM and a PPM of a few pixels.
 std::vector<std::string> seeds() {
   const std::string palette = test::png_chunk("PLTE", std::string(9, '\x40'));
   std::vector<std::string> files;
@@ -26,11 +27,20 @@ std::vector<std::string> seeds() {
       parts.rows += static_cast<char>(i % row == 0 ? i / row : colour == 3 ? 0x12 : 17 * i);
     files.push_back(test::png(parts));
   }
+  for (const int bits : {1, 8})
+    files.push_back(test::bmp({.bits = bits, .palette = "one_two_", .rows = "\1..."}));
+  files.push_back(test::bmp({.width = 2, .height = -2, .header_size = 124, .rows = "abcdef..ghijkl.."}));
+  const std::string masks =
+      test::little_endian(0xF800, 4) + test::little_endian(0x7E0, 4) + test::little_endian(0x1F, 4);
+  files.push_back(test::bmp({.bits = 16, .compression = 3, .palette = masks, .rows = "ab.."}));
+  files.emplace_back("P5 2 1 65535\nabcd");
+  files.emplace_back("P6\n#\n1 2 127\nabcdef");
   return files;
 }
 
 /// The checksum of every chunk, as far as chunks can be told.
 std::string repair(std::string file) {
+  if (!file.starts_with("\x89PNG")) return file;
   for (std::size_t at = 8; at + 12 <= file.size();) {
     std::uint32_t size = 0;
     for (std::size_t i = 0; i < 4; ++i) size = size << 8U | static_cast<unsigned char>(file[at + i]);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "../support/bmp_builder.hpp"
 #include "../support/catch.hpp"
 #include "../support/png_builder.hpp"
 #include "../support/random_array.hpp"
@@ -18,6 +19,7 @@ using tapestry::Array;
 using tapestry::ErrorKind;
 using tapestry::test::BadContent;
 using tapestry::test::big_endian;
+using tapestry::test::bmp;
 using tapestry::test::check_refused;
 using tapestry::test::png;
 using tapestry::test::png_chunk;
@@ -149,10 +151,9 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
        "palette"},
       {"I05 interlace", png({.interlace = 2, .rows = one.rows}), malformed, "compression"},
       {"I08 GIF", "GIF89a", malformed, "found a GIF image"},
-      {"I08 BMP", "BM....", malformed, "found a BMP image"},
       {"I08 PSD", "8BPS", malformed, "found a PSD image"},
       {"I08 HDR", "#?RADIANCE", malformed, "found an HDR image"},
-      {"I08 PNM", "P6 1 1", malformed, "found a PNM image"},
+      {"I08 PNM", "P3 1 1 255 1 2 3", malformed, "found a PNM image of another kind"},
       {"I08 TGA", std::string(18, '\2'), malformed, "found other bytes"},
       {"I19 EXR", "\x76\x2f\x31\x01", malformed, "found an EXR image"},
       {"I19 KTX", "\xabKTX 11", malformed, "found a KTX texture"},
@@ -165,6 +166,121 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
     check_refused(row.kind, row.text, [&] { (void)io::read_image(path); });
     check_refused(row.kind, "a.png:", [&] { (void)io::read_mask(path); });
   }
+}
+
+TEST_CASE("every kind of uncompressed BMP is converted by the stated rule", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  const std::string palette = bytes({3, 2, 1, 0, 9, 8, 7, 0});  // (1, 2, 3), (7, 8, 9)
+  const std::string pixel_24 = bytes({3, 2, 1, 0});
+  const auto masks = [](std::uint32_t r, std::uint32_t g, std::uint32_t b) {
+    return tapestry::test::little_endian(r, 4) + tapestry::test::little_endian(g, 4) +
+           tapestry::test::little_endian(b, 4);
+  };
+  struct Row {
+    const char* kind;
+    std::string file;
+    std::vector<int> expected;
+  };
+  const Row rows[] = {
+      {"24 bits, from below",
+       bmp({.width = 1, .height = 2, .rows = bytes({3, 2, 1, 0, 6, 5, 4, 0})}),
+       {4, 5, 6, 1, 2, 3}},
+      {"from above", bmp({.height = -2, .rows = bytes({3, 2, 1, 0, 6, 5, 4, 0})}), {1, 2, 3, 4, 5, 6}},
+      {"header of 124 bytes", bmp({.header_size = 124, .rows = pixel_24}), {1, 2, 3}},
+      {"header of 12 bytes", bmp({.header_size = 12, .rows = pixel_24}), {1, 2, 3}},
+      {"1 bit",
+       bmp({.width = 2, .bits = 1, .palette = palette, .rows = bytes({0x40, 0, 0, 0})}),
+       {1, 2, 3, 7, 8, 9}},
+      {"4 bits beyond the palette",
+       bmp({.width = 3, .bits = 4, .used = 2, .palette = palette, .rows = bytes({0x1F, 0, 0, 0})}),
+       {7, 8, 9, 0, 0, 0, 1, 2, 3}},
+      {"8 bits of a short header",
+       bmp({.header_size = 12, .bits = 8, .palette = bytes({3, 2, 1, 9, 8, 7}), .rows = bytes({1, 0, 0, 0})}),
+       {7, 8, 9}},
+      {"32 bits", bmp({.bits = 32, .rows = bytes({3, 2, 1, 9})}), {1, 2, 3}},
+      {"32 bits, masks",
+       bmp({.bits = 32,
+            .compression = 3,
+            .palette = masks(0xFF000000U, 0xFF0000, 0xFF00),
+            .rows = bytes({9, 3, 2, 1})}),
+       {1, 2, 3}},
+      {"5, 5 and 5 bits", bmp({.bits = 16, .rows = bytes({0x1F, 0x40, 0, 0})}), {132, 0, 255}},  // 16 of 31
+      {"5, 6 and 5 bits",
+       bmp({.bits = 16,
+            .compression = 3,
+            .palette = masks(0xF800, 0x7E0, 0x1F),
+            .rows = bytes({0xE0, 0x07, 0, 0})}),
+       {0, 255, 0}},
+  };
+  for (const Row& row : rows) {
+    INFO(row.kind);
+    const std::string path = folder.write("picture.png", row.file + "more");
+    CHECK(values_of(io::read_image(path)) == row.expected);
+  }
+  const auto mask = io::read_mask(folder.write("m.bmp", bmp({.rows = bytes({30, 20, 10, 0})})));
+  CHECK(mask(0, 0) == float((77 * 10 + 150 * 20 + 29 * 30) / 256) / 255.0F);
+}
+
+TEST_CASE("PGM and PPM are scaled by their greatest sample", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto read = [&](const std::string& file) { return io::read_image(folder.write("a.ppm", file)); };
+  const auto mask = [&](const std::string& file) { return io::read_mask(folder.write("a.pgm", file)); };
+  CHECK(values_of(read("P6\n# by hand\n1 2\n255\n" + bytes({1, 2, 3, 4, 5, 6}))) ==
+        std::vector<int>{1, 2, 3, 4, 5, 6});
+  CHECK(values_of(read("P5#\n#\n 2\t1 15 " + bytes({15, 8}))) ==
+        std::vector<int>{255, 255, 255, 136, 136, 136});
+  CHECK(values_of(read("P5 1 1 65535\n" + bytes({0x7F, 0x80}))) == std::vector<int>{127, 127, 127});
+  CHECK(mask("P5 1 1 65535\n" + bytes({0x12, 0x34}))(0, 0) == float(0x1234) / 65535.0F);
+  CHECK(mask("P5 1 1 1\n" + bytes({1}) + "P5 the next one")(0, 0) == 1);
+  CHECK(mask("P6 1 1 255\n" + bytes({9, 9, 9}))(0, 0) == 9.0F / 255.0F);
+}
+
+TEST_CASE("bad BMP, PGM and PPM pictures are refused", "[io][image][bad_input]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto malformed = ErrorKind::malformed;
+  const std::string row(4, '\0'), palette(8, '\0');
+  const BadContent rows[] = {
+      {"I21 header", "BM....", malformed, "ends in its header"},
+      {"I21 header size", bmp({.header_size = 64, .rows = row}), malformed, "of no known size"},
+      {"I21 no pixel", bmp({.width = 0, .rows = row}), malformed, "without a pixel"},
+      {"I21 wide", bmp({.width = 20000, .rows = row}), ErrorKind::limit, "found 20000 x 1"},
+      {"I21 pixels", bmp({.width = 16384, .height = 16384, .rows = row}), ErrorKind::limit, "64 megapixels"},
+      {"I21 lowest rows", bmp({.height = std::numeric_limits<int>::min(), .rows = row}), ErrorKind::limit,
+       "too large"},
+      {"I21 bits", bmp({.bits = 2, .rows = row}), malformed, "found 2"},
+      {"I21 runs", bmp({.bits = 8, .compression = 1, .palette = palette, .rows = row}), malformed, "kind 1"},
+      {"I21 rows", bmp({.height = 2, .rows = row}), malformed, "expected 8 bytes of rows, found 4"},
+      {"I21 offset", bmp({.rows = row, .rows_at = 1000}), malformed, "found 0"},
+      {"I21 offset in header", bmp({.rows = row, .rows_at = 20}), malformed, "begin in its header"},
+      {"I21 no palette", bmp({.bits = 8, .rows = row}), malformed, "begin in its palette"},
+      {"I21 colours", bmp({.bits = 1, .used = 3, .palette = palette, .rows = row}), malformed,
+       "at most 2 colours"},
+      {"I21 palette cut", bmp({.bits = 8, .used = 9, .palette = palette, .rows = row, .rows_at = 1000}),
+       malformed, "ends in its palette"},
+      {"I21 masks", bmp({.bits = 32, .compression = 3, .palette = std::string(12, '\5'), .rows = row}),
+       malformed, "no row of 1 to 16 bits"},
+      {"I21 PNM number", "P6 1 x", malformed, "a.png:@5: header of a PNM picture lacks a number"},
+      {"I21 PNM digits", "P6 12345678 1 255\n", malformed, "too long"},
+      {"I21 PNM end", "P6 1 1 255", malformed, "does not end"},
+      {"I21 PNM pixels", "P5 9999999 9999999 255\n", ErrorKind::limit, "too large"},
+      {"I21 PNM none", "P5 0 1 255\n", malformed, "without a pixel"},
+      {"I21 PNM greatest", "P5 1 1 65536\n..", malformed, "found 65536"},
+      {"I21 PNM cut", "P6 1 1 255\n..", malformed, "expected 3 bytes, found 2"},
+      {"I21 PNM sample", "P5 2 1 9\n\1:", malformed, "expected at most 9, found 58"},
+  };
+  for (const BadContent& bad : rows) {
+    INFO(bad.id);
+    const std::string path = folder.write("a.png", bad.file);
+    check_refused(bad.kind, bad.text, [&] { (void)io::read_image(path); });
+    check_refused(bad.kind, "a.png:", [&] { (void)io::read_mask(path); });
+  }
+  for (const std::string& good :
+       {bmp({.bits = 8, .palette = palette, .rows = row}), std::string("P6 1 1 255\n...")})  // every cut
+    for (std::size_t length = 3; length < good.size(); ++length) {
+      INFO(length);
+      check_refused(malformed,
+                    "a.png:", [&] { (void)io::read_image(folder.write("a.png", good.substr(0, length))); });
+    }
 }
 
 TEST_CASE("every cut and every changed byte of a PNG is refused", "[io][image][bad_input]") {

@@ -3,7 +3,9 @@
 #include <cctype>
 #include <concepts>
 #include <filesystem>
+#include <iterator>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <vector>
@@ -30,7 +32,8 @@ template <std::predicate<const std::filesystem::path&> Accepts>
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+  constexpr std::string_view known[]{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".pnm"};
+  return std::find(std::begin(known), std::end(known), extension) != std::end(known);
 }
 
 }  // namespace tapestry::io

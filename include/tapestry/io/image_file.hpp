@@ -11,9 +11,12 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/jpeg_file.hpp>
+#include <tapestry/io/picture_samples.hpp>
 #include <tapestry/io/png_scan.hpp>
+#include <tapestry/io/pnm_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -71,18 +74,20 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
 }
 }  // namespace detail
 
-/// Reads a PNG or a JPEG as RGB, [H, W, 3]. The file's content decides what it is, not its name.
+/// Reads a PNG, JPEG, BMP, PGM or PPM as RGB, [H, W, 3]. The file's content decides what it is, not its name.
 ///
-/// For JPEG see parse_jpeg(). Every kind of PNG is converted: grey is repeated in the three channels,
-/// palettes are looked up (black beyond their end), 1 to 4 bits are scaled to 0-255, of 16 bits the upper 8
-/// are kept. Transparency is dropped and colours are taken as stored (PNG does not premultiply); colour
-/// profiles and gamma are ignored.
+/// For the others see parse_jpeg(), parse_bmp() and parse_pnm(). Every kind of PNG is converted: grey is
+/// repeated in the three channels, palettes are looked up (black beyond their end), 1 to 4 bits are scaled to
+/// 0-255, of 16 bits the upper 8 are kept. Transparency is dropped and colours are taken as stored (PNG does
+/// not premultiply); colour profiles and gamma are ignored.
 ///
-/// \throws FileError: malformed (neither format, damaged, checksums included), limit (over 16,384 a side or
+/// \throws FileError: malformed (no such format, damaged, checksums included), limit (over 16,384 a side or
 ///         64 Mpx)
 [[nodiscard]] inline Array<std::uint8_t, 3> read_image(const std::string& path) {
   std::string file = read_text_file(path, png_file_limit);
   if (is_jpeg(file)) return parse_jpeg(file, path);
+  if (is_bmp(file)) return rgb_levels(parse_bmp(file, path));
+  if (is_pnm(file)) return rgb_levels(parse_pnm(file, path));
   const PngHeader header = scan_png(file, path);
   const auto pixels = detail::decode_png_8(with_whole_palette(std::move(file), header), 3);
   detail::require_decoded(pixels, header.height * header.width * 3, path);
@@ -91,14 +96,17 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
   return image;
 }
 
-/// Reads a PNG as grey in [0, 1], [H, W]: value / 255, or / 65535 where the file has 16 bits. Colours become
-/// (77 R + 150 G + 29 B) / 256; transparency is dropped. No threshold is applied. Throws as read_image()
-/// does, and for a JPEG, whose losses blur a mask's border.
+/// Reads a PNG, BMP, PGM or PPM as grey in [0, 1], [H, W]: value / 255, or / 65535 where the file has 16 bits
+/// (PGM and PPM: by the greatest value they state). Colours become (77 R + 150 G + 29 B) / 256; transparency
+/// is dropped. No threshold is applied. Throws as read_image() does, and for a JPEG, whose losses blur a
+/// mask's border.
 [[nodiscard]] inline Array<float, 2> read_mask(const std::string& path) {
   std::string file = read_text_file(path, png_file_limit);
   if (is_jpeg(file))
     throw FileError(ErrorKind::malformed,
                     {path, "@0", "a mask must not have lost anything", "a PNG", "a JPEG"});
+  if (is_bmp(file)) return grey_shares(parse_bmp(file, path));
+  if (is_pnm(file)) return grey_shares(parse_pnm(file, path));
   const PngHeader header = scan_png(file, path);
   const auto pixels = detail::decode_png_16(with_whole_palette(std::move(file), header), 1);
   detail::require_decoded(pixels, header.height * header.width, path);

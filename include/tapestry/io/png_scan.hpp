@@ -84,14 +84,14 @@ class PngScan {
     using namespace std::string_view_literals;
     std::string found(recognised_format(std::as_bytes(std::span<const char>(file_.data(), file_.size()))));
     if (file_.starts_with("GIF8"sv)) found = "a GIF image";
-    if (file_.starts_with("BM"sv)) found = "a BMP image";
     if (file_.starts_with("8BPS"sv)) found = "a PSD image";
     if (file_.starts_with("\x76\x2f\x31\x01"sv)) found = "an EXR image";
     if (file_.starts_with("\xabKTX"sv)) found = "a KTX texture";
     if (file_.starts_with("#?"sv)) found = "an HDR image";
-    if (file_.size() > 2 && file_[0] == 'P' && file_[1] >= '1' && file_[1] <= '7') found = "a PNM image";
+    if (file_.size() > 2 && file_[0] == 'P' && file_[1] >= '1' && file_[1] <= '7')
+      found = "a PNM image of another kind";
     if (file_.starts_with("\x89PNG"sv)) found = "a PNG damaged by a text transfer";
-    fail(0, "not a picture of a kind that is read here", "a PNG or a JPEG",
+    fail(0, "not a picture of a kind that is read here", "a PNG, JPEG, BMP, PGM or PPM",
          file_.empty()   ? "0 bytes"
          : found.empty() ? "other bytes"
                          : found);
