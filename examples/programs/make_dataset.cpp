@@ -81,10 +81,10 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--occluded", options.occluded, "share of frames with something in front of the car")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option(
-         "--backgrounds", options.backgrounds,
-         "folder of photographs (PNG, JPEG, BMP, PPM) on whose ground the car is put, instead of streets; those of "
-         "held-out frames are others than those of the rest")
+  app.add_option("--backgrounds", options.backgrounds,
+                 "folder of photographs (PNG, JPEG, BMP, PPM) on whose ground the car is put, instead of "
+                 "streets; those of "
+                 "held-out frames are others than those of the rest")
       ->excludes("--elevation")
       ->excludes("--occluded");
   app.add_option("--camera-height", options.camera_height,
