@@ -253,6 +253,7 @@
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/affine_colour.hpp>
 #include <tapestry/raster/affine_colour_variable.hpp>
+#include <tapestry/raster/ambient_occlusion.hpp>
 #include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
@@ -270,12 +271,15 @@
 #include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/mip_pyramid_variable.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/parallel_view.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/silhouette_variable.hpp>
+#include <tapestry/raster/sky.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/texture_atlas.hpp>
 #include <tapestry/raster/texture_charts.hpp>

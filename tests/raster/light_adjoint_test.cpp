@@ -1,6 +1,8 @@
 #include <tapestry/raster/light_adjoint.hpp>
 
+#include <memory>
 #include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
@@ -25,19 +27,20 @@ raster::PaintedMesh some_body(const raster::TextureLayout& layout, std::size_t c
 
 /// ∂⟨weights, picture⟩/∂light beside central differences, along random directions.
 template <class Model>
-void check(const raster::PaintedMesh& body, const Array<double, 1>& light) {
+void check(const raster::PaintedMesh& body, const Array<double, 1>& light, const Model& model = {}) {
   const auto texels = random_array<double>({raster::stored_texel_count(body.layout, body.mesh), 3}, 2);
   const auto weights = random_array<double>({20, 25, 3}, 3, -1);
   const auto loss = [&](const Array<double, 1>& at) {
-    const auto picture = raster::render_textured(body, Camera{}, 20, 25, raster::light_of<Model>(at), texels);
+    const auto picture =
+        raster::render_textured(body, Camera{}, 20, 25, raster::with_parameters(model, at), texels);
     return tapestry::test::dot(weights, picture.colour);
   };
-  auto gradient = tapestry::zeros<double, 1>({8});
+  auto gradient = tapestry::zeros<double, 1>(light.shape());
   for (int half = 0; half < 2; ++half)  // the adjoint adds
-    raster::light_adjoint(body, Camera{}, raster::light_of<Model>(light), texels,
+    raster::light_adjoint(body, Camera{}, raster::with_parameters(model, light), texels,
                           Array<double, 3>(weights / 2), gradient);
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const auto direction = tapestry::test::random_direction<double>({8}, seed);
+    const auto direction = tapestry::test::random_direction<double>({light.size()}, seed);
     const double expected = tapestry::test::central_difference(loss, light, direction);
     CHECK(std::abs(tapestry::test::dot(gradient, direction) - expected) <= 1e-6 * (1 + std::abs(expected)));
   }
@@ -55,6 +58,36 @@ TEST_CASE("light_adjoint agrees with central differences for every texture, flat
   auto without_direction = light;
   without_direction(1) = 0;  // where the direction does not matter, but its strength does
   check<raster::Light>(some_body(tapestry::test::solid), without_direction);
+}
+
+TEST_CASE("light_adjoint of sun and sky agrees with central differences, in shadow and under occlusion",
+          "[raster][light][gradient]") {
+  raster::OutdoorLight light{0.7, {0.2, -0.4, -1}, {1, 0.8, 0.6}, raster::uniform_sky(0.4), {}, {}};
+  for (std::size_t i = 1; i < 9; ++i) light.sky[i] = 0.05 * static_cast<double>(i);
+  for (const auto& layout : {tapestry::test::atlas, tapestry::test::anisotropic, tapestry::test::cube})
+    check(some_body(layout), raster::light_parameters<double>(light), light);
+  const auto body = some_body(tapestry::test::vertex);
+  light.occlusion =
+      std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(body.mesh, 16, 64));
+  light.shadow = std::make_shared<const raster::ParallelView>(body.mesh, light.direction, 64);
+  check(body, raster::light_parameters<double>(light), light);
+}
+
+TEST_CASE("the texture operator stays the adjoint of its picture under sun, sky, shadow and occlusion",
+          "[raster][light]") {
+  const auto body = some_body(tapestry::test::atlas);
+  raster::OutdoorLight light;
+  light.direction = {0.2, -0.4, -1};
+  light.occlusion =
+      std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(body.mesh, 16, 64));
+  light.shadow = std::make_shared<const raster::ParallelView>(body.mesh, light.direction, 64);
+  const auto picture = raster::texture_operator<double>(body, Camera{}, 20, 25, light);
+  const auto x = random_array<double>({128, 3}, 4);
+  const auto y = random_array<double>({20, 25, 3}, 5);
+  auto back = tapestry::zeros<double, 2>({128, 3});
+  raster::render_adjoint(picture, y, back);
+  const Array<double, 3> ahead = raster::render(picture, x) - picture.constant;
+  CHECK(tapestry::test::dot(back, x) == Approx(tapestry::test::dot(ahead, y)).epsilon(1e-12));
 }
 
 TEST_CASE("the light of a wall that faces it, worked out by hand", "[raster][light]") {

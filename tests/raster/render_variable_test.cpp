@@ -232,3 +232,32 @@ TEST_CASE("render on the tape refuses what does not fit", "[raster][variable][ba
   inputs.pose = tape.input(values.pose);
   CHECK_THROWS_WITH(draw(trilinear, warm, inputs), "render: expected a bilinear atlas, found a filtered one");
 }
+
+TEST_CASE("sun and sky are differentiated on the tape, but a mesh does not move under them",
+          "[raster][variable][light]") {
+  const auto body = wall();
+  raster::OutdoorLight light;
+  light.direction = {0.2, -0.4, -1};
+  const auto start = raster::light_parameters<double>(light);
+  const Values values(body);
+  const auto loss = [&](const ArrayVariable<double, 1>& numbers) {
+    RenderInputs<double> inputs{values.texels};
+    inputs.light = numbers;
+    return weighted(raster::render(body, Camera{}, side, side, light, inputs).picture);
+  };
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto numbers = tape.input(start);
+  tape.reverse(loss(numbers));
+  const double h = 1e-6;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    auto ahead = start, behind = start;
+    ahead(i) += h;
+    behind(i) -= h;
+    const double expected = (loss(ahead).value() - loss(behind).value()) / (2 * h);
+    CHECK(std::abs(numbers.adjoint()(i) - expected) <= 1e-6 * (1 + std::abs(expected)));
+  }
+  RenderInputs<double> moving{values.texels};
+  moving.pose = tape.input(values.pose);
+  CHECK_THROWS_AS(raster::render(body, Camera{}, side, side, light, moving), tapestry::DomainError);
+}

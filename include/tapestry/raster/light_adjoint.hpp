@@ -9,6 +9,7 @@
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
 #include <vector>
 
 namespace tapestry::raster {
@@ -39,7 +40,56 @@ template <std::derived_from<Light> Model = Light, std::floating_point T>
   return light;
 }
 
+/// The numbers of a light of sun and sky as an array, [16]: sun, direction x, y, z, colour r, g, b, and the
+/// nine coefficients of the sky.
+template <std::floating_point T>
+[[nodiscard]] Array<T, 1> light_parameters(const OutdoorLight& light) {
+  Array<T, 1> parameters(Extents<1>{16});
+  parameters(0) = static_cast<T>(light.sun);
+  for (std::size_t i = 0; i < 3; ++i) {
+    parameters(1 + i) = static_cast<T>(light.direction[i]);
+    parameters(4 + i) = static_cast<T>(light.colour[i]);
+  }
+  for (std::size_t i = 0; i < 9; ++i) parameters(7 + i) = static_cast<T>(light.sky[i]);
+  return parameters;
+}
+
+/// A light, flat or smooth, with other numbers, in the order of light_parameters().
+/// \throws ShapeError unless there are eight
+template <std::derived_from<Light> Model, std::floating_point T>
+[[nodiscard]] Model with_parameters(const Model&, const Array<T, 1>& parameters) {
+  return light_of<Model>(parameters);
+}
+
+/// A light of sun and sky with other numbers; occlusion and shadow stay those they are.
+/// \throws ShapeError unless there are sixteen
+template <std::floating_point T>
+[[nodiscard]] OutdoorLight with_parameters(OutdoorLight light, const Array<T, 1>& parameters) {
+  require_shape("with_parameters", "parameters", parameters, {16});
+  const auto at = [&](std::size_t i) { return static_cast<double>(parameters(i)); };
+  light.sun = at(0);
+  light.direction = {at(1), at(2), at(3)};
+  light.colour = {at(4), at(5), at(6)};
+  for (std::size_t i = 0; i < 9; ++i) light.sky[i] = at(7 + i);
+  return light;
+}
+
+/// A light with numbers that a picture can be differentiated by: Light, SmoothLight, OutdoorLight.
+template <class Model>
+concept ParametricLight = requires(const Model& light, const Array<double, 1>& parameters) {
+  { with_parameters(light, parameters) } -> std::same_as<Model>;
+};
+
 namespace detail {
+
+/// (I − n·nᵀ) / |direction| · towards_adjoint: what a direction receives from its unit vector n.
+[[nodiscard]] inline geometry::Vector3 through_length(const geometry::Vector3& direction,
+                                                      const geometry::Vector3& towards_adjoint) {
+  const geometry::Vector3 towards = geometry::normalised(direction);
+  const double along = geometry::dot(towards_adjoint, towards);
+  return geometry::scale(geometry::subtract(towards_adjoint, geometry::scale(towards, along)),
+                         1 / geometry::length(direction));
+}
 
 /// Sums over fragments, in double.
 struct LightSums {
@@ -53,7 +103,33 @@ struct LightSums {
     towards = geometry::add(towards, other.towards);
     colour = geometry::add(colour, other.colour);
   }
+
+  [[nodiscard]] Light adjoint(const Light& light) const {
+    return {ambient, directional, through_length(light.direction, towards), colour};
+  }
 };
+
+/// Likewise, of an OutdoorLight.
+struct OutdoorSums {
+  double sun = 0;
+  geometry::Vector3 towards{0, 0, 0};
+  std::array<double, 3> colour{0, 0, 0};
+  Harmonics sky{};
+
+  void add(const OutdoorSums& other) {
+    sun += other.sun;
+    towards = geometry::add(towards, other.towards);
+    colour = geometry::add(colour, other.colour);
+    for (std::size_t i = 0; i < 9; ++i) sky[i] += other.sky[i];
+  }
+
+  [[nodiscard]] OutdoorLight adjoint(const OutdoorLight& light) const {
+    return {sun, through_length(light.direction, towards), colour, sky, {}, {}};
+  }
+};
+
+[[nodiscard]] inline LightSums no_sums(const Light&) { return {}; }
+[[nodiscard]] inline OutdoorSums no_sums(const OutdoorLight&) { return {}; }
 
 /// Colour of a fragment before the light.
 template <std::floating_point T, class Lighting>
@@ -85,10 +161,13 @@ template <std::floating_point T, class Lighting>
 /// Adds a fragment's part.
 /// \param seen    adjoint · coverage · colour before the light, of each channel
 /// \param factor  the light's, before its colour
-inline void add_fragment(const Light& light, const geometry::Vector3& normal,
-                         const geometry::Vector3& towards, double factor, const std::array<double, 3>& seen,
-                         LightSums& sums) {
-  const double s = geometry::dot(light.colour, seen), cosine = geometry::dot(normal, towards);
+template <class Lighting>
+void add_fragment(const Light& light, const Lighting& lighting, const geometry::Mesh& mesh,
+                  const geometry::Vector3& eye, const Fragment& fragment, double factor,
+                  const std::array<double, 3>& seen, LightSums& sums) {
+  const geometry::Vector3 normal = lit_normal(lighting, mesh, eye, fragment);
+  const double s = geometry::dot(light.colour, seen),
+               cosine = geometry::dot(normal, geometry::normalised(light.direction));
   sums.colour = geometry::add(sums.colour, geometry::scale(seen, factor));
   sums.ambient += s;
   if (!(cosine > 0)) return;
@@ -96,20 +175,43 @@ inline void add_fragment(const Light& light, const geometry::Vector3& normal,
   sums.towards = geometry::add(sums.towards, geometry::scale(normal, s * light.directional));
 }
 
+/// Likewise, of an OutdoorLight.
+inline void add_fragment(const OutdoorLight& light, const PreparedOutdoorLight& lighting,
+                         const geometry::Mesh&, const geometry::Vector3&, const Fragment& fragment,
+                         double factor, const std::array<double, 3>& seen, OutdoorSums& sums) {
+  const auto face = static_cast<std::size_t>(fragment.face);
+  const auto& b = fragment.barycentric;
+  const geometry::Vector3 normal = lighting.normal(face, b);
+  const double s = geometry::dot(light.colour, seen);
+  sums.colour = geometry::add(sums.colour, geometry::scale(seen, factor));
+  const Harmonics transfer = sky_transfer(normal);
+  if (dot(transfer, light.sky) > 0) {
+    const double open = s * lighting.open_share(face, b);
+    for (std::size_t i = 0; i < 9; ++i) sums.sky[i] += open * transfer[i];
+  }
+  const double cosine = geometry::dot(normal, lighting.towards);
+  if (!(cosine > 0)) return;
+  const double visible = s * lighting.visible_share(face, b);
+  sums.sun += visible * cosine;
+  sums.towards = geometry::add(sums.towards, geometry::scale(normal, visible * light.sun));
+}
+
 }  // namespace detail
 
 /// Adds ∂L/∂light to light_adjoint, L being a function of the picture that render() makes: exact for that
 /// picture, since it visits the same fragments. With s = ⟨adjoint, coverage · light.colour · colour⟩ of a
 /// fragment and its normal n, ambient receives s, directional s · max(0, n·L), L s · directional · n where
-/// n·L > 0, which is then taken through L = direction/|direction|. Sums are in double, the same for any
-/// number of threads.
+/// n·L > 0, which is then taken through L = direction/|direction|. The sun of an OutdoorLight and its
+/// direction receive this times the share V of the sun that is seen, where its shadow falls being held still,
+/// and its sky s · A · sky_transfer(n) where that is lit. Sums are in double, the same for any number of
+/// threads.
 ///
-/// \param light          Light (flat) or SmoothLight
+/// \param light          Light (flat), SmoothLight or OutdoorLight
 /// \param texels         [texel_count, 3], of a filtered atlas its pyramid
 /// \param render_adjoint ∂L/∂picture, [H, W, 3]
-/// \param light_adjoint  [8], in the order of light_parameters()
+/// \param light_adjoint  as light_parameters()
 /// \throws ShapeError if an array does not fit; otherwise as texture_operator()
-template <std::floating_point T, std::derived_from<Light> Model>
+template <std::floating_point T, ParametricLight Model>
 void light_adjoint(const PaintedMesh& body, const geometry::Camera& camera, const Model& light,
                    const Array<T, 2>& texels, const Array<T, 3>& render_adjoint, Array<T, 1>& light_adjoint,
                    std::size_t samples_per_axis = 2) {
@@ -117,28 +219,25 @@ void light_adjoint(const PaintedMesh& body, const geometry::Camera& camera, cons
   detail::require_layout("light_adjoint", body);
   require_shape("light_adjoint", "render_adjoint", render_adjoint, {height, width, 3});
   require_shape("light_adjoint", "texels", texels, {stored_texel_count(body.layout, body.mesh), 3});
-  require_shape("light_adjoint", "light_adjoint", light_adjoint, {8});
+  require_shape("light_adjoint", "light_adjoint", light_adjoint, light_parameters<T>(light).shape());
   const FragmentBands fragments("light_adjoint", body.mesh, camera, height, width, samples_per_axis);
   const auto lighting = prepare(body.mesh, camera, light);
   const auto shader = detail::make_shader(body, lighting, fragments, camera, height, width);
-  const geometry::Vector3 eye = geometry::eye_of(camera), towards = geometry::normalised(light.direction);
-  std::vector<detail::LightSums> bands(fragments.band_count());
+  const geometry::Vector3 eye = geometry::eye_of(camera);
+  auto sum = detail::no_sums(light);
+  std::vector<decltype(sum)> bands(fragments.band_count());
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, detail::grain_of(body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       auto seen = detail::unlit_colour(shader, texels, fragment);
       for (std::size_t c = 0; c < 3; ++c) seen[c] *= fragment.coverage * static_cast<double>(adjoint[c]);
-      detail::add_fragment(light, detail::lit_normal(lighting, body.mesh, eye, fragment), towards,
-                           shader.light_of(fragment), seen, bands[index]);
+      detail::add_fragment(light, lighting, body.mesh, eye, fragment, shader.light_of(fragment), seen,
+                           bands[index]);
     });
   });
-  detail::LightSums sum;
   for (const auto& band : bands) sum.add(band);
-  const double along = geometry::dot(sum.towards, towards);
-  const auto direction = geometry::scale(geometry::subtract(sum.towards, geometry::scale(towards, along)),
-                                         1 / geometry::length(light.direction));
-  const auto parameters = light_parameters<T>({sum.ambient, sum.directional, direction, sum.colour});
-  for (std::size_t i = 0; i < 8; ++i) light_adjoint(i) += parameters(i);
+  const auto parameters = light_parameters<T>(sum.adjoint(light));
+  for (std::size_t i = 0; i < parameters.size(); ++i) light_adjoint(i) += parameters(i);
 }
 
 }  // namespace tapestry::raster

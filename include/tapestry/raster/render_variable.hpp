@@ -25,7 +25,7 @@ struct RenderInputs {
   /// [6], w (radians) and t (units of the world): the body is seen at exp(w)·x + t, and its light goes with
   /// it; or, which is the same, the camera moves around a world that keeps still, see geometry::posed()
   ArrayVariable<T, 1> pose{};
-  ArrayVariable<T, 1> light{};  ///< [8], see light_parameters()
+  ArrayVariable<T, 1> light{};  ///< see light_parameters()
 };
 
 /// A picture on the tape: over(picture, coverage, background) is differentiable right through silhouettes.
@@ -36,6 +36,13 @@ struct Rendering {
 };
 
 namespace detail {
+
+/// Whether a picture under this light can be differentiated by where its mesh is.
+template <LightModel Model>
+inline constexpr bool has_slope = requires(const Model& light, const geometry::Mesh& mesh,
+                                           const geometry::Camera& camera) {
+  prepare(mesh, camera, light).slope(std::size_t{}, std::array<double, 3>{});
+};
 
 /// A view as its inputs have it.
 template <LightModel Model>
@@ -52,12 +59,15 @@ template <std::floating_point T, LightModel Model>
   const auto pose = pose_of("render", inputs.pose);
   PosedView<Model> view{body, geometry::posed(camera, pose), pose, light};
   if (is_given(inputs.positions)) geometry::set_positions(view.body.mesh, inputs.positions.value(), "render");
-  if constexpr (std::derived_from<Model, Light>) {
-    if (is_given(inputs.light)) view.light = light_of<Model>(inputs.light.value());
+  if constexpr (ParametricLight<Model>) {
+    if (is_given(inputs.light)) view.light = with_parameters(light, inputs.light.value());
   } else if (is_given(inputs.light)) {
     throw DomainError("render: a light is given, but the picture's kind of light has no parameters");
   }
-  if (inputs.positions.is_active() || inputs.pose.is_active()) require_bilinear("render", body.layout);
+  if (inputs.positions.is_active() || inputs.pose.is_active()) {
+    require_bilinear("render", body.layout);
+    if (!has_slope<Model>) throw DomainError("render: the mesh moves, but its kind of light has no slope");
+  }
   return view;
 }
 
@@ -69,11 +79,12 @@ void pull_back_shape(const PosedView<Model>& view, const Array<T, 2>& texels, co
   std::vector<geometry::Vector3> moving(view.body.mesh.positions.size(), geometry::Vector3{0, 0, 0});
   auto turning = moving;  // the light goes with the body: it turns with faces, but not with the pose
   const bool is_apart = positions_adjoint != nullptr && pose_adjoint != nullptr;
-  add_motion(Surface<T, Model>{view.body, texels, view.light}, view.camera, adjoint,
-             {&moving, is_apart                       ? &turning
-                       : positions_adjoint != nullptr ? &moving
-                                                      : nullptr},
-             gradient);
+  if constexpr (has_slope<Model>)  // others do not move, see posed_view()
+    add_motion(Surface<T, Model>{view.body, texels, view.light}, view.camera, adjoint,
+               {&moving, is_apart                       ? &turning
+                         : positions_adjoint != nullptr ? &moving
+                                                        : nullptr},
+               gradient);
   if (pose_adjoint != nullptr) add_pose(view.pose, view.body.mesh, moving, *pose_adjoint);
   if (positions_adjoint == nullptr) return;
   for (std::size_t i = 0; is_apart && i < moving.size(); ++i)
@@ -90,11 +101,12 @@ void pull_back_shape(const PosedView<Model>& view, const Array<T, 2>& texels, co
 /// and again are faster through a TextureOperator that is kept.
 ///
 /// \param body      copied: it may change or go once this returns
-/// \param light     Unlit, Light (flat) or SmoothLight; of numbers of its own or of inputs.light
-/// \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis is the
+/// \param light     Unlit, Light (flat), SmoothLight or OutdoorLight; of numbers of its own or of
+/// inputs.light \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis
+/// is the
 ///                  picture's, too
 /// \throws ShapeError if an input does not fit; DomainError for a pose that is not finite, and for a
-///         filtered atlas on a mesh that moves; otherwise as render_textured()
+///         filtered atlas or an OutdoorLight on a mesh that moves; otherwise as render_textured()
 template <std::floating_point T, LightModel Model, class Gradient = BoundaryIntegral>
 [[nodiscard]] Rendering<T> render(const PaintedMesh& body, const geometry::Camera& camera, std::size_t height,
                                   std::size_t width, const Model& light, const RenderInputs<T>& inputs,
@@ -117,7 +129,7 @@ template <std::floating_point T, LightModel Model, class Gradient = BoundaryInte
                                          view->light, samples),
                      adjoint, *texels_adjoint);
     detail::pull_back_shape(*view, *texels, adjoint, gradient, positions_adjoint, pose_adjoint);
-    if constexpr (std::derived_from<Model, Light>)
+    if constexpr (ParametricLight<Model>)
       if (light_parameters_adjoint != nullptr)
         light_adjoint(view->body, view->camera, view->light, *texels, adjoint, *light_parameters_adjoint,
                       samples);
