@@ -89,7 +89,8 @@ void adopt_run(const CLI::App& app, Options& options) {
 /// What was asked for, once the run's settings are adopted.
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
-  require_protocol_options(app, options.protocol, options.clean_only, list);
+  require_protocol_options(app, options.protocol, is_on_photographs(options.protocol.protocol),
+                           options.clean_only, list);
   require_sound(options.protocol, protocol_names(), list);
   require_sound(options.scene, list);
   require_sound(options.detector, list);
@@ -144,7 +145,8 @@ int run(const CLI::App& app, Options& options) {
   if (options.threads > 0) limit_threads(options.threads);
   if (!options.protocol.protocol.empty())
     return evaluate_protocol({options.protocol, options.scene, options.detector,
-                              options.clean_only ? "" : options.run, options.seed, options.output});
+                              options.clean_only ? "" : options.run, options.other_frames, options.seed,
+                              options.output});
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;

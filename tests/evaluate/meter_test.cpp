@@ -44,6 +44,7 @@ TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[e
       for (std::size_t k = 0; k < sweep.size(); ++k) {
         const bool found = meter.shows_car(fixture.detections(view.background, sweep[k]), view.target);
         CHECK(result.found_in_sweep[k] == found);
+        CHECK((result.found_confidence > sweep[k]) == found);
         counts += found ? 1 : 0;
       }
       CHECK(result.found_in_sweep[0]);

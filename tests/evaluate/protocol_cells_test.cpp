@@ -93,6 +93,38 @@ TEST_CASE("the cells of a table add up to the whole", "[evaluate][cells]") {
   CHECK(whole.left_out > 0);
 }
 
+TEST_CASE("an effect and a sweep are of the measured frames that belong", "[evaluate][cells]") {
+  auto outcomes = random_outcomes(60, 3);
+  for (std::size_t i = 0; i < outcomes.found_confidence.size(); ++i)
+    outcomes.found_confidence.data()[i] = 0.9 * outcomes.best_confidence.data()[i];
+  outcomes.found_confidence(0, 1) = 0.5;  // is above neither itself nor more
+  outcomes.state(0) = static_cast<std::uint8_t>(FrameState::measured);
+  const auto belongs = [](std::size_t frame) { return frame % 2 == 0; };
+  double difference = 0, points = 0;
+  std::size_t frames = 0, at_half = 0;
+  for (std::size_t i = 0; i < 60; i += 2) {
+    if (outcomes.state_of(i) != FrameState::measured) continue;
+    ++frames;
+    difference += outcomes.best_confidence(i, 2) - outcomes.best_confidence(i, 1);
+    points += static_cast<double>(outcomes.found(i, 2)) - static_cast<double>(outcomes.found(i, 1));
+    at_half += outcomes.found_confidence(i, 1) > 0.5 ? 1U : 0U;
+  }
+  const auto effect = evaluate::effect_of(outcomes, "control", 2, 1, belongs);
+  CHECK(effect.control == "control");
+  CHECK(effect.best_confidence.pairs == frames);
+  CHECK(effect.best_confidence.mean == Approx(difference / static_cast<double>(frames)));
+  CHECK(effect.p_at_50.mean == Approx(points / static_cast<double>(frames)));
+  CHECK(effect.best_confidence.interval[0] < effect.best_confidence.mean);
+  const auto sweep = evaluate::sweep_of(outcomes, 1, {0.5, 0.95}, belongs);
+  REQUIRE(sweep.size() == 2);
+  CHECK(sweep[0].views == frames);
+  CHECK(sweep[0].detected == at_half);
+  CHECK(sweep[1].detected == 0);
+  CHECK(evaluate::sweep_of(evaluate::ProtocolOutcomes(3, 2), 1, {0.5}, belongs)[0].views == 0);
+  CHECK_THROWS_AS(evaluate::sweep_of(outcomes, 3, {0.5}, belongs), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::effect_of(outcomes, "control", 3, 1, belongs), tapestry::ShapeError);
+}
+
 TEST_CASE("a cell whose clean car is never found has no attack success", "[evaluate][cells]") {
   const auto cell = cell_of({{false, false}, {false, true}});
   CHECK(cell.textures[1].success.views == 0);

@@ -28,16 +28,16 @@ struct Fixture {
 using Measured = evaluate::MeasuredPicture<float>;
 }  // namespace
 
-TEST_CASE("plain controls are noise that follows from the seed, and five solid colours",
+TEST_CASE("plain controls are noise that follows from the seed, and six solid colours",
           "[evaluate][controls]") {
   const auto controls = evaluate::plain_controls<float>(5, 7);
-  REQUIRE(controls.size() == 6);
+  REQUIRE(controls.size() == 7);
   CHECK((controls[0].colours == evaluate::plain_controls<float>(5, 7)[0].colours));
   CHECK((controls[0].colours != evaluate::plain_controls<float>(5, 8)[0].colours));
-  CHECK(controls[3].name == "red");
+  CHECK(controls[4].name == "red");
   for (std::size_t texel = 0; texel < 5; ++texel) {
-    CHECK(controls[3].colours(texel, 0) == 0.75F);
-    CHECK(controls[3].colours(texel, 2) == 0.08F);
+    CHECK(controls[4].colours(texel, 0) == 0.75F);
+    CHECK(controls[4].colours(texel, 2) == 0.08F);
   }
 }
 
@@ -53,8 +53,8 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
     names.push_back(control.name);
     CHECK(control.colours.shape(0) == texels);
   }
-  CHECK(names == std::vector<std::string>{"matched noise", "shuffled", "random", "white", "black", "red",
-                                          "green", "blue"});
+  CHECK(names == std::vector<std::string>{"matched noise", "shuffled", "random", "white", "grey", "black",
+                                          "red", "green", "blue"});
   const auto again = evaluate::make_controls(car, colours, 3);
   const auto other = evaluate::make_controls(car, colours, 4);
   for (const std::size_t i : {0U, 1U, 2U}) {
@@ -91,7 +91,7 @@ TEST_CASE("a survey shows each texture in each view, and the photo as it is", "[
   REQUIRE(survey.adversarial);
   CHECK(survey.photo.rate.views == 2);
   CHECK(survey.photo.sweep.size() == 1);
-  REQUIRE(survey.controls.size() == 6);
+  REQUIRE(survey.controls.size() == 7);
   CHECK(survey.controls[0].found == survey.adversarial->found);  // the same colours
   CHECK(survey.asr.views == survey.clean.rate.detected);
 }

@@ -47,28 +47,31 @@ awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
 expect_exit 0 "one thread" "$evaluate" --protocol views "${small[@]}" --threads 1 --output one
 expect_same_report views one two
 
-# Killed some moment after it has saved something and started again, until it is through. (F01)
-RANDOM=5
-kills=0
-code=137
-while [ "$code" -eq 137 ] && [ "$kills" -lt 40 ]; do
-  touch started
-  "$evaluate" --protocol occlusion "${small[@]}" --output killed >/dev/null 2>killed.err &
-  process=$!
-  if [ "$kills" -lt 3 ]; then
-    for _ in $(seq 3000); do
-      [ killed/outcomes.npz -nt started ] && break
-      sleep 0.005
-    done
-    sleep "0.0$((RANDOM % 7 * kills))"
-    kill -KILL "$process" 2>/dev/null
-  fi
-  wait "$process" 2>/dev/null
-  code=$?
-  [ "$code" -eq 137 ] && kills=$((kills + 1))
-done
-[ "$code" -eq 0 ] && pass || fail "a measurement after a kill ended with $code: $(cat killed.err)"
-echo "killed $kills times"
+# kill_until_measured FOLDER OPTION...: killed three times some moment after it has saved something, and started again.
+kill_until_measured() {
+  local folder=$1 kills=0 code=137 process
+  shift
+  RANDOM=5
+  while [ "$code" -eq 137 ] && [ "$kills" -lt 40 ]; do
+    touch started
+    "$evaluate" "$@" --output "$folder" >/dev/null 2>killed.err &
+    process=$!
+    if [ "$kills" -lt 3 ]; then
+      for _ in $(seq 3000); do
+        [ "$folder/outcomes.npz" -nt started ] && break
+        sleep 0.005
+      done
+      sleep "0.0$((RANDOM % 7 * kills))"
+      kill -KILL "$process" 2>/dev/null
+    fi
+    wait "$process" 2>/dev/null
+    code=$?
+    [ "$code" -eq 137 ] && kills=$((kills + 1))
+  done
+  [ "$code" -eq 0 ] && pass || fail "a measurement after a kill ended with $code: $(cat killed.err)"
+  echo "killed $kills times"
+}
+kill_until_measured killed --protocol occlusion "${small[@]}" # (F01)
 expect_exit 0 "occlusion at one go" "$evaluate" --protocol occlusion "${small[@]}" --output whole
 expect_same_report occlusion killed whole
 grep -q 'overlap with that of the whole car' whole/occlusion.md && pass || fail "no word on the target box"
@@ -88,6 +91,42 @@ cp whole/occlusion.csv before.csv
 expect_exit 0 "again, with nothing left to do" "$evaluate" --protocol occlusion "${small[@]}" --output whole
 grep -q '^this process: .* for 0 frames' command.out && pass || fail "frames were measured again"
 expect_same whole/occlusion.csv before.csv
+
+# Photographs: the figures of evaluate without a protocol, and of the same detector in another format the same again.
+expect_exit 0 "another format" "$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
+  --output second.safetensors
+photographs=(--protocol digital --run run --frames "$assets/frames/test" --further-weights second.safetensors)
+expect_exit 0 "photographs" "$evaluate" "${photographs[@]}" --quick --threads 2 --output digital
+expect_exit 0 "photographs, one thread" "$evaluate" "${photographs[@]}" --quick --threads 1 --output digital1
+expect_same_report digital digital1 digital
+expect_same digital/photographs.csv digital1/photographs.csv
+kill_until_measured digital2 "${photographs[@]}" --quick
+expect_same_report digital digital2 digital
+for words in 'effect beyond matched noise' 'P@0.5 by confidence threshold' 'at most 20 photographs' 'paired bootstrap' 'seed 1'; do
+  for file in command.out digital/digital.md digital/digital.html; do
+    if [ "$file" = command.out ]; then "$evaluate" "${photographs[@]}" --quick --output digital >command.out 2>&1; fi
+    grep -qF -- "$words" "$file" && pass || fail "$file says nothing of '$words'"
+  done
+done
+[ "$(wc -l <digital/digital.csv)" -eq 25 ] && pass || fail "digital.csv has $(wc -l <digital/digital.csv) lines"
+[ "$(wc -l <digital/photographs.csv)" -eq 481 ] && pass || fail "photographs.csv has $(wc -l <digital/photographs.csv) lines"
+awk -F , '{ $2 = "" } NR > 1 && NR < 14' digital/digital.csv >first.column
+awk -F , '{ $2 = "" } NR > 13' digital/digital.csv >second.column
+expect_same first.column second.column
+mkdir twenty
+for i in $(seq 0 4 76); do cp "$assets/frames/test/$(printf %03d "$i").npz" twenty; done
+expect_exit 0 "the same photographs without a protocol" "$evaluate" --run run --frames twenty --output plainly
+awk -F , 'NR == FNR { if (FNR > 1) { found[$1] = $3; sure[$1] = $7 } next } FNR > 1 && $2 == "detector" { rows++
+    if (!($3 in found) || found[$3] != $7 || (sure[$3] - $11) ^ 2 > 1e-12) exit 1 } END { exit rows != 12 }' \
+  plainly/metrics.csv digital/digital.csv && pass || fail "digital.csv differs from what evaluate says without a protocol"
+expect_exit 0 "the plain car in photographs" "$evaluate" --protocol digital --clean-only --quick --output plain_digital
+[ "$(wc -l <plain_digital/digital.csv)" -eq 3 ] && pass || fail "more than the clean car and the photograph were measured"
+expect_exit 2 "a background of photographs" "$evaluate" --protocol digital --clean-only --background 1 1 1
+expect_error_line '^error: --background has no part in --protocol digital'
+expect_exit 2 "a further detector without its description" "$evaluate" "${photographs[@]:0:6}" --further-weights "$assets/detector.weights"
+expect_error_line '^error: --further-weights: .*detector.weights is neither an .onnx model nor'
+expect_exit 7 "other photographs" "$evaluate" "${photographs[@]}" --output digital
+expect_error_line '--quick \(was true, now false\)'
 
 # Stopped politely. (F15)
 "$evaluate" --protocol occlusion "${small[@]}" --output stopped >/dev/null 2>stopped.err &
@@ -135,7 +174,7 @@ expect_error_line 'damaged/settings.json: not the settings of a measurement'
 
 # Options that make no sense.
 expect_exit 2 "an unknown protocol" "$evaluate" --protocol sideways --clean-only
-expect_error_line "--protocol is 'sideways'; expected one of views, occlusion"
+expect_error_line "--protocol is 'sideways'; expected one of digital, views, occlusion"
 expect_exit 2 "an unknown set of controls" "$evaluate" --protocol views --run run --controls some
 expect_exit 2 "a colour that is none" "$evaluate" --protocol views --clean-only --background 2 0 0
 expect_error_line '^error: --background takes numbers from 0 to 1'

@@ -44,7 +44,7 @@ class CamouflageRun {
               frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)),
         objective_(*inputs_.detector.network, objective_options(options_.optimisation, inputs_.class_index),
                    texels_to_smooth(options_.optimisation, inputs_.car.painted)) {
-    for (const EnsembleMember& member : inputs_.ensemble)
+    for (const FurtherDetector& member : inputs_.ensemble)
       objective_.join(*member.detector.network, member.class_index);
   }
 

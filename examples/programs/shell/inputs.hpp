@@ -181,8 +181,8 @@ inline FrameLoaders train_loaders(const FrameLists& lists, const std::string& fr
   return loaders;
 }
 
-/// A further detector of an ensemble.
-struct EnsembleMember {
+/// A detector beside the first one.
+struct FurtherDetector {
   Detector detector;
   std::size_t class_index = 0;
 };
@@ -191,7 +191,7 @@ struct EnsembleMember {
 struct Inputs {
   Detector detector;
   std::size_t class_index = 0;
-  std::vector<EnsembleMember> ensemble{};  ///< what else is optimised against
+  std::vector<FurtherDetector> ensemble{};  ///< what else is optimised against
   Car car;
   FrameLists frames;
   std::vector<std::string> warnings;
@@ -230,22 +230,30 @@ inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
   return inputs;
 }
 
+/// A detector beside the first one, from one file.
+/// \param option    that named it, for errors
+/// \param settings  of the first one: names, class and size are those of all
+inline FurtherDetector load_further_detector(const std::string& option, const std::string& path,
+                                             DetectorSettings settings) {
+  if (!is_onnx(path) && !io::is_safetensors(path))
+    throw Error(ErrorKind::usage,
+                option + ": " + path + " is neither an .onnx model nor a detector that convert_weights made");
+  settings.cfg = settings.decode = settings.detector = settings.fit = "";
+  settings.weights = path;
+  FurtherDetector further{load_detector(settings)};
+  further.class_index = class_index_of(settings, further.detector);
+  return further;
+}
+
 /// Detectors of an ensemble beside `first`, each from one file, and warnings about those that would take
 /// pictures in another way.
 /// \param settings  of the first one: names, class and size are those of all
-inline std::vector<EnsembleMember> load_ensemble(const std::vector<std::string>& paths,
-                                                 DetectorSettings settings, const Detector& first,
-                                                 std::vector<std::string>& warnings) {
-  std::vector<EnsembleMember> members;
-  settings.cfg = settings.decode = settings.detector = settings.fit = "";
+inline std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths,
+                                                  const DetectorSettings& settings, const Detector& first,
+                                                  std::vector<std::string>& warnings) {
+  std::vector<FurtherDetector> members;
   for (const std::string& path : paths) {
-    settings.weights = path;
-    if (!is_onnx(path) && !io::is_safetensors(path))
-      throw Error(
-          ErrorKind::usage,
-          "--ensemble: " + path + " is neither an .onnx model nor a detector that convert_weights made");
-    EnsembleMember member{load_detector(settings)};
-    member.class_index = class_index_of(settings, member.detector);
+    FurtherDetector member = load_further_detector("--ensemble", path, settings);
     loss::require_raw_logits("camouflage", member.detector.network->heads());
     const auto& network = *member.detector.network;
     const std::size_t height = first.network->input_height(), width = first.network->input_width();

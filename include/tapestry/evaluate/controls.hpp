@@ -48,18 +48,16 @@ template <std::floating_point T>
                                                    Random(seed).fork(0x73687566666C65ULL))}};
 }
 
-/// Controls that know nothing of a camouflage: random noise and five solid colours; the same for the same
+/// Controls that know nothing of a camouflage: random noise and six solid colours; the same for the same
 /// seed.
 template <class T>
 [[nodiscard]] std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t seed) {
   Random random = Random(seed).fork(0x636F6E74726F6CULL);
   std::vector<Control<T>> controls;
   controls.push_back({"random", camouflage::random_colours<T>(texel_count, random)});
-  const std::vector<std::pair<const char*, std::array<double, 3>>> solids{{"white", {0.95, 0.95, 0.95}},
-                                                                          {"black", {0.05, 0.05, 0.05}},
-                                                                          {"red", {0.75, 0.08, 0.08}},
-                                                                          {"green", {0.1, 0.5, 0.15}},
-                                                                          {"blue", {0.1, 0.2, 0.7}}};
+  const std::vector<std::pair<const char*, std::array<double, 3>>> solids{
+      {"white", {0.95, 0.95, 0.95}}, {"grey", {0.5, 0.5, 0.5}},   {"black", {0.05, 0.05, 0.05}},
+      {"red", {0.75, 0.08, 0.08}},   {"green", {0.1, 0.5, 0.15}}, {"blue", {0.1, 0.2, 0.7}}};
   for (const auto& [name, colour] : solids)
     controls.push_back({name, camouflage::solid_colours<T>(texel_count, colour)});
   return controls;

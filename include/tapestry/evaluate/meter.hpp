@@ -31,7 +31,9 @@ struct ViewResult {
   std::vector<detect::Detection> detections{};  ///< above the confidence, most confident first
   bool found = false;
   std::vector<bool> found_in_sweep{};  ///< at each threshold of the sweep
-  double best_confidence = 0;          ///< of the car, whatever the thresholds; see best_confidence()
+  double found_confidence = 0;  ///< the car is found at every threshold below it, down to the least of the
+                                ///< sweep's and the meter's own; 0 if at none of them
+  double best_confidence = 0;   ///< of the car, whatever the thresholds; see best_confidence()
 };
 
 /// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
@@ -68,9 +70,12 @@ class Meter {
                                        settings_.nms, true, detector_.suppression_measure());
     ViewResult result;
     result.detections = above(settings_.confidence, kept);
-    result.found = shows_car(result.detections, target);
+    const auto surest =
+        std::ranges::find_if(kept, [&](const auto& detection) { return shows_car({detection}, target); });
+    if (surest != kept.end()) result.found_confidence = surest->confidence;
+    result.found = result.found_confidence > settings_.confidence;
     for (const double threshold : settings_.sweep)
-      result.found_in_sweep.push_back(shows_car(above(threshold, kept), target));
+      result.found_in_sweep.push_back(result.found_confidence > threshold);
     result.best_confidence = best_confidence<T>({detector_.heads(), loss::to_read(pass_.logits), 0,
                                                  detector_.input_height(), detector_.input_width()},
                                                 {class_index_, target});

@@ -8,6 +8,8 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <utility>
 #include <vector>
@@ -23,16 +25,18 @@ enum class FrameState : std::uint8_t {
 
 /// What a detector made of every picture of a protocol: each frame with each texture, the clean one first.
 struct ProtocolOutcomes {
-  Array<std::uint8_t, 1> state;      ///< [frame], a FrameState
-  Array<std::uint8_t, 2> found;      ///< [frame, texture], 0 or 1
-  Array<double, 2> best_confidence;  ///< [frame, texture], see best_confidence()
-  Array<double, 1> hidden_share;     ///< [frame], of the car's silhouette, 0 where nothing is laid over it
+  Array<std::uint8_t, 1> state;       ///< [frame], a FrameState
+  Array<std::uint8_t, 2> found;       ///< [frame, texture], 0 or 1
+  Array<double, 2> best_confidence;   ///< [frame, texture], see best_confidence()
+  Array<double, 2> found_confidence;  ///< [frame, texture], see ViewResult
+  Array<double, 1> hidden_share;      ///< [frame], of the car's silhouette, 0 where nothing is laid over it
 
   ProtocolOutcomes() = default;
   ProtocolOutcomes(std::size_t frames, std::size_t textures)
       : state(zeros<std::uint8_t, 1>({frames})),
         found(zeros<std::uint8_t, 2>({frames, textures})),
         best_confidence(zeros<double, 2>({frames, textures})),
+        found_confidence(zeros<double, 2>({frames, textures})),
         hidden_share(zeros<double, 1>({frames})) {}
 
   [[nodiscard]] std::size_t frame_count() const { return found.shape(0); }
@@ -89,6 +93,55 @@ template <std::predicate<std::size_t> Belongs>
     cell.textures.push_back(
         {detection_rate(found[k]), mean(confidence[k]), attack_success_rate(found[0], found[k])});
   return cell;
+}
+
+namespace detail {
+/// One number of each measured frame for which belongs(index) holds.
+template <class Value, std::predicate<std::size_t> Belongs>
+[[nodiscard]] std::vector<double> of_measured(const ProtocolOutcomes& outcomes, const Array<Value, 2>& values,
+                                              std::size_t texture, Belongs belongs) {
+  require_shape("protocol outcomes", "values", values, {outcomes.frame_count(), outcomes.texture_count()});
+  if (texture >= outcomes.texture_count())
+    throw ShapeError("protocol outcomes: texture " + std::to_string(texture) + " of " +
+                     std::to_string(outcomes.texture_count()));
+  std::vector<double> numbers;
+  for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
+    if (outcomes.state_of(frame) == FrameState::measured && belongs(frame))
+      numbers.push_back(static_cast<double>(values(frame, texture)));
+  return numbers;
+}
+}  // namespace detail
+
+/// What a texture does beyond a control in the measured frames for which belongs(index) holds, as
+/// effect_beyond().
+///
+/// \param control, texture  their numbers in the outcomes
+/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no such texture
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] Effect effect_of(const ProtocolOutcomes& outcomes, const std::string& name, std::size_t control,
+                               std::size_t texture, Belongs belongs) {
+  const auto compare = [&](const auto& values) {
+    return paired_bootstrap(detail::of_measured(outcomes, values, control, belongs),
+                            detail::of_measured(outcomes, values, texture, belongs));
+  };
+  return {name, compare(outcomes.best_confidence), compare(outcomes.found)};
+}
+
+/// P@0.5 at other thresholds of confidence, one entry each, none below the least that the meter had.
+///
+/// \param texture  its number in the outcomes
+/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no such texture
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] std::vector<DetectionRate> sweep_of(const ProtocolOutcomes& outcomes, std::size_t texture,
+                                                  const std::vector<double>& thresholds, Belongs belongs) {
+  const auto confidences = detail::of_measured(outcomes, outcomes.found_confidence, texture, belongs);
+  std::vector<DetectionRate> rates;
+  for (const double threshold : thresholds) {
+    std::vector<bool> found;
+    for (const double confidence : confidences) found.push_back(confidence > threshold);
+    rates.push_back(detection_rate(found));
+  }
+  return rates;
 }
 
 /// The cells of a table, row by row.

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -29,10 +31,12 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
   outcomes.state = file.array<std::uint8_t, 1>("state");
   outcomes.found = file.array<std::uint8_t, 2>("found");
   outcomes.best_confidence = file.array<double, 2>("best_confidence");
+  outcomes.found_confidence = file.array<double, 2>("found_confidence");
   outcomes.hidden_share = file.array<double, 1>("hidden_share");
   const evaluate::ProtocolOutcomes expected(frames, textures);
   if (outcomes.state.shape() != expected.state.shape() || outcomes.found.shape() != expected.found.shape() ||
       outcomes.best_confidence.shape() != expected.best_confidence.shape() ||
+      outcomes.found_confidence.shape() != expected.found_confidence.shape() ||
       outcomes.hidden_share.shape() != expected.hidden_share.shape())
     throw FileError(ErrorKind::mismatch,
                     {path, "", "outcomes of another measurement",
@@ -42,6 +46,7 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
   if (!std::ranges::all_of(outcomes.state.storage(), at_most(2)) ||
       !std::ranges::all_of(outcomes.found.storage(), at_most(1)) ||
       !std::ranges::all_of(outcomes.best_confidence.storage(), is_share) ||
+      !std::ranges::all_of(outcomes.found_confidence.storage(), is_share) ||
       !std::ranges::all_of(outcomes.hidden_share.storage(), is_share))
     throw FileError(ErrorKind::malformed, {path, "", "values that no measurement has"});
   return outcomes;
@@ -52,15 +57,23 @@ inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutc
   file.add("state", outcomes.state);
   file.add("found", outcomes.found);
   file.add("best_confidence", outcomes.best_confidence);
+  file.add("found_confidence", outcomes.found_confidence);
   file.add("hidden_share", outcomes.hidden_share);
   file.write(path);
 }
+
+/// Where a protocol's frames come from, and who looks at them.
+struct ProtocolSource {
+  std::function<camouflage::View<float>(std::size_t frame)> view;
+  std::function<evaluate::Meter<float>&(std::size_t frame)> meter;
+};
 
 /// Measures the frames of a protocol one after the other, each with all textures, and saves what it has about
 /// once a second. It holds one view at a time.
 class ProtocolMeasurement {
  public:
-  /// \param textures  the clean one first; one without texels is no car. They must outlive this
+  /// \param textures  the clean one first; of one without texels the picture is the
+  ///                  background alone. They must outlive this
   /// \param path      where outcomes are saved; nowhere when empty
   ProtocolMeasurement(const Protocol& protocol, const std::vector<evaluate::Control<float>>& textures,
                       std::string path, evaluate::ProtocolOutcomes outcomes)
@@ -68,8 +81,7 @@ class ProtocolMeasurement {
 
   /// Measures what is pending.
   /// \throws Stopped after saving, when a signal has arrived; NumericError naming a frame
-  void run(const raster::PaintedMesh& car, const evaluate::ProtocolPicture& picture,
-           evaluate::Meter<float>& meter) {
+  void run(const ProtocolSource& source) {
     using evaluate::FrameState;
     const auto start = Clock::now();
     Clock::time_point saved{};  // long ago: the first frame is saved at once
@@ -79,7 +91,7 @@ class ProtocolMeasurement {
         save();
         throw Stopped{};
       }
-      const bool is_measured = measure(frame, car, picture, meter);
+      const bool is_measured = measure(frame, source.view(frame), source.meter(frame));
       outcomes_.state(frame) =
           static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
       ++frames_done_;
@@ -104,9 +116,7 @@ class ProtocolMeasurement {
     return std::chrono::duration<double>(Clock::now() - start).count();
   }
 
-  bool measure(std::size_t frame, const raster::PaintedMesh& car, const evaluate::ProtocolPicture& settings,
-               evaluate::Meter<float>& meter) {
-    const auto view = evaluate::protocol_view<float>(protocol_.frames[frame], car, settings);
+  bool measure(std::size_t frame, const camouflage::View<float>& view, evaluate::Meter<float>& meter) {
     if (view.visible_pixels == 0) return false;
     std::optional<FrameChange> change;
     if (protocol_.change) {
@@ -121,6 +131,7 @@ class ProtocolMeasurement {
       const auto result = meter.examine(picture, view);
       outcomes_.found(frame, k) = result.found ? 1 : 0;
       outcomes_.best_confidence(frame, k) = result.best_confidence;
+      outcomes_.found_confidence(frame, k) = result.found_confidence;
     }
     return true;
   }

@@ -20,7 +20,7 @@ inline constexpr std::array<const char*, 4> bar_styles{"first", "second", "third
 
 /// Of clean, the camouflage, matched noise and no car.
 inline std::string bar_style(const ProtocolResult& result, std::size_t texture) {
-  const std::size_t style = result.textures[texture] == no_car_name ? bar_styles.size() - 1 : texture;
+  const std::size_t style = result.is_bare(texture) ? bar_styles.size() - 1 : texture;
   return std::string("class=\"") + bar_styles[style] + "\"";
 }
 
@@ -79,10 +79,12 @@ inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& r
 }  // namespace detail
 
 /// FCA's table 4: how well the detector finds the car behind something.
-inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64_t seed) {
+inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64_t seed,
+                                   const ProtocolSubject&) {
   const auto grid = settings.quick ? evaluate::quick_occlusion_grid() : evaluate::occlusion_grid();
   Protocol protocol{"occlusion", "Partly hidden cars", evaluate::occlusion_table(grid),
                     evaluate::occlusion_frames(grid)};
+  protocol.bare_name = "no car";
   protocol.notes = {
       "Rectangles of random colours, half of them striped or squared, lie over the picture, the same for "
       "every "
@@ -91,7 +93,7 @@ inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64
       "group and distance has the same " +
           std::to_string(protocol.frames.size() / protocol.table.cell_count()) + " views.",
       "A box counts by its overlap with that of the whole car, not of the part that still shows.",
-      std::string(no_car_name) +
+      protocol.bare_name +
           ": the same pictures with their rectangles and without the car. What is found there "
           "is not the car, and as much of the other rows may not be."};
   const Random random = Random(seed).fork(0x6F63636C7573696FULL);

@@ -5,6 +5,8 @@
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <utility>
@@ -20,37 +22,54 @@ struct FrameChange {
   std::function<void(Array<float, 3>&)> apply;
 };
 
-/// The pictures without the car, last among the textures of a protocol that changes pictures: what is found
-/// there is no car.
-inline constexpr const char* no_car_name = "no car";
+/// The thresholds of confidence at which P@0.5 is listed beside that of --confidence.
+inline const std::vector<double> swept_thresholds{0.05, 0.1, 0.25, 0.5, 0.75};
+
+/// Frames that are summed up together: all of them, or those that one detector looked at.
+struct ProtocolSection {
+  std::string name;
+  evaluate::Cell cell{};
+  std::optional<evaluate::Effect> effect{};  ///< of the camouflage beyond the noise matched to it
+  std::vector<std::vector<evaluate::DetectionRate>> sweep{};  ///< [texture][threshold]
+};
 
 /// What a protocol found out.
 struct ProtocolResult {
   std::vector<std::string> textures;  ///< names; the clean one first, then the camouflage, if there is one
   bool has_camouflage = false;
+  bool has_bare = false;              ///< whether the last of the textures is none, see Protocol::bare_name
   std::vector<evaluate::Cell> cells;  ///< of the table, row by row
-  evaluate::Cell whole;               ///< all frames
+  std::vector<ProtocolSection> sections;
 
+  [[nodiscard]] bool is_bare(std::size_t texture) const { return has_bare && texture + 1 == textures.size(); }
   /// Whether a texture can hide the car, which the clean one and none cannot.
-  [[nodiscard]] bool is_attack(std::size_t texture) const {
-    return texture > 0 && textures[texture] != no_car_name;
-  }
-  /// The textures that figures show: clean, the camouflage, the noise matched to it, and no car.
+  [[nodiscard]] bool is_attack(std::size_t texture) const { return texture > 0 && !is_bare(texture); }
+  /// The textures that figures show: clean, the camouflage, the noise matched to it, and none.
   [[nodiscard]] std::vector<std::size_t> shown_textures() const {
     std::vector<std::size_t> shown{0};
     if (has_camouflage) shown.insert(shown.end(), {1, 2});
-    if (textures.back() == no_car_name) shown.push_back(textures.size() - 1);
+    if (has_bare) shown.push_back(textures.size() - 1);
     return shown;
   }
 };
 
-/// A set of renders that a table sums up. A further protocol is a header that makes one of these, and its
+/// What a protocol is made for.
+struct ProtocolSubject {
+  std::vector<std::string> detectors;  ///< names
+  std::size_t frame_count = 0;         ///< of photographs
+};
+
+/// A set of pictures that a table sums up. A further protocol is a header that makes one of these, and its
 /// line in protocols.hpp.
 struct Protocol {
   std::string name;
   std::string title;
   evaluate::ProtocolTable table;
+  /// Renders; or photographs, each as often as there are columns, one detector after the other, of which the
+  /// places in the table alone count.
   std::vector<evaluate::ProtocolFrame> frames;
+  bool on_photographs = false;  ///< columns are detectors then, and nothing sums them up
+  std::string bare_name{};      ///< of the pictures without paint, which are measured last; none if empty
   std::vector<std::string> notes{};  ///< sentences under the table
   /// Nothing to leave the frame out; an empty function leaves pictures as they are.
   std::function<std::optional<FrameChange>(const camouflage::View<float>&, std::size_t frame)> change{};

@@ -1,10 +1,12 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "digital.hpp"
 #include "occlusion.hpp"
 #include "protocol.hpp"
 #include "settings.hpp"
@@ -16,11 +18,14 @@ namespace tapestry::shell {
 struct ProtocolEntry {
   std::string name;
   std::string help;
-  std::function<Protocol(const ProtocolSettings&, std::uint64_t seed)> make;
+  std::function<Protocol(const ProtocolSettings&, std::uint64_t seed, const ProtocolSubject&)> make;
+  bool on_photographs = false;
 };
 
 inline const std::vector<ProtocolEntry>& protocols() {
   static const std::vector<ProtocolEntry> entries{
+      {"digital", "held-out photographs, with every control and each detector (table 1)", digital_protocol,
+       true},
       {"views", "4,320 views from all around, by azimuth and distance (table 3)", views_protocol},
       {"occlusion", "1,080 views of a partly hidden car, by hidden share and distance (table 4)",
        occlusion_protocol}};
@@ -40,11 +45,18 @@ inline std::string protocol_help() {
   return help;
 }
 
-/// \param settings  which require_sound() has checked
-inline Protocol make_protocol(const ProtocolSettings& settings, std::uint64_t seed) {
+/// The protocol of that name.
+/// \throws Error (usage) if there is none
+inline const ProtocolEntry& protocol_by_name(const std::string& name) {
   for (const auto& entry : protocols())
-    if (entry.name == settings.protocol) return entry.make(settings, seed);
-  throw Error(ErrorKind::usage, "--protocol is '" + settings.protocol + "', which is unknown");
+    if (entry.name == name) return entry;
+  throw Error(ErrorKind::usage, "--protocol is '" + name + "', which is unknown");
+}
+
+/// Whether a protocol measures photographs, not renders; of no name and of one that is unknown, it does not.
+inline bool is_on_photographs(const std::string& name) {
+  return std::ranges::any_of(
+      protocols(), [&](const ProtocolEntry& entry) { return entry.name == name && entry.on_photographs; });
 }
 
 }  // namespace tapestry::shell

@@ -6,6 +6,7 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <vector>
 
+#include "../report.hpp"
 #include "../run_folder.hpp"
 #include "drawing.hpp"
 #include "protocol.hpp"
@@ -13,23 +14,39 @@
 
 namespace tapestry::shell {
 
+/// Tables of whole sections.
+inline std::vector<WordTable> section_tables(const Protocol& protocol, const ProtocolResult& result) {
+  std::vector<WordTable> tables;
+  for (const auto& section : result.sections) tables.push_back(summary_table(protocol, result, section));
+  if (const WordTable effects = effect_table(result); !effects.rows.empty()) tables.push_back(effects);
+  for (const auto& section : result.sections) tables.push_back(sweep_table(result, section));
+  return tables;
+}
+
 /// What the terminal shows.
 inline std::string protocol_text(const Protocol& protocol, const ProtocolResult& result,
                                  const std::vector<std::string>& notes) {
-  std::string text =
-      text_of(summary_table(protocol, result)) + "\n" + text_of(found_grid(protocol, result, 0, false));
-  for (const std::size_t k : result.shown_textures())
-    if (k > 0)
-      text += "\n" + text_of(result.is_attack(k) ? success_grid(protocol, result, k, false)
-                                                 : found_grid(protocol, result, k, false));
-  text += "\n" + worst_cell_text(protocol, result) + "\n";
+  std::string text;
+  for (const auto& table : section_tables(protocol, result)) text += text_of(table) + "\n";
+  if (!protocol.on_photographs) {
+    text += text_of(found_grid(protocol, result, 0, false)) + "\n";
+    for (const std::size_t k : result.shown_textures())
+      if (k > 0)
+        text += text_of(result.is_attack(k) ? success_grid(protocol, result, k, false)
+                                            : found_grid(protocol, result, k, false)) +
+                "\n";
+  }
+  if (const std::string worst = worst_cell_text(protocol, result); !worst.empty()) text += worst + "\n";
   for (const auto& note : notes) text += "- " + note + "\n";
   return text;
 }
 
-/// Tables with their intervals: where each texture is found, and what it hides.
+/// Tables with their intervals: where each texture is found, and what it hides. On photographs the sections
+/// are the cells.
 inline std::vector<WordTable> all_tables(const Protocol& protocol, const ProtocolResult& result) {
-  std::vector<WordTable> tables{summary_table(protocol, result), found_grid(protocol, result, 0, true)};
+  auto tables = section_tables(protocol, result);
+  if (protocol.on_photographs) return tables;
+  tables.push_back(found_grid(protocol, result, 0, true));
   for (std::size_t k = 1; k < result.textures.size(); ++k)
     if (result.is_attack(k)) tables.push_back(success_grid(protocol, result, k, true));
   for (const std::size_t k : result.shown_textures())
@@ -41,7 +58,8 @@ inline std::string protocol_markdown(const Protocol& protocol, const ProtocolRes
                                      const std::vector<std::string>& notes) {
   std::string text = "# " + protocol.title + "\n\n![" + protocol.title + "](" + protocol.name + ".svg)\n\n";
   for (const auto& table : all_tables(protocol, result)) text += markdown_of(table);
-  text += "**" + worst_cell_text(protocol, result) + "**\n\n";
+  if (const std::string worst = worst_cell_text(protocol, result); !worst.empty())
+    text += "**" + worst + "**\n\n";
   for (const auto& note : notes) text += "- " + note + "\n";
   return text + "- Every cell with every texture: " + protocol.name + ".csv.\n";
 }
@@ -79,10 +97,21 @@ inline Json cell_json(const evaluate::Cell& cell, const ProtocolResult& result) 
   }
   return json;
 }
+
+inline Json section_json(const ProtocolSection& section, const ProtocolResult& result) {
+  Json json = {{"name", section.name}};
+  json.update(cell_json(section.cell, result));
+  json["effect"] = section.effect ? json_of(*section.effect) : Json();
+  for (std::size_t k = 0; k < result.textures.size(); ++k)
+    for (std::size_t i = 0; i < swept_thresholds.size(); ++i)
+      json["sweep"][result.textures[k]].push_back(
+          {{"confidence", swept_thresholds[i]}, {"p_at_50", section.sweep[k][i].p_at_50}});
+  return json;
+}
 }  // namespace detail
 
-/// A row for each cell and texture, and the whole at the end; shares in 0 to 1, empty where they are not
-/// defined.
+/// A row for each cell and texture, and of renders the whole at the end; shares in 0 to 1, empty where they
+/// are not defined.
 inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& result) {
   const auto& table = protocol.table;
   std::string text = table.row_title + "," + table.column_title +
@@ -93,8 +122,8 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
       text += detail::csv_row(
           table.rows[cell / table.columns.size()] + "," + table.columns[cell % table.columns.size()],
           result.cells[cell], result, k);
-  for (std::size_t k = 0; k < result.textures.size(); ++k)
-    text += detail::csv_row("all,all", result.whole, result, k);
+  for (std::size_t k = 0; k < result.textures.size() && !protocol.on_photographs; ++k)
+    text += detail::csv_row("all,all", result.sections.front().cell, result, k);
   return text;
 }
 
@@ -107,7 +136,8 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
   json["worst_cell"] = worst ? Json{{table.row_title, table.rows[*worst / table.columns.size()]},
                                     {table.column_title, table.columns[*worst % table.columns.size()]}}
                              : Json();
-  json["whole"] = detail::cell_json(result.whole, result);
+  for (const auto& section : result.sections)
+    json["sections"].push_back(detail::section_json(section, result));
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell) {
     Json entry = {{table.row_title, table.rows[cell / table.columns.size()]},
                   {table.column_title, table.columns[cell % table.columns.size()]}};
@@ -144,7 +174,9 @@ body { background: #0d1117; color: #e6edf3 } tr + tr { border-color: #30363d }
       escaped(protocol.title) + "</h1>\n<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
       "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
-  page += "<p><b>" + escaped(worst_cell_text(protocol, result)) + "</b></p>\n<ul>\n";
+  if (const std::string worst = worst_cell_text(protocol, result); !worst.empty())
+    page += "<p><b>" + escaped(worst) + "</b></p>\n";
+  page += "<ul>\n";
   for (const auto& note : notes) page += "<li>" + escaped(note) + "</li>\n";
   return page + "</ul>\n</body></html>\n";
 }

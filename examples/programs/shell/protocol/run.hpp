@@ -1,54 +1,54 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <iostream>
 #include <optional>
 #include <string>
-#include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/geometry/carla_pose.hpp>
-#include <tapestry/image/letterbox.hpp>
+#include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/protocol_cells.hpp>
 #include <utility>
 #include <vector>
 
-#include "../inputs.hpp"
-#include "../program.hpp"
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
-#include "../run_texture.hpp"
 #include "../settings.hpp"
+#include "inputs.hpp"
 #include "measurement.hpp"
+#include "notes.hpp"
 #include "protocols.hpp"
 #include "report.hpp"
 
 namespace tapestry::shell {
 
-/// What evaluate was asked for, once a run's settings are adopted.
-struct ProtocolRequest {
-  ProtocolSettings settings;
-  SceneSettings scene;
-  DetectorSettings detector;
-  std::string run;  ///< folder of the camouflage; empty: the plain car alone
-  std::uint64_t seed = 1;
-  std::string output;  ///< folder; nothing is written when empty
-};
-
 namespace detail {
 
 /// What the outcomes in a folder depend on.
-inline Json settings_of(const ProtocolRequest& request) {
+inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {
+  const bool on_photographs = is_on_photographs(request.settings.protocol);
   Json options;
   add_json(options, request.scene);
-  for (const char* unused : {"frames", "scenes", "mask"}) options.erase(unused);
+  options.erase("scenes");
+  if (!on_photographs)
+    for (const char* unused : {"frames", "mask"}) options.erase(unused);
   add_json(options, request.detector);
-  options["background"] = request.settings.background;
+  if (on_photographs)
+    options["further-weights"] = request.settings.further_weights;
+  else
+    options["background"] = request.settings.background;
   options["quick"] = request.settings.quick;
   options["clean-only"] = request.run.empty();
   if (!request.run.empty()) options["controls"] = request.settings.controls;
   options["seed"] = request.seed;
   auto paths = input_paths(request.scene, request.detector, {});
+  for (const auto* more : {&inputs.photographs, &request.settings.further_weights})
+    paths.insert(paths.end(), more->begin(), more->end());
   if (!request.run.empty()) paths.push_back(request.run + "/texture.npz");
   return {{"program", "evaluate"},
           {"version", TAPESTRY_VERSION_TEXT},
@@ -95,67 +95,6 @@ inline void settle_folder(const std::string& folder, const Json& settings) {
                                      differences(saved, settings) + "; give another --output");
 }
 
-struct ProtocolInputs {
-  Detector detector;
-  Car car;
-  std::vector<evaluate::Control<float>> textures;  ///< the clean one first
-};
-
-inline ProtocolInputs load_protocol_inputs(const Protocol& protocol, ProtocolRequest& request) {
-  fill_in_bundled(request.scene);
-  fill_in_bundled(request.detector);
-  ProtocolInputs inputs{load_detector(request.detector), load_car(request.scene), {}};
-  print_warnings(inputs.detector.warnings);
-  print_warnings(inputs.car.warnings);
-  auto& car = inputs.car.painted;
-  car.mesh = geometry::normalise_mesh(std::move(car.mesh));
-  inputs.textures.push_back({"clean", camouflage::own_colours<float>(car)});
-  if (!request.run.empty()) {
-    auto colours = read_colours(request.run + "/texture.npz", inputs.textures.front().colours.shape(0));
-    auto controls = request.settings.controls == "all"
-                        ? evaluate::make_controls(car, colours, request.seed)
-                        : evaluate::matched_controls(car, colours, request.seed);
-    inputs.textures.push_back({"adversarial", std::move(colours)});
-    for (auto& control : controls) inputs.textures.push_back(std::move(control));
-  }
-  if (protocol.change) inputs.textures.push_back({no_car_name, {}});
-  return inputs;
-}
-
-/// What stands under every table.
-inline std::vector<std::string> notes_of(const Protocol& protocol, const ProtocolResult& result,
-                                         const ProtocolRequest& request,
-                                         const detect::Detector<float>& network) {
-  const auto number = evaluate::detail::short_number;
-  const auto& background = request.settings.background;
-  std::vector<std::string> notes{"Measured: " + std::to_string(result.whole.measured) + " of " +
-                                 std::to_string(protocol.frames.size()) + " frames" +
-                                 (result.whole.left_out > 0
-                                      ? "; " + std::to_string(result.whole.left_out) +
-                                            " are left out, for nothing of the car shows in them" +
-                                            (protocol.change ? ", or too little to hide the share" : "")
-                                      : "") +
-                                 "."};
-  if (request.settings.quick) notes.push_back("--quick: fewer views than the paper's; intervals are wider.");
-  notes.insert(notes.end(), protocol.notes.begin(), protocol.notes.end());
-  notes.push_back(
-      "Distances are from the car's middle, in units of which its half length is 1; half of the field of "
-      "view is " +
-      number(evaluate::protocol_half_fov_deg) + " degrees. The paper states neither; its pictures fit both.");
-  notes.push_back(
-      "Found: a box of class " + request.detector.class_name + ", confidence above " +
-      number(request.detector.confidence) + ", after suppression at IoU " + number(request.detector.nms) +
-      ", that overlaps the box around the car's silhouette by IoU >= 0.5. Attack success counts the frames "
-      "that are found in clean and not with the texture; where none is found in clean it is not defined "
-      "(-). Brackets: 95 % by Wilson.");
-  notes.push_back("Input " + std::to_string(network.input_width()) + "x" +
-                  std::to_string(network.input_height()) + " pixels, " +
-                  std::to_string(request.scene.samples) + "x" + std::to_string(request.scene.samples) +
-                  " samples a pixel, background " + number(background[0]) + " " + number(background[1]) +
-                  " " + number(background[2]) + ", seed " + std::to_string(request.seed) + ".");
-  return notes;
-}
-
 inline void write_report(const std::string& folder, const Protocol& protocol, const ProtocolResult& result,
                          const std::vector<std::string>& notes, const Json& settings) {
   const std::string stem = folder + "/" + protocol.name;
@@ -189,34 +128,100 @@ inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request, cons
           {background[0], background[1], background[2]}};
 }
 
+/// A photograph as a detector takes it, or a render. All arguments must outlive what is returned.
+inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest& request,
+                                const ProtocolInputs& inputs, std::vector<evaluate::Meter<float>>& meters) {
+  ProtocolSource source;
+  source.meter = [&](std::size_t frame) -> evaluate::Meter<float>& {
+    return meters[protocol.on_photographs ? protocol.frames[frame].column : 0];
+  };
+  if (protocol.on_photographs)
+    source.view = [&](std::size_t frame) {
+      const auto& detector = inputs.detectors[protocol.frames[frame].column].detector;
+      const auto& path = inputs.photographs[frame % inputs.photographs.size()];
+      return camouflage::make_view<float>(load_frame(path, request.scene.mask, inputs.posed),
+                                          inputs.car.painted, detector.network->input_height(),
+                                          detector.network->input_width(), request.scene.samples,
+                                          detector.fit);
+    };
+  else
+    source.view = [&](std::size_t frame) {
+      return evaluate::protocol_view<float>(protocol.frames[frame], inputs.car.painted,
+                                            picture_of(request, inputs.detectors.front().detector));
+    };
+  return source;
+}
+
+template <std::predicate<std::size_t> Belongs>
+ProtocolSection section_of(const std::string& name, const ProtocolResult& result,
+                           const evaluate::ProtocolOutcomes& outcomes, Belongs belongs) {
+  ProtocolSection section{name, evaluate::cell_of(outcomes, belongs)};
+  if (result.has_camouflage)
+    section.effect = evaluate::effect_of(outcomes, result.textures[2], 2, 1, belongs);
+  for (std::size_t k = 0; k < result.textures.size(); ++k)
+    section.sweep.push_back(evaluate::sweep_of(outcomes, k, swept_thresholds, belongs));
+  return section;
+}
+
 inline ProtocolResult result_of(const Protocol& protocol,
                                 const std::vector<evaluate::Control<float>>& textures, bool has_camouflage,
                                 const evaluate::ProtocolOutcomes& outcomes) {
   ProtocolResult result;
   for (const auto& texture : textures) result.textures.push_back(texture.name);
   result.has_camouflage = has_camouflage;
+  result.has_bare = !protocol.bare_name.empty();
   result.cells = evaluate::cells_of(protocol.table, protocol.frames, outcomes);
-  result.whole = evaluate::cell_of(outcomes, [](std::size_t) { return true; });
+  if (!protocol.on_photographs) {
+    result.sections.push_back(section_of("all frames", result, outcomes, [](std::size_t) { return true; }));
+    return result;
+  }
+  for (std::size_t column = 0; column < protocol.table.columns.size(); ++column)
+    result.sections.push_back(section_of(protocol.table.columns[column], result, outcomes,
+                                         [&](std::size_t i) { return protocol.frames[i].column == column; }));
   return result;
+}
+
+/// Each photograph with each detector and texture.
+inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
+                                   const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
+  std::string text = "detector,texture,found,best_confidence,frame\n";
+  for (std::size_t frame = 0; frame < protocol.frames.size(); ++frame) {
+    if (outcomes.state_of(frame) != evaluate::FrameState::measured) continue;
+    for (std::size_t k = 0; k < result.textures.size(); ++k) {
+      std::array<char, 48> numbers{};
+      std::snprintf(numbers.data(), numbers.size(), ",%d,%.9g,", outcomes.found(frame, k),
+                    outcomes.best_confidence(frame, k));
+      text += protocol.table.columns[protocol.frames[frame].column] + "," + result.textures[k] +
+              numbers.data() + inputs.photographs[frame % inputs.photographs.size()] + "\n";
+    }
+  }
+  return text;
 }
 
 }  // namespace detail
 
-/// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html.
-/// Killed at any moment, the same command goes on where it was.
+/// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html, and
+/// of photographs photographs.csv. Killed at any moment, the same command goes on where it was.
 ///
 /// \returns  the exit code
 inline int evaluate_protocol(ProtocolRequest request) {
   const auto start = std::chrono::steady_clock::now();
   const StopSignal stop_signal;
-  const Protocol protocol = make_protocol(request.settings, request.seed);
-  const auto inputs = detail::load_protocol_inputs(protocol, request);
-  const auto& network = *inputs.detector.network;
-  const std::size_t class_index = class_index_of(request.detector, inputs.detector);
-  const Json settings = detail::settings_of(request);
+  detail::ProtocolInputs inputs;
+  detail::load_car_and_detectors(request, inputs);
+  const Protocol protocol = protocol_by_name(request.settings.protocol)
+                                .make(request.settings, request.seed, detail::subject_of(request, inputs));
+  auto textures = detail::textures_of(inputs.car.painted, request);
+  if (!protocol.bare_name.empty()) textures.push_back({protocol.bare_name, {}});
+  std::vector<evaluate::Meter<float>> meters;
+  for (const auto& [detector, class_index] : inputs.detectors)
+    meters.emplace_back(
+        *detector.network, class_index,
+        evaluate::MeterSettings{request.detector.confidence, request.detector.nms, swept_thresholds});
+  const Json settings = detail::settings_of(request, inputs);
   const std::string& folder = request.output;
   std::optional<RunFolder> claim;
-  evaluate::ProtocolOutcomes outcomes(protocol.frames.size(), inputs.textures.size());
+  evaluate::ProtocolOutcomes outcomes(protocol.frames.size(), textures.size());
   const std::string path = folder.empty() ? "" : folder + "/outcomes.npz";
   if (!folder.empty()) {
     claim.emplace(folder, !is_there(folder, ErrorKind::write));
@@ -224,10 +229,9 @@ inline int evaluate_protocol(ProtocolRequest request) {
     if (is_there(path, ErrorKind::malformed))
       outcomes = read_outcomes(path, outcomes.frame_count(), outcomes.texture_count());
   }
-  ProtocolMeasurement measurement(protocol, inputs.textures, path, std::move(outcomes));
-  evaluate::Meter<float> meter(network, class_index, {request.detector.confidence, request.detector.nms, {}});
+  ProtocolMeasurement measurement(protocol, textures, path, std::move(outcomes));
   try {
-    measurement.run(inputs.car.painted, detail::picture_of(request, inputs.detector), meter);
+    measurement.run(detail::source_of(protocol, request, inputs, meters));
   } catch (const Stopped&) {
     std::cerr << "\nstopped with " << measurement.frames_pending() << " of " << protocol.frames.size()
               << " frames to go; " << (folder.empty() ? "nothing was written" : "the same command goes on")
@@ -235,12 +239,19 @@ inline int evaluate_protocol(ProtocolRequest request) {
     return StopSignal::exit_code();
   }
   const ProtocolResult result =
-      detail::result_of(protocol, inputs.textures, !request.run.empty(), measurement.outcomes());
-  const auto notes = detail::notes_of(protocol, result, request, network);
+      detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
+  if (protocol.on_photographs && result.sections.front().cell.measured == 0)
+    throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
+  const auto notes = detail::notes_of(protocol, result, request, inputs);
   std::cout << protocol_text(protocol, result, notes);
-  if (!folder.empty()) detail::write_report(folder, protocol, result, notes, settings);
+  if (!folder.empty()) {
+    detail::write_report(folder, protocol, result, notes, settings);
+    if (protocol.on_photographs)
+      write_text(folder + "/photographs.csv",
+                 detail::photographs_csv(protocol, inputs, result, measurement.outcomes()));
+  }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  detail::tell_cost(folder, seconds, measurement, inputs.textures.size());
+  detail::tell_cost(folder, seconds, measurement, textures.size());
   if (!folder.empty()) std::cout << "written: " << folder << "/" << protocol.name << ".html\n";
   return 0;
 }

@@ -13,35 +13,41 @@ struct ProtocolSettings {
   std::string protocol;  ///< its name; none when empty
   std::string controls = "all";
   std::vector<double> background{1, 1, 1};
+  std::vector<std::string> further_weights;
   bool quick = false;
 };
 
 inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& protocols) {
   app.option_defaults()->group("Protocol");
-  app.add_option(
-      "--protocol", s.protocol,
-      "measure renders of the car, without frames, as the tables of the FCA paper do: " + protocols);
+  app.add_option("--protocol", s.protocol, "measure what a table of the FCA paper does: " + protocols);
   app.add_option("--controls", s.controls,
                  "of --protocol: all, or matched for matched noise and shuffled patches alone")
       ->capture_default_str();
   app.add_option("--background", s.background,
-                 "of --protocol: colour behind the car, three numbers from 0 to 1")
+                 "of protocols that render: colour behind the car, three numbers from 0 to 1")
       ->expected(3)
       ->capture_default_str();
+  app.add_option("--further-weights", s.further_weights,
+                 "of --protocol digital: further detectors, a column each, .onnx models or what "
+                 "convert_weights made, that know the car by the same --class");
   app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");
 }
 
 /// What a protocol has no use for, and what nothing but a protocol uses.
-inline void require_protocol_options(const CLI::App& app, const ProtocolSettings& s, bool clean_only,
-                                     ProblemList& list) {
+/// \param on_photographs  whether it measures photographs, not renders
+inline void require_protocol_options(const CLI::App& app, const ProtocolSettings& s, bool on_photographs,
+                                     bool clean_only, ProblemList& list) {
   const auto refuse = [&](const std::vector<const char*>& options, const std::string& why) {
     for (const char* option : options) list.require(app.get_option(option)->count() == 0, option + why);
   };
   if (s.protocol.empty())
-    refuse({"--controls", "--background", "--quick"}, " needs --protocol");
+    refuse({"--controls", "--background", "--quick", "--further-weights"}, " needs --protocol");
   else
-    refuse({"--frames", "--scenes", "--mask", "--sweep", "--conditions", "--draws", "--against"},
-           " has no part in --protocol");
+    refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against"}, " has no part in --protocol");
+  if (on_photographs)
+    refuse({"--background"}, " has no part in --protocol " + s.protocol);
+  else if (!s.protocol.empty())
+    refuse({"--frames", "--mask", "--further-weights"}, " has no part in --protocol " + s.protocol);
   if (clean_only) refuse({"--controls"}, " has no part in --clean-only");
 }
 

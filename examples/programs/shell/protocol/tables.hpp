@@ -134,19 +134,51 @@ inline WordTable success_grid(const Protocol& protocol, const ProtocolResult& re
                     });
 }
 
-/// All textures over all frames.
-inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& result) {
+/// All textures over the frames of a section.
+inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& result,
+                               const ProtocolSection& section) {
   WordTable table{
-      protocol.title + ": all frames",
+      protocol.title + ": " + section.name,
       {"texture", "found in", "P@0.5, %", "95 %", "mean best confidence", "attack success, %", "95 %"}};
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
-    const auto& [rate, confidence, success] = result.whole.textures[k];
+    const auto& [rate, confidence, success] = section.cell.textures[k];
     const bool is_attack = result.is_attack(k) && success.views > 0;
     table.rows.push_back(
         {result.textures[k], std::to_string(rate.detected) + " of " + std::to_string(rate.views),
          rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),
          detail::fixed(confidence, 3), is_attack ? detail::fixed(100 * success.rate, 1) : "-",
          is_attack ? interval_text(success.interval) : "-"});
+  }
+  return table;
+}
+
+/// What the camouflage does beyond the noise matched to it, section by section.
+inline WordTable effect_table(const ProtocolResult& result) {
+  WordTable table{"effect beyond matched noise (its figure minus the camouflage's)",
+                  {"", "mean best confidence", "95 %", "P@0.5, points", "95 %"}};
+  for (const auto& section : result.sections) {
+    if (!section.effect || section.effect->best_confidence.pairs == 0) continue;
+    const auto& [control, confidence, rate] = *section.effect;
+    const auto interval = [](const std::array<double, 2>& ends, double unit, int digits) {
+      return "[" + detail::fixed(unit * ends[0], digits) + ", " + detail::fixed(unit * ends[1], digits) + "]";
+    };
+    table.rows.push_back({section.name, detail::fixed(confidence.mean, 3),
+                          interval(confidence.interval, 1, 3), detail::fixed(100 * rate.mean, 1),
+                          interval(rate.interval, 100, 1)});
+  }
+  return table;
+}
+
+/// P@0.5 of all textures at other thresholds of confidence.
+inline WordTable sweep_table(const ProtocolResult& result, const ProtocolSection& section) {
+  WordTable table{"P@0.5 by confidence threshold, %: " + section.name, {"texture"}};
+  for (const double threshold : swept_thresholds)
+    table.header.push_back(evaluate::detail::short_number(threshold));
+  for (std::size_t k = 0; k < result.textures.size(); ++k) {
+    std::vector<std::string> words{result.textures[k]};
+    for (const auto& rate : section.sweep[k])
+      words.push_back(rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 1) : "-");
+    table.rows.push_back(words);
   }
   return table;
 }
@@ -165,7 +197,9 @@ inline std::optional<std::size_t> worst_cell(const ProtocolResult& result) {
                                : evaluate::least_found_cell(result.cells, 0);
 }
 
+/// A sentence about it; empty where there is one cell alone.
 inline std::string worst_cell_text(const Protocol& protocol, const ProtocolResult& result) {
+  if (protocol.table.cell_count() == 1) return {};  // there is no other
   const auto worst = worst_cell(result);
   if (!worst)
     return result.has_camouflage ? "attack success is not defined: the clean car is never found"

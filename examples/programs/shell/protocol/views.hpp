@@ -21,7 +21,7 @@ class PolarPanel {
       : table_(protocol.table), result_(result), texture_(texture) {}
 
   [[nodiscard]] Panel draw() {
-    const auto& all = result_.whole.textures[texture_].rate;
+    const auto& all = result_.sections.front().cell.textures[texture_].rate;
     svg_ = svg_text(middle_x, 18, "title middle", result_.textures[texture_]);
     svg_ += svg_text(middle_x, 34, "muted middle",
                      "found in " + std::to_string(all.detected) + " of " + std::to_string(all.views) +
@@ -101,7 +101,7 @@ inline Figure views_figure(const Protocol& protocol, const ProtocolResult& resul
 }  // namespace detail
 
 /// FCA's table 3: where around the car, and how far from it, the detector finds it.
-inline Protocol views_protocol(const ProtocolSettings& settings, std::uint64_t) {
+inline Protocol views_protocol(const ProtocolSettings& settings, std::uint64_t, const ProtocolSubject&) {
   const auto grid = settings.quick ? evaluate::ViewGrid::quick() : evaluate::ViewGrid{};
   Protocol protocol{"views", "Views and distances", evaluate::view_table(grid), evaluate::view_frames(grid)};
   protocol.notes = {

@@ -1,0 +1,83 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocol.hpp"
+#include "settings.hpp"
+
+namespace tapestry::shell {
+
+/// Photographs that --quick leaves.
+inline constexpr std::size_t quick_photographs = 20;
+
+namespace detail {
+
+/// A cell for each detector, which looks at every photograph, one detector after the other.
+inline Protocol photograph_protocol(std::string name, std::string title, const ProtocolSubject& subject) {
+  Protocol protocol{
+      std::move(name), std::move(title), {"frames", {"held out"}, "detector", subject.detectors}, {}};
+  for (std::size_t column = 0; column < subject.detectors.size(); ++column)
+    for (std::size_t i = 0; i < subject.frame_count; ++i) {
+      protocol.frames.emplace_back();
+      protocol.frames.back().column = column;
+    }
+  protocol.on_photographs = true;
+  protocol.bare_name = "photo";
+  return protocol;
+}
+
+/// One detector: a bar for each texture, how often the car is found, with its interval, and a mark at the
+/// mean best confidence.
+inline Panel texture_panel(const ProtocolResult& result, const ProtocolSection& section) {
+  constexpr double left = 120, right = 470, top = 34, row_height = 22;
+  const double bottom = top + row_height * static_cast<double>(result.textures.size());
+  const auto x = [=](double share) { return left + share * (right - left); };
+  std::string svg = svg_text(14, 18, "title", section.name);
+  for (int tick = 0; tick <= 4; ++tick) {
+    svg += svg_line(x(tick / 4.0), top, x(tick / 4.0), bottom, tick == 0 ? "ink" : "grid");
+    svg += svg_text(x(tick / 4.0), bottom + 16, "muted middle",
+                    std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
+  }
+  for (std::size_t k = 0; k < result.textures.size(); ++k) {
+    const auto& [rate, confidence, success] = section.cell.textures[k];
+    const double middle = top + row_height * (static_cast<double>(k) + 0.5);
+    svg += svg_text(left - 8, middle + 4, "end", result.textures[k]);
+    if (rate.views == 0) continue;
+    const bool is_camouflage = result.has_camouflage && k == 1;
+    svg += svg_rectangle(left, middle - 7, x(rate.p_at_50) - left, 14,
+                         is_camouflage ? "class=\"second\"" : "class=\"first\"");
+    svg += svg_line(x(rate.interval[0]), middle, x(rate.interval[1]), middle, "ink");
+    for (const double end : rate.interval) svg += svg_line(x(end), middle - 3, x(end), middle + 3, "ink");
+    svg += svg_rectangle(x(confidence) - 2, middle - 9, 4, 18, "class=\"third\"");
+  }
+  return {490, bottom + 26, svg};
+}
+
+inline Figure texture_figure(const Protocol&, const ProtocolResult& result) {
+  Figure figure{"How often detectors find the car in held-out photographs", {}, {490, 64, ""}, 2};
+  for (const auto& section : result.sections) figure.panels.push_back(texture_panel(result, section));
+  figure.legend.svg =
+      svg_text(14, 16, "muted", "bars: photographs in which the car is found (P@0.5); lines: 95 % (Wilson)") +
+      svg_rectangle(14, 26, 4, 18, "class=\"third\"") +
+      svg_text(26, 39, "muted", "mean best confidence, from 0 to 1");
+  return figure;
+}
+
+}  // namespace detail
+
+/// FCA's table 1: how often detectors find the car in photographs, untouched, clean, camouflaged and with
+/// every control.
+inline Protocol digital_protocol(const ProtocolSettings&, std::uint64_t, const ProtocolSubject& subject) {
+  Protocol protocol = detail::photograph_protocol("digital", "Held-out photographs", subject);
+  protocol.notes = {
+      protocol.bare_name +
+      ": the untouched photograph; clean: the car in its own colours, rendered and laid over it "
+      "as every other texture is."};
+  protocol.figure = detail::texture_figure;
+  return protocol;
+}
+
+}  // namespace tapestry::shell

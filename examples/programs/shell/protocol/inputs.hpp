@@ -1,0 +1,110 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/evaluate/controls.hpp>
+#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <utility>
+#include <vector>
+
+#include "../inputs.hpp"
+#include "../program.hpp"
+#include "../run_texture.hpp"
+#include "../settings.hpp"
+#include "protocols.hpp"
+
+namespace tapestry::shell {
+
+/// What evaluate was asked for, once a run's settings are adopted.
+struct ProtocolRequest {
+  ProtocolSettings settings;
+  SceneSettings scene;
+  DetectorSettings detector;
+  std::string run;        ///< folder of the camouflage; empty: the plain car alone
+  bool held_out = false;  ///< whether its photographs are others than those it was optimised on
+  std::uint64_t seed = 1;
+  std::string output;  ///< folder; nothing is written when empty
+};
+
+namespace detail {
+
+/// What a protocol measures, and with what.
+struct ProtocolInputs {
+  std::vector<FurtherDetector> detectors{};  ///< that of --weights first
+  Car car{};
+  bool posed = false;                      ///< of the photographs, see FrameLists
+  std::vector<std::string> photographs{};  ///< paths; none where the car is rendered alone
+};
+
+/// Of the photographs those that --quick leaves, evenly spread.
+inline std::vector<std::string> thinned(const std::vector<std::string>& paths, std::size_t most) {
+  if (paths.size() <= most) return paths;
+  std::vector<std::string> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(paths[i * paths.size() / most]);
+  return some;
+}
+
+/// The file's name, which a table can hold.
+inline std::string detector_name(const std::string& weights) {
+  std::string name = fs::path(weights).stem().string();
+  std::ranges::replace_if(
+      name, [](char c) { return c == ',' || c == '|' || c == '"'; }, '_');
+  return name;
+}
+
+inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inputs) {
+  const auto& settings = request.settings;
+  if (is_on_photographs(settings.protocol)) {
+    auto loaded = load_inputs(request.scene, request.detector);
+    print_warnings(loaded.warnings);
+    inputs.car = std::move(loaded.car);
+    inputs.posed = loaded.frames.posed;
+    inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
+    request.held_out = request.held_out || loaded.frames.held_out;
+    inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
+    for (const auto& path : settings.further_weights) {
+      inputs.detectors.push_back(load_further_detector("--further-weights", path, request.detector));
+      print_warnings(inputs.detectors.back().detector.warnings);
+    }
+    return;
+  }
+  fill_in_bundled(request.scene);
+  fill_in_bundled(request.detector);
+  inputs.detectors.push_back({load_detector(request.detector)});
+  inputs.detectors.back().class_index = class_index_of(request.detector, inputs.detectors.back().detector);
+  inputs.car = load_car(request.scene);
+  print_warnings(inputs.detectors.back().detector.warnings);
+  print_warnings(inputs.car.warnings);
+  inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
+}
+
+inline std::vector<evaluate::Control<float>> textures_of(const raster::PaintedMesh& car,
+                                                         const ProtocolRequest& request) {
+  std::vector<evaluate::Control<float>> textures{{"clean", camouflage::own_colours<float>(car)}};
+  if (request.run.empty()) return textures;
+  auto colours = read_colours(request.run + "/texture.npz", textures.front().colours.shape(0));
+  auto controls = request.settings.controls == "all" ? evaluate::make_controls(car, colours, request.seed)
+                                                     : evaluate::matched_controls(car, colours, request.seed);
+  textures.push_back({"adversarial", std::move(colours)});
+  for (auto& control : controls) textures.push_back(std::move(control));
+  return textures;
+}
+
+inline ProtocolSubject subject_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {
+  ProtocolSubject subject{{detector_name(request.detector.weights)}, inputs.photographs.size()};
+  for (const auto& path : request.settings.further_weights) {
+    std::string name = detector_name(path);
+    while (std::ranges::count(subject.detectors, name) > 0) name += "'";
+    subject.detectors.push_back(name);
+  }
+  return subject;
+}
+
+}  // namespace detail
+
+}  // namespace tapestry::shell

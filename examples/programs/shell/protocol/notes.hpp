@@ -1,0 +1,79 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <tapestry/evaluate/views.hpp>
+#include <vector>
+
+#include "inputs.hpp"
+#include "protocol.hpp"
+
+namespace tapestry::shell::detail {
+
+/// What was looked at.
+inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const ProtocolResult& result,
+                                                const ProtocolRequest& request) {
+  const auto number = evaluate::detail::short_number;
+  std::size_t measured = 0, left_out = 0;
+  for (const auto& section : result.sections) {
+    measured += section.cell.measured;
+    left_out += section.cell.left_out;
+  }
+  std::vector<std::string> notes{
+      "Measured: " + std::to_string(measured) + " of " + std::to_string(protocol.frames.size()) + " frames" +
+      (left_out > 0
+           ? "; " + std::to_string(left_out) + " are left out, for nothing of the car shows in them" +
+                 (protocol.change ? ", or too little to hide the share" : "")
+           : "") +
+      (result.sections.size() > 1 ? "; each photograph counts once for each of " +
+                                        std::to_string(result.sections.size()) + " detectors"
+                                  : "") +
+      "."};
+  if (request.settings.quick)
+    notes.push_back(protocol.on_photographs ? "--quick: at most " + std::to_string(quick_photographs) +
+                                                  " photographs; intervals are wider."
+                                            : "--quick: fewer views than the paper's; intervals are wider.");
+  notes.insert(notes.end(), protocol.notes.begin(), protocol.notes.end());
+  if (!protocol.on_photographs)
+    notes.push_back(
+        "Distances are from the car's middle, in units of which its half length is 1; half of the field of "
+        "view is " +
+        number(evaluate::protocol_half_fov_deg) +
+        " degrees. The paper states neither; its pictures fit both.");
+  else if (!request.held_out && !request.run.empty())
+    notes.push_back(
+        "The camouflage was optimised on these very photographs: this says nothing about others.");
+  return notes;
+}
+
+/// What stands under every table.
+inline std::vector<std::string> notes_of(const Protocol& protocol, const ProtocolResult& result,
+                                         const ProtocolRequest& request, const ProtocolInputs& inputs) {
+  const auto number = evaluate::detail::short_number;
+  const auto& background = request.settings.background;
+  auto notes = notes_on_frames(protocol, result, request);
+  notes.push_back(
+      "Found: a box of class " + request.detector.class_name + ", confidence above " +
+      number(request.detector.confidence) + ", after suppression at IoU " + number(request.detector.nms) +
+      ", that overlaps the box around the car's silhouette by IoU >= 0.5; the best confidence is that of the "
+      "surest such box, however low. Attack success counts the frames that are found in clean and not with "
+      "the texture; where none is found in clean it is not defined (-). Brackets: 95 % by Wilson.");
+  if (result.has_camouflage)
+    notes.push_back(
+        "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by "
+        "paired bootstrap (BCa, " +
+        std::to_string(evaluate::BootstrapSettings{}.resamples) + " resamples) over frames.");
+  std::string input = "Input";
+  for (const auto& [detector, class_index] : inputs.detectors)
+    input += (input == "Input" ? " " : ", ") + std::to_string(detector.network->input_width()) + "x" +
+             std::to_string(detector.network->input_height());
+  input += " pixels, " + std::to_string(request.scene.samples) + "x" + std::to_string(request.scene.samples) +
+           " samples a pixel";
+  if (!protocol.on_photographs)
+    input +=
+        ", background " + number(background[0]) + " " + number(background[1]) + " " + number(background[2]);
+  notes.push_back(input + ", seed " + std::to_string(request.seed) + ".");
+  return notes;
+}
+
+}  // namespace tapestry::shell::detail
