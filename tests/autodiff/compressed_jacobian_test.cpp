@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/jacobian/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
@@ -245,12 +246,31 @@ TEST_CASE("the compressed Jacobian of arrays, of a pattern made by hand", "[auto
     CHECK(values[2 * i] == start(i + 2));
     CHECK(values[2 * i + 1] == start(i));
   }
-  CHECK_THROWS_WITH(
-      tapestry::sparsity_pattern<double>(tape, {}, {}),
-      "sparsity_pattern: the tape holds 2 operations with a pullback, expected scalar statements "
-      "alone");
   CHECK_THROWS_WITH(tapestry::compressed_jacobian(tape, x, x, plan, values),
                     "compressed_jacobian: 30 roots and 30 variables, expected 28 and 30");
+}
+
+TEST_CASE("results of an operation with a pullback depend on all of its inputs", "[autodiff][sparsity]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variables x = inputs_of(tape, 12);
+  Variables roots;
+  const auto pair = [](std::span<const Variable<double>> s) { return Variables{s[0] * s[1], sin(s[1])}; };
+  for (std::size_t i = 0; i < 12; i += 2) {
+    const Variables results = tapestry::checkpoint<double>(pair, Variables{exp(x[i]), x[i + 1] * x[i + 1]});
+    for (int repeat = 0; repeat < 10; ++repeat) roots.push_back(results[0] * results[1]);
+    roots.push_back(results[1]);  // not of x[i], but the tape cannot tell
+    roots.push_back(x[i]);
+  }
+  const JacobianPlan plan(tapestry::sparsity_pattern<double>(tape, roots, x));
+  CHECK(plan.pattern().entry_count() == 6 * (11 * 2 + 1));
+  CHECK(plan.goes_forward());  // but pullbacks go backwards
+  check_against_dense(tape, roots, x, plan);
+
+  const auto array = tape.input(tapestry::Array<double, 1>{1.0, 2.0});
+  const auto total = tapestry::record_scalar(
+      3.0 + x[0].value(), [](double, tapestry::Array<double, 1>*, double*) {}, array, x[0]);
+  CHECK(tapestry::sparsity_pattern<double>(tape, Variables{total, x[1]}, x).row(0).size() == 1);
 }
 
 TEST_CASE("compressed Jacobians name what does not fit", "[autodiff][sparsity]") {

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <vector>
@@ -57,16 +59,111 @@ TEMPLATE_TEST_CASE("a Jacobian of any number of roots equals the one worked out 
   }
 }
 
-TEST_CASE("a tape with pullbacks has its Jacobian root by root", "[autodiff][jacobian]") {
+TEST_CASE("a pullback is called once a root, and its inputs are in the lane of that root",
+          "[autodiff][jacobian]") {
   Tape<double> tape;
   const auto scope = tape.activate();
   std::vector<Variable<double>> x = {tape.input(2.0), tape.input(3.0)};
+  int calls = 0, marks = 0;
   const auto cube = tapestry::record_scalar(
-      8.0, [](double adjoint, double* by_x) { *by_x += 12 * adjoint; }, x[0]);
-  const std::vector<Variable<double>> roots = {cube * x[1], x[1], 5.0};
-  CHECK(tapestry::jacobian(tape, roots, x) == std::vector<double>{36, 8, 0, 1, 0, 0});
+      8.0, [&](double adjoint, double* by_x) { ++calls, *by_x += 12 * adjoint; }, x[0]);
+  tapestry::record_mark<double>([&] { ++marks; });
+  const std::vector<Variable<double>> roots = {cube * x[1], x[1], 5.0, cube + x[0]};
+  CHECK(tapestry::jacobian(tape, roots, x) == std::vector<double>{36, 8, 0, 1, 0, 0, 13, 0});
+  CHECK(calls == 2);  // the others do not depend on it
+  CHECK(marks == 1);
+  tape.reverse(roots[0]);
   AdjointVectors<double, 4> adjoints;
-  CHECK_THROWS_AS(adjoints.reverse(tape, roots), DomainError);
+  adjoints.reverse(tape, roots);
+  CHECK(adjoints.of(cube) == std::array<double, 4>{3, 0, 0, 1});
+  CHECK(adjoints.of(x[0]) == std::array<double, 4>{36, 0, 0, 13});
+  CHECK(tape.adjoint(x[0]) == 36);  // those of reverse() stay
+}
+
+TEST_CASE("long tapes of statements and operations with many results have the Jacobian of one root a sweep",
+          "[autodiff][jacobian]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  std::vector<Variable<double>> x;
+  for (int i = 0; i < 5; ++i) x.push_back(tape.input(0.5 + 0.1 * i));
+  std::vector<Variable<double>> state = x;
+  const auto turn = [](std::span<const Variable<double>> s) {
+    return roots_of(std::vector(s.begin(), s.end()));
+  };
+  for (int step = 0; step < 300; ++step) {  // results of each are passed long before their operation
+    for (auto& each : state) each = sin(each);
+    state = tapestry::checkpoint<double>(turn, state);
+    for (int i = 0; i < 70; ++i) state[0] += 0.001 * tape.input(1.0) * state[1];
+  }
+  state.push_back(state[2] * x[3]);
+  state.push_back(state[1]);  // a result is a root
+  const auto rows = tapestry::jacobian(tape, state, x);
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    tape.reverse(state[i]);
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      const double expected = tape.adjoint(x[j]);
+      CHECK(std::abs(rows[i * x.size() + j] - expected) <= 1e-12 * (1 + std::abs(expected)));
+    }
+  }
+}
+
+TEST_CASE("arrays have an adjoint for each root", "[autodiff][jacobian]") {
+  using tapestry::Array;
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Array<double, 1> start = {1.0, 2.0, 3.0};
+  const auto x = tape.input(start);
+  const Variable<double> scale = tape.input(2.0);
+  const auto squares = tapestry::record_array<double, 1>(
+      Array<double, 1>{2.0, 8.0, 18.0},
+      [start](const Array<double, 1>& adjoint, Array<double, 1>* by_x, double* by_scale) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          (*by_x)(i) += adjoint(i) * 4 * start(i);
+          *by_scale += adjoint(i) * start(i) * start(i);
+        }
+      },
+      x, scale);
+  const auto pick = [&](std::size_t i) {
+    return tapestry::record_scalar(
+        squares.value()(i), [i](double adjoint, Array<double, 1>* array) { (*array)(i) += adjoint; },
+        squares);
+  };
+  const std::vector<Variable<double>> roots = {pick(0) * scale, pick(2), pick(1)};
+  tape.reverse(roots[2]);
+  AdjointVectors<double, 4> adjoints;
+  adjoints.reverse(tape, roots, std::vector{scale});
+  CHECK(adjoints.of(scale) == std::array<double, 4>{1 * 2 + 2, 9, 4, 0});
+  CHECK(adjoints.of(x, 0) == Array<double, 1>{8.0, 0.0, 0.0});
+  CHECK(adjoints.of(x, 1) == Array<double, 1>{0.0, 0.0, 12.0});
+  CHECK(adjoints.of(squares, 2) == Array<double, 1>{0.0, 1.0, 0.0});
+  CHECK(adjoints.of(x, 3) == Array<double, 1>{0.0, 0.0, 0.0});  // no root
+  CHECK(x.adjoint() == Array<double, 1>{0.0, 8.0, 0.0});        // of reverse()
+  adjoints.reverse(tape, std::vector{roots[1]});                // forgets, and does not add
+  CHECK(adjoints.of(x, 0) == Array<double, 1>{0.0, 0.0, 12.0});
+  CHECK(adjoints.of(x, 1) == Array<double, 1>{0.0, 0.0, 0.0});
+  CHECK(tapestry::jacobian(tape, roots, std::vector{scale}) == std::vector<double>{4, 9, 4});
+  CHECK_THROWS_AS(adjoints.of(x, 4), DomainError);
+  tape.clear();
+  CHECK_THROWS_AS(adjoints.of(x, 0), DomainError);
+}
+
+TEST_CASE("a pullback that throws leaves a tape that can be swept", "[autodiff][jacobian]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(tapestry::Array<double, 1>{1.0});
+  bool fails = true;
+  const auto y = tapestry::record_scalar(
+      1.0,
+      [&](double adjoint, tapestry::Array<double, 1>* by_x) {
+        if (fails) throw DomainError("on purpose");
+        (*by_x)(0) += adjoint;
+      },
+      x);
+  AdjointVectors<double, 2> adjoints;
+  CHECK_THROWS_WITH(adjoints.reverse(tape, std::vector{y, y}), "on purpose");
+  fails = false;
+  tape.reverse(y);
+  CHECK(x.adjoint()(0) == 1);
 }
 
 TEST_CASE("in a sweep of several roots each is alone", "[autodiff][jacobian]") {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <tapestry/autodiff/arrays/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
@@ -7,12 +8,14 @@
 #include <tapestry/core/check.hpp>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace tapestry {
 namespace detail {
 
-/// The adjoint of one array on a tape, allocated when first needed. Shared by the tape's record and the
-/// variables that name it; the record detaches it when the tape forgets it.
+/// The adjoint of one array on a tape, allocated when first needed; of sweeps of several roots, one a root,
+/// as ArrayMemory::lane says. Shared by the tape's record and the variables that name it; the record detaches
+/// it when the tape forgets it.
 template <class T, std::size_t Rank>
 class ArrayAdjoint {
  public:
@@ -20,55 +23,76 @@ class ArrayAdjoint {
       : extents_(extents), memory_(std::move(memory)) {}
   ArrayAdjoint(const ArrayAdjoint&) = delete;
   ArrayAdjoint& operator=(const ArrayAdjoint&) = delete;
-  ~ArrayAdjoint() { detail::release(adjoint_, memory_.get()); }
+  ~ArrayAdjoint() { detach(); }
 
   /// To add to.
   [[nodiscard]] Array<T, Rank>& touch() {
-    make_zero_if_forgotten();
-    holds_ = Holds::sum;
-    return adjoint_;
+    Lane& lane = made_zero(this->lane());
+    lane.holds = Holds::sum;
+    return lane.adjoint;
   }
   /// Whether it still has the extents of its array. Else forgets it.
   [[nodiscard]] bool keeps_shape() {
-    if (adjoint_.shape() == extents_) return true;
-    release();
+    if (lane().adjoint.shape() == extents_) return true;
+    release(lane());
     return false;
   }
   [[nodiscard]] const Extents<Rank>& extents() const { return extents_; }
   /// To read; zeros when nothing was added.
-  [[nodiscard]] const Array<T, Rank>& read() {
-    if (holds_ == Holds::nothing_any_more)
-      throw DomainError("adjoint: the array's tape was cleared, rewound or destroyed");
-    make_zero_if_forgotten();
-    return adjoint_;
+  [[nodiscard]] const Array<T, Rank>& read() { return read(lane()); }
+  /// The same of what a sweep of several roots left for one of them.
+  [[nodiscard]] const Array<T, Rank>& read_lane(std::size_t number) { return read(lane(number)); }
+  [[nodiscard]] bool is_touched() { return lane().holds == Holds::sum; }
+  void forget() noexcept {
+    if (const std::size_t number = lane_number(); number <= several_.size())
+      lane(number).holds = Holds::forgotten;
   }
-  [[nodiscard]] bool is_touched() const noexcept { return holds_ == Holds::sum; }
-  void forget() noexcept { holds_ = Holds::forgotten; }
   /// Frees the memory of what nobody will read until it is next added to.
-  void release() noexcept {
-    holds_ = Holds::forgotten;
-    detail::release(adjoint_, memory_.get());
-  }
+  void release() { release(lane()); }
   void detach() noexcept {
-    release();
-    holds_ = Holds::nothing_any_more;
+    release(single_);
+    for (Lane& lane : several_) release(lane);
+    is_detached_ = true;
   }
 
  private:
-  enum class Holds { forgotten, zeros, sum, nothing_any_more };
+  enum class Holds { forgotten, zeros, sum };
 
-  void make_zero_if_forgotten() {
-    if (holds_ != Holds::forgotten) return;
-    if (adjoint_.shape() != extents_ || adjoint_.storage().size() != count_of(extents_))
-      allocate(adjoint_, extents_, memory_.get());
-    for (T& element : adjoint_.storage()) element = T(0);
-    holds_ = Holds::zeros;
+  /// Of one root.
+  struct Lane {
+    Array<T, Rank> adjoint;
+    Holds holds = Holds::forgotten;
+  };
+
+  [[nodiscard]] std::size_t lane_number() const { return memory_ == nullptr ? 0 : memory_->lane; }
+  [[nodiscard]] Lane& lane() { return lane(lane_number()); }
+  [[nodiscard]] Lane& lane(std::size_t number) {
+    if (number == 0) return single_;
+    if (number > several_.size()) several_.resize(number);
+    return several_[number - 1];
+  }
+  [[nodiscard]] const Array<T, Rank>& read(Lane& lane) {
+    if (is_detached_) throw DomainError("adjoint: the array's tape was cleared, rewound or destroyed");
+    return made_zero(lane).adjoint;
+  }
+  void release(Lane& lane) noexcept {
+    lane.holds = Holds::forgotten;
+    detail::release(lane.adjoint, memory_.get());
+  }
+  Lane& made_zero(Lane& lane) {
+    if (lane.holds != Holds::forgotten) return lane;
+    if (lane.adjoint.shape() != extents_ || lane.adjoint.storage().size() != count_of(extents_))
+      allocate(lane.adjoint, extents_, memory_.get());
+    for (T& element : lane.adjoint.storage()) element = T(0);
+    lane.holds = Holds::zeros;
+    return lane;
   }
 
   Extents<Rank> extents_;
   std::shared_ptr<ArrayMemory<T>> memory_;
-  Array<T, Rank> adjoint_;
-  Holds holds_ = Holds::forgotten;
+  Lane single_;
+  std::vector<Lane> several_;  // from lane 1 on
+  bool is_detached_ = false;
 };
 
 template <class T, std::size_t Rank>
@@ -77,6 +101,7 @@ class InputRecord final : public TapeRecord<T> {
   explicit InputRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint) : adjoint_(std::move(adjoint)) {}
   ~InputRecord() override { adjoint_->detach(); }
   void pull_back(T*, std::size_t) override {}
+  void list_inputs(std::vector<std::uint32_t>&) const override {}
   void forget_adjoint() noexcept override { adjoint_->forget(); }
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <tapestry/autodiff/tape.hpp>
@@ -36,6 +37,13 @@ template <class T>
   return values;
 }
 
+/// Appends the statements of those that are active.
+template <class T>
+void list_variables(std::span<const Variable<T>> variables, std::vector<std::uint32_t>& statements) {
+  for (const Variable<T>& variable : variables)
+    if (variable.is_active()) statements.push_back(variable.link().index());
+}
+
 /// A part of the computation that is recorded only while it is swept. Its results are the statements behind
 /// it.
 template <class T, class Function>
@@ -55,6 +63,9 @@ class CheckpointRecord final : public TapeRecord<T> {
         std::span<T>(input_adjoints));
     for (std::size_t i = 0; i < inputs_.size(); ++i)
       if (inputs_[i].is_active()) adjoints[inputs_[i].link().index()] += input_adjoints[i];
+  }
+  void list_inputs(std::vector<std::uint32_t>& statements) const override {
+    list_variables<T>(inputs_, statements);
   }
 
  private:

@@ -1,9 +1,11 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/spare_tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
@@ -159,6 +161,10 @@ class ScanRecord final : public TapeRecord<T> {
     ScanSweep<T, Step>(step_, parameters_, parts).run(state, 0, step_count_, snapshots_);
     add_adjoints<T>(adjoints, initial_, parts.state);
     add_adjoints<T>(adjoints, parameters_, parts.parameters);
+  }
+  void list_inputs(std::vector<std::uint32_t>& statements) const override {
+    list_variables<T>(initial_, statements);
+    list_variables<T>(parameters_, statements);
   }
 
  private:

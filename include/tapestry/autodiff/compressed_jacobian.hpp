@@ -16,17 +16,53 @@
 
 namespace tapestry {
 
+namespace detail {
+/// One backward pass over the tape, in which every statement hands the sets added to it on to its operands.
+/// \returns of each statement that is wanted its set
+template <class T>
+[[nodiscard]] std::vector<IndexSets::Name> hand_sets_back(const TapeState<T>& state, PendingSets& pending,
+                                                          IndexSets& sets, std::vector<bool> is_wanted) {
+  visit_results(state, [&](std::size_t result) { is_wanted[result] = true; });
+  std::vector<IndexSets::Name> set_of(is_wanted.size(), 0);
+  std::vector<IndexSets::Name> results;
+  std::vector<std::uint32_t> inputs;
+  std::size_t record = state.record_count();
+  state.visit_backwards([&](const StatementRun& run) {
+    const Word* end = run.words_end;
+    for (std::size_t index = run.end_index; index-- > run.first_index;) {
+      const StatementKind kind = run.kinds[index - run.first_index];
+      IndexSets::Name set = pending.take(index, sets);
+      inputs.clear();
+      if (kind == StatementKind::record) {
+        const HeldRecord<T>& held = state.records()[--record];
+        results.assign({set});
+        for (std::size_t i = 1; i <= held.results; ++i) results.push_back(set_of[index + i]);
+        std::erase(results, IndexSets::Name(0));
+        set = sets.join(results);
+        held.record->list_inputs(inputs);
+      }
+      if (is_wanted[index]) set_of[index] = set;
+      end = for_each_operand<T>(end, kind, [&](std::size_t operand, T) {
+        if (set != 0) pending.add(operand, set);
+      });
+      if (set != 0)
+        for (const std::uint32_t input : inputs) pending.add(input, set);
+    }
+  });
+  return set_of;
+}
+}  // namespace detail
+
 /// Which of `variables` each of `roots` was computed from, as entries (root, variable): found in one backward
 /// pass over the tape, that hands sets of roots on. An operand counts even where its partial derivative is 0;
 /// the side that max(), min(), abs() or a comparison did not take does not, so that a pattern serves other
-/// recordings that choose the same.
-/// \throws DomainError if a root or a variable is not on the tape, or if it holds operations with a pullback,
-///   such as those of arrays, which do not tell; JacobianPattern may then be made by hand
+/// recordings that choose the same. Operations with a pullback do not tell: each of their results counts as
+/// computed from all of their inputs, and an array as one number. Where a pattern made by hand knows better,
+/// it takes fewer directions. \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] JacobianPattern sparsity_pattern(const Tape<T>& tape, std::span<const Variable<T>> roots,
                                                std::span<const Variable<T>> variables) {
   const auto& state = *tape.shared_state();
-  detail::require_no_records("sparsity_pattern", state);
   for (const auto& variable : variables) state.require_own_if_active(variable.link());
   detail::IndexSets sets;
   detail::PendingSets pending(state.statement_count() + 1);
@@ -37,22 +73,11 @@ template <std::floating_point T>
   }
   std::vector<bool> is_wanted(state.statement_count() + 1, false);
   for (const auto& variable : variables) is_wanted[variable.link().index()] = true;
-  std::vector<detail::IndexSets::Name> set_of(is_wanted.size(), 0);  // of those wanted
-  state.visit_backwards([&](const detail::StatementRun& run) {
-    const detail::Word* end = run.words_end;
-    for (std::size_t index = run.end_index; index-- > run.first_index;) {
-      const auto kind = run.kinds[index - run.first_index];
-      const auto set = pending.take(index, sets);
-      if (is_wanted[index]) set_of[index] = set;
-      end = detail::for_each_operand<T>(end, kind, [&](std::size_t operand, T) {
-        if (set != 0) pending.add(operand, set);
-      });
-    }
-  });
+  const auto sets_of = detail::hand_sets_back(state, pending, sets, std::move(is_wanted));
   std::vector<JacobianPattern::Entry> entries;
   for (std::size_t j = 0; j < variables.size(); ++j) {
     if (!variables[j].is_active()) continue;
-    for (const auto root : sets.members(set_of[variables[j].link().index()])) entries.push_back({root, j});
+    for (const auto root : sets.members(sets_of[variables[j].link().index()])) entries.push_back({root, j});
   }
   return {roots.size(), variables.size(), std::move(entries)};
 }
@@ -117,14 +142,14 @@ void compressed_forwards(const TapeState<T>& state, std::span<const Variable<T>>
 
 /// Adjoints by sums of rows of the same colour, eight colours a sweep.
 template <class T>
-void compressed_backwards(const TapeState<T>& state, std::span<const Variable<T>> roots,
+void compressed_backwards(TapeState<T>& state, std::span<const Variable<T>> roots,
                           std::span<const Variable<T>> variables, const JacobianPlan& plan,
                           std::span<T> values) {
   constexpr std::size_t width = 8;
   const JacobianPattern& pattern = plan.pattern();
-  const auto& colour_of = plan.colouring().colour_of;
+  const auto& colour_of = plan.row_colouring().colour_of;
   VectorAdjoints<T, width> adjoints;
-  for (std::size_t first = 0; first < plan.direction_count(); first += width) {
+  for (std::size_t first = 0; first < plan.row_colouring().colour_count; first += width) {
     const auto lane_of = [&](std::size_t row) { return std::size_t(colour_of[row]) - first; };
     sweep_vectors<T, width>(state, roots, &variables, adjoints, lane_of);
     const auto adjoint_of = [&](const Link& link, std::size_t lane) {
@@ -140,19 +165,20 @@ void compressed_backwards(const TapeState<T>& state, std::span<const Variable<T>
 }  // namespace detail
 
 /// The entries of d roots / d variables that the plan's pattern names, in its order, of what the tape holds.
-/// Entries that the pattern wrongly leaves out are added to others.
-/// \throws DomainError if a root or a variable is not on the tape, or it holds operations with a pullback, or
-///   there are not as many roots, variables and values as the pattern has
+/// Entries that the pattern wrongly leaves out are added to others. A tape that holds operations with a
+/// pullback is swept backwards, whichever way the plan goes, and calls each pullback once a colour of the
+/// rows. \throws DomainError if a root or a variable is not on the tape, or there are not as many roots,
+/// variables and
+///   values as the pattern has
 template <std::floating_point T>
 void compressed_jacobian(const Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
                          std::span<const std::type_identity_t<Variable<T>>> variables,
                          const JacobianPlan& plan, std::span<std::type_identity_t<T>> values) {
-  const auto& state = *tape.shared_state();
-  detail::require_no_records("compressed_jacobian", state);
+  auto& state = *tape.shared_state();
   detail::require_pattern_of(plan.pattern(), roots.size(), variables.size(), values.size());
   for (const auto& root : roots) state.require_own_if_active(root.link());
   for (const auto& variable : variables) state.require_own_if_active(variable.link());
-  if (plan.goes_forward()) {
+  if (plan.goes_forward() && state.record_count() == 0) {
     detail::compressed_forwards<T>(state, roots, variables, plan, values);
   } else {
     detail::compressed_backwards<T>(state, roots, variables, plan, values);

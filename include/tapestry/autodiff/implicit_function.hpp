@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -43,6 +44,9 @@ class ImplicitRecord final : public TapeRecord<T> {
     tape->reverse(record_partials<T>(T(0), residuals, std::span<const T>(weights.data(), x.size())));
     for (std::size_t i = 0; i < p.size(); ++i)
       if (p[i].is_active()) adjoints[parameters_[i].link().index()] += tape->adjoint(p[i]);
+  }
+  void list_inputs(std::vector<std::uint32_t>& statements) const override {
+    list_variables<T>(parameters_, statements);
   }
 
  private:

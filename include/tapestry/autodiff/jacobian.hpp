@@ -8,6 +8,7 @@
 #include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/shared.hpp>
+#include <tapestry/autodiff/tape/vector_pullbacks.hpp>
 #include <tapestry/autodiff/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
@@ -17,11 +18,23 @@
 namespace tapestry {
 
 namespace detail {
+/// Calls visit for each statement that is a result of a record, which stands before it.
+template <class T, class Visit>
+void visit_results(const TapeState<T>& state, Visit visit) {
+  std::size_t record = state.records().size();
+  state.visit_backwards([&](const StatementRun& run) {
+    for (std::size_t i = run.end_index; i-- > run.first_index && record > 0;)
+      if (run.kinds[i - run.first_index] == StatementKind::record)
+        for (std::size_t result = state.records()[--record].results; result > 0; --result) visit(i + result);
+  });
+}
+
 /// One sweep over the tape, in which root k is the seed of direction lane_of(k), or of none if that is Width
 /// or more. Keeps all adjoints, or those of the variables in `kept`.
-/// \throws DomainError if a root or a variable to keep is not on the tape
+/// \throws DomainError if a root or a variable to keep is not on the tape, or if called from within a
+/// pullback
 template <std::floating_point T, std::size_t Width, class LaneOf>
-void sweep_vectors(const TapeState<T>& state, std::span<const Variable<T>> roots,
+void sweep_vectors(TapeState<T>& state, std::span<const Variable<T>> roots,
                    const std::span<const Variable<T>>* kept, VectorAdjoints<T, Width>& adjoints,
                    LaneOf lane_of) {
   std::size_t last = 0;
@@ -35,11 +48,22 @@ void sweep_vectors(const TapeState<T>& state, std::span<const Variable<T>> roots
       state.require_own_if_active(variable.link());
       adjoints.keep(variable.link().index());
     }
+  std::size_t lane_count = 0;
   for (std::size_t k = 0; k < roots.size(); ++k)
-    if (const std::size_t lane = lane_of(k); lane < Width && roots[k].is_active())
+    if (const std::size_t lane = lane_of(k); lane < Width && roots[k].is_active()) {
       adjoints.view().at(roots[k].link().index(), adjoints)[lane] += T(1);
-  state.visit_backwards([&](const StatementRun& run) { VectorSweep<T, Width>::run(run, last, adjoints); });
-  adjoints.pass(0, true);
+      lane_count = std::max(lane_count, lane + 1);
+    }
+  state.sweep_apart([&](std::span<const HeldRecord<T>> records) {
+    if (kept != nullptr) visit_results(state, [&](std::size_t result) { adjoints.keep(result); });
+    VectorPullbacks<T, Width> pullbacks(records, lane_count, last, state.array_memory, adjoints);
+    state.visit_backwards([&](const StatementRun& run) {
+      VectorSweep<T, Width>::run(
+          run, last, adjoints, [&](std::size_t statement) { pullbacks.run(statement); },
+          [&] { pullbacks.skip(); });
+    });
+    adjoints.pass(0, true);
+  });
 }
 }  // namespace detail
 
@@ -54,8 +78,10 @@ template <std::floating_point T, std::size_t Width>
 class AdjointVectors {
  public:
   /// Sweeps the tape; the adjoints that Tape::reverse() left there stay. Keeps the adjoints of all variables.
-  /// \throws DomainError if there are more than Width roots, or one is not on the tape, or the tape holds
-  ///   operations with a pullback, such as those of arrays, which take one root at a time
+  /// Operations with a pullback take one root at a time: theirs is called once a root, and of arrays there is
+  /// an adjoint a root. record_mark() is called once.
+  /// \throws DomainError if there are more than Width roots, or one is not on the tape, or if called from
+  ///   within a pullback
   void reverse(const Tape<T>& tape, std::span<const Variable<T>> roots) { sweep(tape, roots, nullptr); }
 
   /// The same, but need not keep any adjoints but those of the variables in `kept`, and so costs less: those
@@ -72,9 +98,7 @@ class AdjointVectors {
     std::array<T, Width> adjoints{};
     const detail::Link link = variable.link();
     if (!link.is_active()) return adjoints;
-    if (!state_ || state_->next.generation() != generation_)
-      throw DomainError("AdjointVectors: no tape was swept, or it was cleared or rewound since");
-    state_->require_own(link);
+    require_swept(link);
     if (link.index() >= adjoints_.size()) return adjoints;
     if (!adjoints_.keeps(link.index()))
       throw DomainError("AdjointVectors: the variable was not among those whose adjoints to keep");
@@ -82,16 +106,33 @@ class AdjointVectors {
     return adjoints;
   }
 
+  /// d roots[k] / d array, of the extents of the ArrayVariable's value; zeros if k is no root. Array adjoints
+  /// are kept on the tape: they are those of its last sweep of several roots, whosever it was. \throws
+  /// DomainError as for variables, or if k is not below Width
+  template <class ArrayOnTape>
+  requires requires(const ArrayOnTape& array) { array.shared_adjoint(); }
+  [[nodiscard]] const auto& of(const ArrayOnTape& array, std::size_t k) const {
+    if (k >= Width)
+      throw DomainError("AdjointVectors: root " + std::to_string(k) + ", expected one below " +
+                        std::to_string(Width));
+    if (!array.is_active()) return array.adjoint();
+    require_swept(array.link());
+    return array.shared_adjoint()->read_lane(k + 1);
+  }
+
  private:
+  void require_swept(detail::Link link) const {
+    if (!state_ || state_->next.generation() != generation_)
+      throw DomainError("AdjointVectors: no tape was swept, or it was cleared or rewound since");
+    state_->require_own(link);
+  }
+
   void sweep(const Tape<T>& tape, std::span<const Variable<T>> roots,
              const std::span<const Variable<T>>* kept) {
     const auto& state = tape.shared_state();
     if (roots.size() > Width)
       throw DomainError("AdjointVectors: " + std::to_string(roots.size()) + " roots, expected at most " +
                         std::to_string(Width));
-    if (state->record_count() > 0)
-      throw DomainError(
-          "AdjointVectors: the tape holds operations with a pullback; reverse one root at a time");
     state_ = {};  // until the sweep is done
     detail::sweep_vectors<T, Width>(*state, roots, kept, adjoints_, [](std::size_t k) { return k; });
     state_ = state;
@@ -104,15 +145,15 @@ class AdjointVectors {
 };
 
 /// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. Where the tape holds
-/// operations with a pullback it is swept once a root, and its own adjoints are then those of the last.
-/// \throws DomainError if a root or a variable is not on the tape
+/// arrays it is swept once a root, so that no more than one adjoint of each is in memory; its own adjoints
+/// are then those of the last. \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] std::vector<T> jacobian(Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
                                       std::span<const std::type_identity_t<Variable<T>>> variables) {
   constexpr std::size_t width = 8;
   std::vector<T> result(roots.size() * variables.size());
   const std::span<T> rows(result);
-  if (tape.record_count() > 0) {
+  if (tape.shared_state()->array_memory != nullptr) {
     for (std::size_t i = 0; i < roots.size(); ++i) {
       tape.reverse(roots[i]);
       tape.adjoints(variables, rows.subspan(i * variables.size(), variables.size()));

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/tape/input_slot.hpp>
@@ -33,6 +34,12 @@ void pull_back_slots(Pullback& pullback, const Adjoint& adjoint, const std::tupl
       all);
 }
 
+/// Appends the statements of the active inputs among the slots of an operation.
+template <class... Slots>
+void list_slots(const std::tuple<Slots...>& all, std::vector<std::uint32_t>& statements) {
+  std::apply([&](const auto&... slots) { (slots.list(statements), ...); }, all);
+}
+
 /// An operation whose result is an array; it owns the result's adjoint.
 template <class T, std::size_t Rank>
 class ArrayResultRecord : public TapeRecord<T> {
@@ -62,6 +69,7 @@ class ArrayRecord final : public ArrayResultRecord<T, Rank> {
       : ArrayResultRecord<T, Rank>(std::move(adjoint)),
         pullback_(std::move(pullback)),
         slots_(std::move(slots)...) {}
+  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
 
  private:
   void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
@@ -83,6 +91,7 @@ class ScalarRecord final : public TapeRecord<T> {
     if (is_zero(adjoint)) return;
     pull_back_slots(pullback_, adjoint, slots_, adjoints);
   }
+  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
 
  private:
   Pullback pullback_;
@@ -109,6 +118,7 @@ class ArraysRecord final : public TapeRecord<T> {
     if (!any) return;
     pull_back_slots(pullback_, touched, slots_, scalar_adjoints);
   }
+  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
   void forget_adjoint() noexcept override {
     for (const auto& adjoint : adjoints_) adjoint->forget();
   }
@@ -125,6 +135,7 @@ class MarkRecord final : public TapeRecord<T> {
  public:
   explicit MarkRecord(Callback passed) : passed_(std::move(passed)) {}
   void pull_back(T*, std::size_t) override { passed_(); }
+  void list_inputs(std::vector<std::uint32_t>&) const override {}
 
  private:
   Callback passed_;

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/matrix/cholesky.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 #include <tapestry/autodiff/matrix/product.hpp>
+#include <vector>
 
 #include "matrix_gradient.hpp"
 
@@ -263,4 +265,19 @@ TEST_CASE("a tape of duals has second derivatives of solve, log-determinant and 
   const std::vector<double> at = {2.0, 0.5};
   const auto found = tapestry::hessian(f, at), expected = tapestry::hessian(closed, at);
   for (std::size_t i = 0; i < 4; ++i) CHECK(std::abs(found[i] - expected[i]) <= 1e-13);
+}
+
+TEST_CASE("solutions have the Jacobian of the inverse, several rows a sweep",
+          "[autodiff][matrix][jacobian]") {
+  const MatrixXd a = well_conditioned(11, 41), b = random_matrix(11, 1, 42), inverse = a.inverse();
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  Eigen::Matrix<Variable<double>, Eigen::Dynamic, 1> side(11);
+  for (Eigen::Index i = 0; i < 11; ++i) side(i) = tape.input(b(i, 0));
+  const auto x = matrix::solve(a, side);
+  const std::vector<Variable<double>> roots(x.data(), x.data() + 11), sides(side.data(), side.data() + 11);
+  const auto rows = tapestry::jacobian(tape, roots, sides);
+  for (Eigen::Index i = 0; i < 11; ++i)
+    for (Eigen::Index j = 0; j < 11; ++j)
+      CHECK(std::abs(rows[static_cast<std::size_t>(11 * i + j)] - inverse(i, j)) <= bound);
 }

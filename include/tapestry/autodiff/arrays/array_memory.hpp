@@ -25,6 +25,8 @@ class ArrayMemory {
  public:
   using Storage = typename Array<T, 1>::storage_type;
 
+  std::size_t lane = 0;  ///< whose adjoints those of the tape's arrays are; see TapeAttachment::select_lane()
+
   /// Storage of `size` elements of any value.
   [[nodiscard]] Storage take(std::size_t size) {
     const std::scoped_lock lock(mutex_);
@@ -74,6 +76,7 @@ inline constexpr std::size_t least_kept_bytes = 16384;
 template <class T>
 struct AttachedArrayMemory final : TapeAttachment {
   std::shared_ptr<ArrayMemory<T>> memory = std::make_shared<ArrayMemory<T>>();
+  void select_lane(std::size_t lane) noexcept override { memory->lane = lane; }
 };
 
 template <class T>

@@ -4,27 +4,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
 #include <tapestry/autodiff/tape/statement_operands.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <vector>
 
 namespace tapestry::detail {
 
-/// \throws DomainError if a tape holds what a sweep over scalar statements cannot go through
-template <class T>
-void require_no_records(const char* operation, const TapeState<T>& state) {
-  if (state.record_count() > 0)
-    throw DomainError(std::string(operation) + ": the tape holds " + std::to_string(state.record_count()) +
-                      " operations with a pullback, expected scalar statements alone");
-}
-
 /// Tangents of all statements of a tape in Width directions at once: a forward sweep over what was recorded,
-/// without computing it anew.
+/// without computing it anew. Of one without operations with a pullback.
 template <std::floating_point T, std::size_t Width>
 class TangentVectors {
   using Lanes [[gnu::vector_size(Width * sizeof(T)), gnu::may_alias]] = T;

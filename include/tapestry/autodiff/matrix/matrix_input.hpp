@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <tapestry/autodiff/arrays/elementwise.hpp>
 #include <tapestry/autodiff/eigen.hpp>
@@ -86,6 +87,10 @@ struct EntriesSlot {
   [[nodiscard]] bool is_active() const { return !links.empty(); }
   void require_own(const TapeState<T>& state) const {
     for (const Link link : links) state.require_own_if_active(link);
+  }
+  void list(std::vector<std::uint32_t>& statements) const {
+    for (const Link link : links)
+      if (link.is_active()) statements.push_back(link.index());
   }
   [[nodiscard]] Adjoint adjoint(T* adjoints) const { return {&links, adjoints}; }
   static void require_shape() {}

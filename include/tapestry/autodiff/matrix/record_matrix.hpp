@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <tapestry/autodiff/matrix/matrix_input.hpp>
 #include <tapestry/autodiff/record.hpp>
@@ -81,6 +82,7 @@ class EntriesRecord final : public TapeRecord<T> {
     const DenseMatrix<T> value_adjoint = Eigen::Map<const DenseMatrix<T>>(first, rows_, columns_);
     pull_back_slots(pullback_, value_adjoint, slots_, adjoints);
   }
+  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
 
  private:
   Eigen::Index rows_, columns_;

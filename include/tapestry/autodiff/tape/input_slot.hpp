@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
@@ -18,6 +19,9 @@ struct ScalarSlot {
   Link link;
   [[nodiscard]] bool is_active() const { return link.is_active(); }
   void require_own(const TapeState<T>& state) const { state.require_own_if_active(link); }
+  void list(std::vector<std::uint32_t>& statements) const {
+    if (link.is_active()) statements.push_back(link.index());
+  }
   [[nodiscard]] T* adjoint(T* adjoints) const {
     return !link.is_active() ? nullptr : adjoints + link.index();
   }
@@ -31,6 +35,9 @@ struct ArraySlot {
   ArrayAdjoint<T, Rank>* array_adjoint = nullptr;
   [[nodiscard]] bool is_active() const { return link.is_active(); }
   void require_own(const TapeState<T>& state) const { state.require_own_if_active(link); }
+  void list(std::vector<std::uint32_t>& statements) const {
+    if (link.is_active()) statements.push_back(link.index());
+  }
   [[nodiscard]] Array<T, Rank>* adjoint(T*) const {
     return !link.is_active() ? nullptr : &array_adjoint->touch();
   }
@@ -51,6 +58,9 @@ struct ListSlot {
   }
   void require_own(const TapeState<T>& state) const {
     for (const Slot& slot : slots) slot.require_own(state);
+  }
+  void list(std::vector<std::uint32_t>& statements) const {
+    for (const Slot& slot : slots) slot.list(statements);
   }
   [[nodiscard]] auto adjoint(T* adjoints) const {
     std::vector<decltype(slots.front().adjoint(adjoints))> each;

@@ -10,7 +10,7 @@ namespace tapestry::detail {
 ///
 /// \tparam Adjoints  where they are. Has types T of partials and Value of adjoints and, all to be inlined,
 ///   own(index), the adjoint of the statement at hand, and of(operand)
-///   is_zero(adjoint), and touch(), called where it is not
+///   is_zero(adjoint), and touch(), called where it is not and at operations with a pullback
 ///   add_product(sum, adjoint, partial)
 ///   pass(index), called when the sweep is done with that statement; pass_many(index), with all from there on
 /// \tparam PullBack  pull_back(index) runs an operation with a pullback
@@ -27,6 +27,7 @@ struct PullVisitor {
     adjoints.pass_many(index -= static_cast<Word>(count));
   }
   [[gnu::always_inline]] void pull_record() {
+    adjoints.touch();
     pull_back(static_cast<std::size_t>(--index));
     adjoints.pass(index);
   }

@@ -1,42 +1,22 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <tapestry/autodiff/tape/diagnosis.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
+#include <tapestry/autodiff/tape/tape_record.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
 namespace tapestry {
-
-/// An operation on the tape that is more than a list of partial derivatives: its pullback.
-/// record.hpp makes these from a callable; derive from it only for what that cannot express.
-template <class T>
-class TapeRecord {
- public:
-  TapeRecord() = default;
-  TapeRecord(const TapeRecord&) = delete;
-  TapeRecord& operator=(const TapeRecord&) = delete;
-  virtual ~TapeRecord() = default;
-
-  /// Adds to the adjoints of the inputs. `adjoints[i]` is that of scalar statement i, and `statement`
-  /// is the record's own place.
-  virtual void pull_back(T* adjoints, std::size_t statement) = 0;
-  /// Called before each reverse sweep: adjoints held by the record are zero again.
-  virtual void forget_adjoint() noexcept {}
-};
 
 namespace detail {
 
 /// The head of threads without an active tape: no variable is of its generation, and it has no room.
 template <class T>
 inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
-
-/// What others keep on a tape, as long as it lives.
-struct TapeAttachment {
-  virtual ~TapeAttachment() = default;
-};
 
 /// A place on the tape; see Tape::mark().
 struct TapePosition {
@@ -121,8 +101,8 @@ class TapeState : public TapeDiagnosis {
   [[nodiscard]] Link append_record(Owner record, std::size_t results = 0) {
     make_room(1);
     if (results > most_results_) most_results_ = results;
-    records_.push_back(nullptr);
-    records_.back() = record.release();
+    records_.push_back({nullptr, results});
+    records_.back().record = record.release();
     return commit(StatementKind::record, 1);
   }
 
@@ -131,17 +111,25 @@ class TapeState : public TapeDiagnosis {
   void reverse(std::size_t root, Seed seed) {
     const Sweeping sweeping(*this);
     adjoints_.zero(root + most_results_);
-    for (TapeRecord<T>* const record : records_) record->forget_adjoint();
+    for (const auto& held : records_) held.record->forget_adjoint();
     seed(adjoints_.data());
     std::size_t record = records_.size();
     const ReverseSweep<T> sweep(adjoints_.data());
     visit_backwards([&](const StatementRun& run) {
       sweep.run(
           run, root,
-          [&](std::size_t statement) { records_[--record]->pull_back(adjoints_.data(), statement); },
+          [&](std::size_t statement) { records_[--record].record->pull_back(adjoints_.data(), statement); },
           [&] { --record; });
     });
   }
+
+  /// Calls sweep(records) while nothing can be recorded, for sweeps that keep their adjoints elsewhere.
+  template <class Sweep>
+  void sweep_apart(Sweep sweep) {
+    const Sweeping sweeping(*this);
+    sweep(records());
+  }
+  [[nodiscard]] std::span<const HeldRecord<T>> records() const noexcept { return records_; }
 
   /// The adjoint of the last reverse(); zero before it, and for what was recorded since.
   [[nodiscard]] T adjoint(Link link) const {
@@ -286,10 +274,10 @@ class TapeState : public TapeDiagnosis {
   }
 
   void drop_records(std::size_t size) {
-    for (; records_.size() > size; records_.pop_back()) delete records_.back();
+    for (; records_.size() > size; records_.pop_back()) delete records_.back().record;
   }
 
-  std::vector<TapeRecord<T>*> records_;  // owned
+  std::vector<HeldRecord<T>> records_;
   AdjointMemory<T> adjoints_;
   std::vector<Segment> segments_;
   std::size_t most_results_ = 0;

@@ -96,6 +96,11 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
   /// \param is_touched  false if the adjoints of the block at hand are known to be zero
   void pass(std::size_t index, bool is_touched) { leave_blocks((index + block - 1) / block, is_touched); }
 
+  /// In the sweep, those of a statement that it has passed and that are kept; null if they are zero.
+  [[nodiscard]] const T* passed(std::size_t index) const noexcept {
+    return index >= size_ ? nullptr : index / block > top_ ? of(index) : view().in_window(index);
+  }
+
   [[nodiscard]] bool keeps(std::size_t index) const noexcept {
     return index / block < floor_ || is_kept_[index / block] != 0;
   }

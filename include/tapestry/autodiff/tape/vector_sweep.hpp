@@ -11,24 +11,29 @@
 
 namespace tapestry::detail {
 
-/// Runs statements backwards for Width seeds at once; see ReverseSweep. Records, which take one seed at a
-/// time, are passed over.
+/// Runs statements backwards for Width seeds at once; see ReverseSweep.
 template <std::floating_point Scalar, std::size_t Width>
 class VectorSweep {
  public:
-  static void run(const StatementRun& run, std::size_t root, VectorAdjoints<Scalar, Width>& adjoints) {
-    const StatementRun part = run_up_to<Scalar>(root, run, [](StatementKind) {});
+  /// The statements of `run` up to `root`. Calls pull_back(index) for each record, skip_record() for each
+  /// behind the root.
+  template <class PullBack, class SkipRecord>
+  static void run(const StatementRun& run, std::size_t root, VectorAdjoints<Scalar, Width>& adjoints,
+                  PullBack pull_back, SkipRecord skip_record) {
+    const StatementRun part = run_up_to<Scalar>(root, run, [&](StatementKind kind) {
+      if (kind == StatementKind::record) skip_record();
+    });
 #if defined(__x86_64__)
     switch (instruction_set()) {
       case InstructionSet::avx512:
-        return run_avx512(part, adjoints);
+        return run_avx512(part, adjoints, pull_back);
       case InstructionSet::avx2:
-        return run_avx2(part, adjoints);
+        return run_avx2(part, adjoints, pull_back);
       default:
         break;
     }
 #endif
-    sweep(part, adjoints);
+    sweep(part, adjoints, pull_back);
   }
 
  private:
@@ -77,21 +82,25 @@ class VectorSweep {
   };
 
 #if defined(__x86_64__)
+  template <class PullBack>
   [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] static void run_avx512(
-      const StatementRun& run, VectorAdjoints<Scalar, Width>& adjoints) {
-    sweep(run, adjoints);
+      const StatementRun& run, VectorAdjoints<Scalar, Width>& adjoints, PullBack& pull_back) {
+    sweep(run, adjoints, pull_back);
   }
+  template <class PullBack>
   [[gnu::target("avx2,fma")]] static void run_avx2(const StatementRun& run,
-                                                   VectorAdjoints<Scalar, Width>& adjoints) {
-    sweep(run, adjoints);
+                                                   VectorAdjoints<Scalar, Width>& adjoints,
+                                                   PullBack& pull_back) {
+    sweep(run, adjoints, pull_back);
   }
 #endif
 
+  template <class PullBack>
   [[gnu::always_inline]] static inline void sweep(const StatementRun& run,
-                                                  VectorAdjoints<Scalar, Width>& adjoints) {
-    constexpr auto pass_over = [](std::size_t) {};
-    using Visitor = PullVisitor<Adjoints, decltype(pass_over)>;
-    Visitor visitor{{adjoints}, run.end_index, pass_over};
+                                                  VectorAdjoints<Scalar, Width>& adjoints,
+                                                  PullBack& pull_back) {
+    using Visitor = PullVisitor<Adjoints, PullBack>;
+    Visitor visitor{{adjoints}, run.end_index, pull_back};
     StatementWalk<Scalar, Visitor>::run(run.words_end, run.kinds + (run.end_index - run.first_index),
                                         visitor);
   }

@@ -1,0 +1,46 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tapestry {
+
+/// An operation on the tape that is more than a list of partial derivatives: its pullback.
+/// record.hpp makes these from a callable; derive from it only for what that cannot express.
+template <class T>
+class TapeRecord {
+ public:
+  TapeRecord() = default;
+  TapeRecord(const TapeRecord&) = delete;
+  TapeRecord& operator=(const TapeRecord&) = delete;
+  virtual ~TapeRecord() = default;
+
+  /// Adds to the adjoints of the inputs. `adjoints[i]` is that of scalar statement i, and `statement`
+  /// is the record's own place.
+  virtual void pull_back(T* adjoints, std::size_t statement) = 0;
+  /// Appends the statements of all its active inputs, in any order. A sweep of several roots fills the
+  /// adjoints of these alone, of `statement` and of its results before it calls pull_back().
+  virtual void list_inputs(std::vector<std::uint32_t>& statements) const = 0;
+  /// Called before each reverse sweep: adjoints held by the record are zero again.
+  virtual void forget_adjoint() noexcept {}
+};
+
+namespace detail {
+
+/// What others keep on a tape, as long as it lives.
+struct TapeAttachment {
+  virtual ~TapeAttachment() = default;
+  /// Adjoints that records hold are those of this lane from now on: 0 outside sweeps and in those of one
+  /// root.
+  virtual void select_lane(std::size_t lane) noexcept = 0;
+};
+
+/// A record on a tape, which owns it.
+template <class T>
+struct HeldRecord {
+  TapeRecord<T>* record;
+  std::size_t results;  ///< statements behind it that are its results
+};
+
+}  // namespace detail
+}  // namespace tapestry
