@@ -37,7 +37,7 @@ int check_only(CamouflageOptions options, ProblemList& list) {
     list.attempt([&] { (void)load_all(options); });
   const auto& problems = list.problems();
   for (const auto& problem : problems) std::cerr << "error: " << printable(problem.what()) << '\n';
-  if (problems.empty()) std::cout << "all inputs are sound\n";
+  if (problems.empty()) remark("all inputs are sound");
   int code = 0;  // of several, the one a run would meet first: unreadable before unfit
   for (const auto& problem : problems)
     code = code == 0 ? static_cast<int>(problem.kind()) : std::min(code, static_cast<int>(problem.kind()));

@@ -1,8 +1,6 @@
 // Puts a Darknet detector, cfg and weights, into one .safetensors file that other tools can read, too.
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <string>
 #include <system_error>
 #include <tapestry/detect/network.hpp>
@@ -74,9 +72,9 @@ int run(const Options& options) {
   remove_parts_beside(options.output);
   const std::size_t tensors =
       io::write_detector_file(options.output, metadata, weights.parameters, options.cfg);
-  std::printf("%s: %zu tensors, batch normalisation %s, decode %s\ncfg sha256 %s\n", options.output.c_str(),
-              tensors, options.fold ? "folded" : "kept",
-              std::string(detect::name_of(metadata.decode)).c_str(), io::sha256(metadata.cfg).c_str());
+  remark(options.output + ": " + std::to_string(tensors) + " tensors, batch normalisation " +
+         (options.fold ? "folded" : "kept") + ", decode " + std::string(detect::name_of(metadata.decode)));
+  remark("cfg sha256 " + io::sha256(metadata.cfg));
   return 0;
 }
 }  // namespace

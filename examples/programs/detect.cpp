@@ -138,7 +138,7 @@ class Detection {
   int finish() const {
     if (options_.json)
       std::cout << report_text(all_);
-    else if (pictures_ > 0)
+    else if (pictures_ > 0 && verbosity() != Verbosity::quiet)
       std::printf("fit %s, %.1f ms an image, %.0f MiB at most\n",
                   std::string(image::name_of(detector_.fit.kind)).c_str(),
                   1e3 * seconds_ / static_cast<double>(pictures_), peak_mib());

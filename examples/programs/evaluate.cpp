@@ -192,7 +192,7 @@ int run(const CLI::App& app, Options& options) {
                   contact_sheet(sheet, sheet_columns(sheet.size())));
   write_text(options.output + "/metrics.csv", metrics_csv(report));
   write_text(options.output + "/metrics.json", report_text(metrics));
-  std::cout << "written: " << options.output << "/metrics.json\n";
+  remark("written: " + options.output + "/metrics.json");
   return 0;
 }
 }  // namespace

@@ -2,7 +2,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <iostream>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -79,8 +78,8 @@ int make_assets(const Options& options) {
   if (options.train > 0)
     write_frames(frames + "train", {options.train, Stream::train, options.seed, options.size});
   write_frames(frames + "test", {options.test, Stream::test, options.seed, options.size});
-  std::cout << "wrote 4 meshes and " << options.train + options.test << " frames to " << options.output
-            << '\n';
+  remark("wrote 4 meshes and " + std::to_string(options.train + options.test) + " frames to " +
+         options.output);
   return 0;
 }
 }  // namespace

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <iostream>
 #include <numbers>
 #include <string>
 #include <tapestry/core/parallel.hpp>
@@ -212,8 +211,8 @@ int make_dataset(const Options& options) {
   const scenes::Vehicle vehicle = load_vehicle(options);
   write_frames(options, vehicle, false);
   write_frames(options, vehicle, true);
-  std::cout << "wrote " << options.train << " frames to optimise on and " << options.test << " held out to "
-            << options.output << '\n';
+  remark("wrote " + std::to_string(options.train) + " frames to optimise on and " +
+         std::to_string(options.test) + " held out to " + options.output);
   return 0;
 }
 }  // namespace

@@ -3,9 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -393,8 +391,9 @@ int run(Options& o) {
   if (!o.exported.empty()) remove_parts_beside(o.exported);
   io::write_image(o.output, bitmap);
   if (!o.exported.empty()) export_scene(o.exported, scene);
-  std::printf("%s: %zu x %zu pixels, %zu view%s of %zu faces\n", o.output.c_str(), bitmap.shape(1),
-              bitmap.shape(0), bitmaps.size(), bitmaps.size() == 1 ? "" : "s", scene.mesh.faces.size());
+  remark(o.output + ": " + std::to_string(bitmap.shape(1)) + " x " + std::to_string(bitmap.shape(0)) +
+         " pixels, " + std::to_string(bitmaps.size()) + (bitmaps.size() == 1 ? " view of " : " views of ") +
+         std::to_string(scene.mesh.faces.size()) + " faces");
   return 0;
 }
 }  // namespace

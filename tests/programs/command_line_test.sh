@@ -43,6 +43,19 @@ sed 's/fold = true/fold = false/' convert.toml >plain.toml
 expect_exit 0 "a flag left out" "$convert" --config plain.toml --output plain.safetensors
 grep -q 'batch normalisation kept' command.out && pass || fail "fold = false folds"
 
+# --quiet leaves results, warnings and errors; --verbose tells more.
+sed 's/^\[net\]/[net]\nwidht=3/' "$assets/detector.cfg" >odd.cfg
+odd=(--cfg odd.cfg --weights "$assets/detector.weights" --output odd.safetensors)
+expect_exit 0 "a quiet program" "$convert" --quiet "${odd[@]}"
+[ -s command.out ] && fail "--quiet prints $(cat command.out)" || pass
+grep -q '^warning: ' command.err && [ "$(wc -l <command.err)" -eq 1 ] && pass || fail "--quiet hides a warning"
+expect_exit 0 "a verbose program" "$convert" --verbose "${odd[@]}"
+grep -q '^odd.safetensors: ' command.out && grep -q '^[0-9.]* s, [0-9]* MiB at most$' command.err && pass ||
+  fail "--verbose does not say what it took"
+expect_exit 2 "quiet and verbose" "$convert" --quiet --verbose "${odd[@]}"
+expect_exit 0 "quiet detections" "$programs/detect" --quiet "$frame"
+grep -q '^  car ' command.out && [ "$(grep -c '^fit ' command.out)" -eq 0 ] && pass || fail "quiet detections are not alone"
+
 refused() { # refused EXIT PATTERN LINE...: the lines as a file
   printf '%s\n' "${@:3}" >refused.toml
   expect_exit "$1" "a file with '$3'" "$programs/render" --config refused.toml --output refused.png
@@ -78,6 +91,14 @@ mkdir frames && cp "$frame" frames
 printf '%s\n' 'frames = "frames"' 'texels = 8' 'epochs = 3' 'conditions = ["light", "blur"]' 'threads = 2' >run.toml
 camouflage=$programs/camouflage
 expect_exit 0 "a run from a file" "$camouflage" --config run.toml --output file
+printf 'quiet = true\n' | cat - run.toml >quiet.toml
+expect_exit 0 "a quiet run from a file" "$camouflage" --config quiet.toml --output quiet
+[ -s command.err ] && fail "a quiet run says $(cat command.err)" || pass
+grep -q '^  adversarial ' command.out && [ "$(grep -c '^report: ' command.out)" -eq 0 ] && pass || fail "quiet results are not alone"
+expect_exit 0 "a verbose run from a file" "$camouflage" --config run.toml --verbose --output verbose
+[ "$(grep -c '^step [123]/3 ' command.err)" -eq 3 ] && pass || fail "a verbose run does not tell every step"
+expect_same file/texture.npz quiet/texture.npz
+expect_same file/manifest.json verbose/manifest.json
 expect_exit 0 "the same from the command line" "$camouflage" --frames frames --texels 8 --epochs 3 --conditions light blur \
   --threads 2 --output line
 expect_same file/texture.npz line/texture.npz

@@ -185,7 +185,8 @@ class CamouflageRun {
     write_text(path("report.html"), report_html(report));
     write_text(path("metrics.csv"), metrics_csv(report));
     write_text(path("metrics.json"), report_text(metrics_json(report)));
-    std::cout << summary_text(report) << "report: " << path("report.html") << '\n';
+    std::cout << summary_text(report);
+    remark("report: " + path("report.html"));
   }
 
   void write_textures(const Array<float, 2>& parameter, const Array<float, 2>& colours) const {

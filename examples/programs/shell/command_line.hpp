@@ -20,6 +20,7 @@
 
 #include "config_file.hpp"
 #include "help.hpp"
+#include "verbosity.hpp"
 
 namespace tapestry::shell {
 
@@ -82,7 +83,8 @@ inline void open_standard_streams() {
     if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
 }
 
-/// Gives the app a name and what every program has: --version, --config and the form of --help.
+/// Gives the app a name and what every program has: --version, --config, --quiet, --verbose and the
+/// form of --help.
 inline void add_general_options(CLI::App& app, const std::string& program) {
   app.name(std::filesystem::path(program).filename().string());
   app.option_defaults()->group(HelpText::general);
@@ -92,6 +94,7 @@ inline void add_general_options(CLI::App& app, const std::string& program) {
                  "file of options, `name = value` a line (TOML), names without dashes; what the command line "
                  "gives as well wins")
       ->type_name("TEXT");
+  add_verbosity_options(app);
   app.set_help_flag("-h,--help", "print this and leave");
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.config_formatter(std::make_shared<ConfigFile>(app));

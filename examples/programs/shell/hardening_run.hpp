@@ -216,8 +216,9 @@ class HardeningRun {
     write_text(path("report.md"), hardening_markdown(report));
     write_text(path("metrics.csv"), hardening_csv(report));
     write_text(path("metrics.json"), report_text(hardening_json(report)));
-    std::cout << text << "hardened detector: " << path("hardened.safetensors")
-              << "\nreport: " << path("report.md") << '\n';
+    std::cout << text;
+    remark("hardened detector: " + path("hardened.safetensors"));
+    remark("report: " + path("report.md"));
   }
 
   HardenOptions options_;

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -15,6 +16,7 @@
 #endif
 
 #include "command_line.hpp"
+#include "verbosity.hpp"
 
 namespace tapestry::shell {
 
@@ -50,8 +52,10 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
   std::signal(SIGXFSZ, SIG_IGN);
   try {
     const int settled = parse_arguments(app, argc, argv);
+    const auto start = std::chrono::steady_clock::now();
     const int code = settled >= 0 ? settled : body();
     flush_standard_output();
+    tell_process_cost(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     return code;
   } catch (const Error& error) {
     std::cerr << "error: " << printable(error.what()) << '\n';

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "verbosity.hpp"
+
 namespace tapestry::shell {
 
 /// "1:05:09", "12:03" or "8 s".
@@ -22,19 +24,23 @@ inline std::string duration_text(double seconds) {
   return text;
 }
 
-/// A line that is rewritten on a terminal, and printed anew at most every ten seconds elsewhere.
+/// A line that is rewritten on a terminal, and printed anew at most every ten seconds elsewhere; every time
+/// with --verbose, never with --quiet.
 class ProgressLine {
  public:
   ProgressLine() {
     const char* terminal = std::getenv("TERM");
-    terminal_ = isatty(STDERR_FILENO) == 1 && !(terminal != nullptr && std::string(terminal) == "dumb");
+    terminal_ = verbosity() != Verbosity::verbose && isatty(STDERR_FILENO) == 1 &&
+                !(terminal != nullptr && std::string(terminal) == "dumb");
   }
 
   /// Shows `text`, the state after `done` of `total` units; `last` forces it out.
   void show(const std::string& text, bool last = false) {
+    if (verbosity() == Verbosity::quiet) return;
     const auto now = Clock::now();
     const double pause = std::chrono::duration<double>(now - shown_).count();
-    if (!last && started_ && pause < (terminal_ ? 0.2 : 10.0)) return;
+    const bool is_due = last || !started_ || verbosity() == Verbosity::verbose;
+    if (!is_due && pause < (terminal_ ? 0.2 : 10.0)) return;
     started_ = true;
     shown_ = now;
     if (terminal_)

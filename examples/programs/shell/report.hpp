@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "run_folder.hpp"
+#include "verbosity.hpp"
 
 namespace tapestry::shell {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <sys/resource.h>
-
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -106,13 +104,6 @@ inline Json input_hashes(const std::vector<std::string>& paths) {
   Json inputs = Json::array();
   for (const auto& path : paths) inputs.push_back({{"path", path}, {"sha256", io::sha256_of_file(path)}});
   return inputs;
-}
-
-/// Most memory the process has held so far, MiB.
-inline double peak_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
 }  // namespace tapestry::shell

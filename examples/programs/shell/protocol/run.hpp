@@ -19,6 +19,7 @@
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
 #include "../settings.hpp"
+#include "../verbosity.hpp"
 #include "inputs.hpp"
 #include "measurement.hpp"
 #include "notes.hpp"
@@ -108,9 +109,9 @@ inline void write_report(const std::string& folder, const Protocol& protocol, co
 /// Prints what it took, and writes it beside the report, whose files are the same for every run.
 inline void tell_cost(const std::string& folder, double seconds, const ProtocolMeasurement& measurement,
                       std::size_t textures) {
-  std::cout << "this process: " << fixed(seconds, 1) << " s for " << measurement.frames_done()
-            << " frames, peak memory " << fixed(peak_mib(), 0) << " MiB, " << thread_count()
-            << (thread_count() == 1 ? " thread\n" : " threads\n");
+  remark("this process: " + fixed(seconds, 1) + " s for " + std::to_string(measurement.frames_done()) +
+         " frames, peak memory " + fixed(peak_mib(), 0) + " MiB, " + std::to_string(thread_count()) +
+         (thread_count() == 1 ? " thread" : " threads"));
   if (folder.empty()) return;
   write_text(folder + "/cost.json", report_text({{"seconds", seconds},
                                                  {"frames", measurement.frames_done()},
@@ -252,7 +253,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   detail::tell_cost(folder, seconds, measurement, textures.size());
-  if (!folder.empty()) std::cout << "written: " << folder << "/" << protocol.name << ".html\n";
+  if (!folder.empty()) remark("written: " + folder + "/" + protocol.name + ".html");
   return 0;
 }
 
