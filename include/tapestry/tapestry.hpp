@@ -76,6 +76,7 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/core/supported_target.hpp>
 #include <tapestry/core/thread_pool.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <tapestry/core/array_concepts.hpp>
+#include <tapestry/core/supported_target.hpp>
 #include <vector>
 #if __has_include(<xtensor/containers/xtensor.hpp>)  // 0.26 moved its headers into folders
 #include <xtensor/containers/xtensor.hpp>

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/core/supported_target.hpp>
 #include <utility>
 
 namespace tapestry {
