@@ -21,6 +21,10 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tapestryConfig.cmake
               ${CMAKE_CURRENT_LIST_DIR}/Findprotozero.cmake ${CMAKE_CURRENT_LIST_DIR}/Findturbojpeg.cmake
         DESTINATION ${tapestry_cmake_dir})
 if(TARGET tapestry)
+  if(TARGET turbojpeg::turbojpeg)  # as found here: who has no libjpeg-turbo builds without it
+    set(tapestry_pc_requires " libturbojpeg")
+    set(tapestry_pc_flags " -DTAPESTRY_JPEG")
+  endif()
   configure_file(${CMAKE_CURRENT_LIST_DIR}/tapestry.pc.in tapestry.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tapestry.pc DESTINATION ${CMAKE_INSTALL_DATADIR}/pkgconfig)
 endif()

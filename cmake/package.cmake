@@ -1,0 +1,21 @@
+# `cpack` in a build folder makes tapestry_VERSION_ARCHITECTURE.deb: headers, and the programs that were built there with
+# what they bundle, their manual pages and completions. The libraries that headers include are recommended, not required:
+# the programs run without.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME tapestry)
+set(CPACK_PACKAGE_CONTACT "The Tapestry authors")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "differentiable rendering and object detectors on one reverse-mode tape")
+set(CPACK_PACKAGE_DESCRIPTION
+    "C++20 headers, and programs that optimise, measure and harden against camouflages of cars.")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
+    "libeigen3-dev, libxtensor-dev, libtinyobjloader-dev, libstb-dev, libprotozero-dev, zlib1g-dev, nlohmann-json3-dev, libturbojpeg0-dev")
+find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)  # finds the libraries that the programs are linked with
+if(DPKG_SHLIBDEPS AND TAPESTRY_BUILD_EXAMPLES)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+endif()
+include(CPack)

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# The .deb that cpack makes of the build folder: what is in it, and that it is of use where it is unpacked.
+source "$(dirname "$0")/support.sh"
+build=$programs/..
+command -v cpack dpkg-deb pkg-config >/dev/null && [ -e "$build/CPackConfig.cmake" ] || exit 77
+for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector; do
+  [ -x "$programs/$name" ] || exit 77
+done
+version=$(sed -n 's/.*TAPESTRY_VERSION_TEXT "\(.*\)"/\1/p' "$sources/include/tapestry/version.hpp")
+
+expect_exit 0 "packing" cpack --config "$build/CPackConfig.cmake" -B "$PWD/packed"
+package=$(ls packed/*.deb)
+expect_exit 0 "unpacking" dpkg-deb -x "$package" root
+dpkg-deb --info "$package" >fields
+grep -q "^ Package: tapestry$" fields && grep -q "^ Version: $version$" fields && pass || fail "$(cat fields)"
+for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector; do
+  [ "$(root/usr/bin/$name --version)" = "$name (Tapestry) $version" ] && pass || fail "the packed $name does not start"
+  expect_file "root/usr/share/man/man1/$name.1"
+  expect_file "root/usr/share/bash-completion/completions/$name"
+done
+[ -e root/usr/bin/make_assets ] && fail "make_assets is packed" || pass
+expect_exit 0 "what is bundled" root/usr/bin/detect root/usr/share/tapestry/assets/frames/test/000.npz
+grep -q '^  car ' command.out && pass || fail "the packed detector finds no car"
+grep -rlF "$sources" root/usr/include root/usr/share >paths && fail "these name the folder of the sources: $(cat paths)" || pass
+
+cat >main.cpp <<'END'
+#include <cstdio>
+#include <tapestry/autodiff.hpp>
+#include <tapestry/io/sha256.hpp>
+#include <tapestry/io/zip_writer.hpp>
+
+int main() {
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(3.0);
+  tape.reverse(x * x);
+  std::printf("%.0f %.8s\n", x.adjoint(), tapestry::io::sha256("tapestry").c_str());
+}
+END
+expected="6 $(printf tapestry | sha256sum | head -c 8)"
+export PKG_CONFIG_PATH=$PWD/root/usr/share/pkgconfig
+expect_exit 0 "pkg-config" pkg-config --print-errors --cflags --libs tapestry
+read -ra flags <command.out
+expect_exit 0 "compiling by pkg-config" "${CXX:-g++}" -std=c++20 main.cpp "${flags[@]}" -o by_pkg_config
+[ "$(./by_pkg_config)" = "$expected" ] && pass || fail "pkg-config's program says $(./by_pkg_config)"
+
+cat >CMakeLists.txt <<'END'
+cmake_minimum_required(VERSION 3.24)
+project(user LANGUAGES CXX)
+find_package(tapestry REQUIRED)
+add_executable(by_find_package main.cpp)
+target_link_libraries(by_find_package PRIVATE tapestry::tapestry)
+END
+expect_exit 0 "find_package" cmake -B user -DCMAKE_PREFIX_PATH="$PWD/root/usr"
+grep -q "tapestry_DIR:PATH=$PWD/root" user/CMakeCache.txt && pass || fail "another Tapestry was found"
+expect_exit 0 "compiling by find_package" cmake --build user
+[ "$(user/by_find_package)" = "$expected" ] && pass || fail "find_package's program says $(user/by_find_package)"
+finish
