@@ -29,6 +29,15 @@ HessianPlan plan_of(std::size_t n) {
   return HessianPlan(JacobianPattern(n, n, entries));
 }
 
+void finding_the_pattern(benchmark::State& state) {
+  const auto n = static_cast<std::size_t>(state.range(0));
+  const std::vector<double> x(n, 0.5);
+  JacobianPattern found;
+  for (auto _ : state) found = tapestry::hessian_pattern(chain, x);
+  if (found.entry_count() != 5 * n - 9) state.SkipWithError("a wrong pattern");
+  state.SetComplexityN(state.range(0));
+}
+
 void planning(benchmark::State& state) {
   const auto n = static_cast<std::size_t>(state.range(0));
   for (auto _ : state) benchmark::DoNotOptimize(plan_of(n).direction_count());
@@ -53,5 +62,10 @@ void evaluation(benchmark::State& state) {
 }
 }  // namespace
 
+BENCHMARK(finding_the_pattern)
+    ->RangeMultiplier(10)
+    ->Range(1000, 100000)
+    ->Unit(benchmark::kMillisecond)
+    ->Complexity();
 BENCHMARK(planning)->RangeMultiplier(10)->Range(1000, 100000)->Unit(benchmark::kMillisecond)->Complexity();
 BENCHMARK(evaluation)->RangeMultiplier(10)->Range(1000, 100000)->Unit(benchmark::kMillisecond)->Complexity();

@@ -32,6 +32,7 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/jacobian/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/jacobian/index_sets.hpp>
+#include <tapestry/autodiff/jacobian/interactions.hpp>
 #include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
 #include <tapestry/autodiff/matrix.hpp>

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
+#include <string>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/random.hpp>
 #include <utility>
@@ -51,6 +52,8 @@ std::vector<double> some_point(std::size_t n) {
 HessianPlan check_against_dense(const Entries& edges, std::size_t n) {
   const OverEdges f{edges};
   const auto x = some_point(n);
+  const auto found = HessianPlan(tapestry::hessian_pattern(f, x)).pattern();
+  CHECK(found == HessianPlan(JacobianPattern(n, n, with_diagonal(edges, n))).pattern());
   const HessianPlan plan(JacobianPattern(n, n, with_diagonal(edges, n)));
   const auto values = sparse_hessian(f, x, plan);
   auto dense = tapestry::hessian(f, x);
@@ -103,4 +106,78 @@ TEST_CASE("a pattern that does not fit is refused", "[autodiff][hessian]") {
                     "HessianPlan: a pattern of 2 rows and 3 columns, expected a square one");
   const HessianPlan plan(JacobianPattern(2, 2, {{0, 1}}));
   CHECK_THROWS_AS(sparse_hessian(OverEdges{}, std::vector<double>{1.0}, plan), DomainError);
+}
+
+namespace {
+/// Rows of a pattern as text, such as "01.1." for two rows.
+std::string text_of(const JacobianPattern& pattern) {
+  std::string text;
+  for (std::size_t i = 0; i < pattern.row_count(); ++i) {
+    for (const auto j : pattern.row(i)) text += std::to_string(j);
+    text += '.';
+  }
+  return text;
+}
+template <class Function>
+std::string found_pattern(const Function& f, std::size_t n, double at = 0.7) {
+  return text_of(tapestry::hessian_pattern(f, std::vector<double>(n, at)));
+}
+}  // namespace
+
+TEST_CASE("a pattern tells which variables meet in operations that are not linear", "[autodiff][hessian]") {
+  using tapestry::hypot;
+  CHECK(found_pattern([](auto x) { return x[0] * x[1] + 2 * x[2]; }, 3) == "1.0..");
+  CHECK(found_pattern([](auto x) { return x[0] / x[1]; }, 2) == "1.01.");
+  CHECK(found_pattern([](auto x) { return (x[0] - x[1]) / 3; }, 2) == "..");
+  CHECK(found_pattern([](auto x) { return max(x[0], abs(x[1])) * x[2]; }, 3) == "2.2.01.");
+  CHECK(found_pattern([](auto x) { return fma(x[0], x[1], sin(x[2])); }, 3) == "1.0.2.");
+  CHECK(found_pattern([](auto x) { return lerp(x[0], x[1], x[2]); }, 3) == "2.2.01.");
+  CHECK(found_pattern([](auto x) { return hypot(x[0], x[1], x[2]); }, 3) == "012.012.012.");
+  CHECK(found_pattern([](auto x) { return atan2(x[0], x[1]) + pow(x[2], 3); }, 3) == "01.01.2.");
+  CHECK(found_pattern([](auto x) { return exp(2 * (x[0] + x[2])) - x[1]; }, 3) == "02..02.");
+  CHECK(found_pattern([](auto x) { return x[0] * 0.0; }, 1) == ".");
+  CHECK(found_pattern([](auto) { return 5.0; }, 1) == ".");
+  CHECK(found_pattern([](auto x) { return -x[0]; }, 1) == ".");
+  const auto updated = []<class S>(std::span<const S> x) {
+    S y = x[0];
+    y *= x[1];
+    y -= 4;
+    ++y;
+    y /= x[2];
+    return y;
+  };
+  CHECK(found_pattern(updated, 3) == "12.02.012.");
+}
+
+TEST_CASE("a pattern holds where second derivatives happen to be zero", "[autodiff][hessian]") {
+  CHECK(found_pattern([](auto x) { return sin(x[0]) + x[1] * x[1] * x[2]; }, 3, 0.0) == "0.12.1.");
+}
+
+TEST_CASE("a derivative inside of the function counts", "[autodiff][hessian]") {
+  const auto f = []<class S>(std::span<const S> x) {
+    const auto inner = [](const auto& z) { return tanh(z) * z; };
+    return x[0] * tapestry::derivative(inner, x[1]).derivative;
+  };
+  CHECK(found_pattern(f, 2) == "1.01.");
+}
+
+TEST_CASE("steps that each use the last one's results have patterns in the time of the steps",
+          "[autodiff][hessian]") {
+  const auto f = []<class S>(std::span<const S> x) {
+    S state = x[0];
+    for (int i = 0; i < 200000; ++i) state = sin(state + x[1]);
+    return state;
+  };
+  CHECK(found_pattern(f, 3) == "01.01..");
+}
+
+TEST_CASE("a long banded problem has its band", "[autodiff][hessian]") {
+  const std::size_t n = 100000;
+  const OverEdges f{band(n, 2)};
+  const auto pattern = tapestry::hessian_pattern(f, some_point(n));
+  CHECK(pattern.entry_count() == 5 * n - 6);
+  for (std::size_t i = 2; i + 2 < n; i += 997) {
+    CHECK(pattern.row(i).front() == i - 2);
+    CHECK(pattern.row(i).back() == i + 2);
+  }
 }

@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <span>
 #include <string>
 #include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/jacobian/interactions.hpp>
 #include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/tape/spare_tape.hpp>
 #include <tapestry/core/error.hpp>
@@ -65,6 +67,29 @@ namespace detail {
 }
 }  // namespace detail
 
+/// Which second derivatives of f may differ from 0, found by computing f once, in numbers that know what they
+/// were computed from: of both triangles, nothing left out. Operations count by their kind, not by their
+/// values at x: x[0] * x[1] makes these two meet, exp(x[0]) makes x[0] meet itself, max(), abs() and their
+/// like make none meet. So the pattern serves every point at which comparisons in f come out the same. It may
+/// hold an entry too many, where terms cancel, as of (x + y)² − (x − y)², or a power is 1. Time and memory:
+/// of f, and of the pattern; sums that enter no operation but further sums cost nothing.
+///
+///   const HessianPlan plan(hessian_pattern(f, x));
+///
+/// \param f  of many numbers, as in derivatives.hpp; called with duals
+/// \param x  [N]
+/// \returns  a pattern of N rows
+template <std::floating_point T = double, class Function>
+[[nodiscard]] JacobianPattern hessian_pattern(const Function& f, Point<std::type_identity_t<T>> x) {
+  using D = detail::Interacting<T>;
+  detail::Interactions all;
+  std::vector<D> inputs;
+  inputs.reserve(x.size());
+  for (const T value : x) inputs.push_back(D(value, &all, all.variable()));
+  static_cast<void>(f(std::span<const D>(inputs)));
+  return all.pattern();
+}
+
 /// How a Hessian of a known pattern is computed from few products with directions: the variables of one
 /// colour are one direction. Of a band of half width b it takes 2 b + 1 or a few more, whatever its length;
 /// of an arrow, 2.
@@ -96,7 +121,7 @@ class HessianPlan {
 /// lower of its two colours, in the row of the other, where no other entry meets it. Entries that the pattern
 /// wrongly leaves out are added to others.
 ///
-///   HessianPlan plan(JacobianPattern(n, n, entries));        // once
+///   HessianPlan plan(hessian_pattern(f, x));                 // once
 ///   const auto values = sparse_hessian(f, x, plan);          // at each x
 ///   plan.pattern().visit([&](auto row, auto column, auto number) { … values[number] … });
 ///
