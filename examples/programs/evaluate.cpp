@@ -12,6 +12,7 @@
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
 #include "shell/protocol/run.hpp"
+#include "shell/ranks.hpp"
 #include "shell/report.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
@@ -130,6 +131,8 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
 }
 
 int run(const CLI::App& app, Options& options) {
+  if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
+    throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
   if (!options.dataset.dataset.empty())
     return evaluate_dataset(app, options.dataset, options.detector, options.threads);
   for (const char* option :

@@ -16,6 +16,7 @@
 #endif
 
 #include "command_line.hpp"
+#include "ranks.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
@@ -45,11 +46,20 @@ inline void print_warnings(const std::vector<std::string>& warnings) {
 }
 
 /// Runs a program's body, unless the command line already settles it, and turns what is thrown into one line
-/// on the error stream and an exit code. A file beyond the size that the system allows is an error of writing
-/// like others, and no signal.
+/// on the error stream and an exit code, which ends all ranks. A file beyond the size that the system allows
+/// is an error of writing like others, and no signal.
 template <class Body>
 int run_program(CLI::App& app, int argc, char** argv, Body body) {
   std::signal(SIGXFSZ, SIG_IGN);
+  const Ranks& ranks = Ranks::all();
+  const auto fail = [&](const std::string& what, int code) {
+    if (ranks.is_first())
+      std::cerr << "error: " + what + "\n";  // whole: another rank may tell of an error, too
+    else
+      ::dprintf(ranks.error_stream(), "error: rank %zu: %s\n", ranks.index(), what.c_str());
+    ranks.abandon(code);
+    return code;
+  };
   try {
     const int settled = parse_arguments(app, argc, argv);
     const auto start = std::chrono::steady_clock::now();
@@ -58,17 +68,13 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
     tell_process_cost(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     return code;
   } catch (const Error& error) {
-    std::cerr << "error: " << printable(error.what()) << '\n';
-    return static_cast<int>(error.kind());
+    return fail(printable(error.what()), static_cast<int>(error.kind()));
   } catch (const std::bad_alloc&) {
-    std::cerr << "error: out of memory\n";
-    return static_cast<int>(ErrorKind::limit);
+    return fail("out of memory", static_cast<int>(ErrorKind::limit));
   } catch (const std::filesystem::filesystem_error& error) {
-    std::cerr << "error: " << printable(error.what()) << '\n';
-    return static_cast<int>(ErrorKind::malformed);
+    return fail(printable(error.what()), static_cast<int>(ErrorKind::malformed));
   } catch (const std::exception& error) {
-    std::cerr << "error: internal fault: " << printable(error.what()) << '\n';
-    return exit_internal_fault;
+    return fail("internal fault: " + printable(error.what()), exit_internal_fault);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -12,10 +13,12 @@
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/io/npz_file.hpp>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "../progress.hpp"
+#include "../ranks.hpp"
 #include "../stop_signal.hpp"
 #include "protocol.hpp"
 
@@ -62,6 +65,16 @@ inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutc
   file.write(path);
 }
 
+/// Gives every rank the outcomes that the first one has.
+inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
+  const auto share = [](auto& array) { Ranks::all().share(std::span(array.data(), array.size())); };
+  share(outcomes.state);
+  share(outcomes.found);
+  share(outcomes.best_confidence);
+  share(outcomes.found_confidence);
+  share(outcomes.hidden_share);
+}
+
 /// Where a protocol's frames come from, and who looks at them.
 struct ProtocolSource {
   std::function<camouflage::View<float>(std::size_t frame)> view;
@@ -69,7 +82,8 @@ struct ProtocolSource {
 };
 
 /// Measures the frames of a protocol one after the other, each with all textures, and saves what it has about
-/// once a second. It holds one view at a time.
+/// once a second. It holds one view at a time. Of several ranks each takes the next frame, then all tell each
+/// other what they found, so that every rank has all outcomes, the same for any number of them.
 class ProtocolMeasurement {
  public:
   /// \param textures  the clean one first; of one without texels the picture is the
@@ -80,21 +94,29 @@ class ProtocolMeasurement {
       : protocol_(protocol), textures_(textures), path_(std::move(path)), outcomes_(std::move(outcomes)) {}
 
   /// Measures what is pending.
-  /// \throws Stopped after saving, when a signal has arrived; NumericError naming a frame
+  /// \throws Stopped after saving, when a signal has arrived at a rank; NumericError naming a frame
   void run(const ProtocolSource& source) {
     using evaluate::FrameState;
+    const Ranks& ranks = Ranks::all();
     const auto start = Clock::now();
     Clock::time_point saved{};  // long ago: the first frame is saved at once
-    for (std::size_t frame = 0; frame < protocol_.frames.size(); ++frame) {
-      if (outcomes_.state_of(frame) != FrameState::pending) continue;
-      if (StopSignal::arrived()) {
+    std::vector<std::size_t> pending;
+    for (std::size_t frame = 0; frame < protocol_.frames.size(); ++frame)
+      if (outcomes_.state_of(frame) == FrameState::pending) pending.push_back(frame);
+    for (std::size_t first = 0; first < pending.size(); first += ranks.count()) {
+      if (std::ranges::count(ranks.gathered(std::vector<char>{StopSignal::arrived()}), char{1}) > 0) {
         save();
         throw Stopped{};
       }
-      const bool is_measured = measure(frame, source.view(frame), source.meter(frame));
-      outcomes_.state(frame) =
-          static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
-      ++frames_done_;
+      const auto frames = std::span(pending).subspan(first, std::min(ranks.count(), pending.size() - first));
+      if (ranks.index() < frames.size()) {
+        const std::size_t frame = frames[ranks.index()];
+        const bool is_measured = measure(frame, source.view(frame), source.meter(frame));
+        outcomes_.state(frame) =
+            static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
+      }
+      exchange(frames);
+      frames_done_ += frames.size();
       show(seconds_since(start));
       if (seconds_since(saved) < 1) continue;
       save();
@@ -104,7 +126,7 @@ class ProtocolMeasurement {
   }
 
   [[nodiscard]] const evaluate::ProtocolOutcomes& outcomes() const { return outcomes_; }
-  /// Frames that this process has been through.
+  /// Frames that this process, or it and the other ranks, have been through.
   [[nodiscard]] std::size_t frames_done() const { return frames_done_; }
   [[nodiscard]] std::size_t frames_pending() const {
     return static_cast<std::size_t>(std::ranges::count(outcomes_.state.storage(), std::uint8_t{0}));
@@ -134,6 +156,30 @@ class ProtocolMeasurement {
       outcomes_.found_confidence(frame, k) = result.found_confidence;
     }
     return true;
+  }
+
+  /// Of frames dealt to the ranks, one each from the first on, takes what the others found.
+  void exchange(std::span<const std::size_t> frames) {
+    const Ranks& ranks = Ranks::all();
+    if (ranks.count() == 1) return;
+    const std::size_t textures = textures_.size();
+    std::vector<double> row(2 + 3 * textures);
+    const auto copy = [&](std::size_t frame, double* values, auto assign) {
+      assign(outcomes_.state(frame), values[0]);
+      assign(outcomes_.hidden_share(frame), values[1]);
+      for (std::size_t k = 0; k < textures; ++k) {
+        assign(outcomes_.found(frame, k), values[2 + k]);
+        assign(outcomes_.best_confidence(frame, k), values[2 + textures + k]);
+        assign(outcomes_.found_confidence(frame, k), values[2 + 2 * textures + k]);
+      }
+    };
+    if (ranks.index() < frames.size())
+      copy(frames[ranks.index()], row.data(), [](auto& own, double& value) { value = own; });
+    auto rows = ranks.gathered(row);
+    for (std::size_t rank = 0; rank < frames.size(); ++rank)
+      copy(frames[rank], rows.data() + rank * row.size(), [](auto& own, double& value) {
+        own = static_cast<std::remove_reference_t<decltype(own)>>(value);
+      });
   }
 
   void show(double seconds) {

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "../ranks.hpp"
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
 #include "../settings.hpp"
@@ -202,7 +203,8 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
 }  // namespace detail
 
 /// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html, and
-/// of photographs photographs.csv. Killed at any moment, the same command goes on where it was.
+/// of photographs photographs.csv. Killed at any moment, the same command goes on where it was. Under
+/// mpirun the frames are dealt to the ranks; the files are the same for any number of them.
 ///
 /// \returns  the exit code
 inline int evaluate_protocol(ProtocolRequest request) {
@@ -220,7 +222,8 @@ inline int evaluate_protocol(ProtocolRequest request) {
         *detector.network, class_index,
         evaluate::MeterSettings{request.detector.confidence, request.detector.nms, swept_thresholds});
   const Json settings = detail::settings_of(request, inputs);
-  const std::string& folder = request.output;
+  const bool is_first = Ranks::all().is_first();
+  const std::string folder = is_first ? request.output : "";
   std::optional<RunFolder> claim;
   evaluate::ProtocolOutcomes outcomes(protocol.frames.size(), textures.size());
   const std::string path = folder.empty() ? "" : folder + "/outcomes.npz";
@@ -230,6 +233,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
     if (is_there(path, ErrorKind::malformed))
       outcomes = read_outcomes(path, outcomes.frame_count(), outcomes.texture_count());
   }
+  share_outcomes(outcomes);
   ProtocolMeasurement measurement(protocol, textures, path, std::move(outcomes));
   try {
     measurement.run(detail::source_of(protocol, request, inputs, meters));
@@ -239,6 +243,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
               << '\n';
     return StopSignal::exit_code();
   }
+  if (!is_first) return 0;
   const ProtocolResult result =
       detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)

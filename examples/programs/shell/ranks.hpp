@@ -1,0 +1,115 @@
+#pragma once
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+#if defined(TAPESTRY_MPI)
+#define OMPI_SKIP_MPICXX 1
+#define MPICH_SKIP_MPICXX 1
+#include <mpi.h>
+#endif
+
+#include "verbosity.hpp"
+
+namespace tapestry::shell {
+
+/// The processes of one program that mpirun has started to share its work; otherwise this process alone. The
+/// only home of MPI. What is exchanged is combined in the order of ranks, so that results do not depend on
+/// their number. The first rank alone prints and writes files.
+class Ranks {
+ public:
+  Ranks(const Ranks&) = delete;
+  Ranks& operator=(const Ranks&) = delete;
+
+  /// Those of this process. The first call meets the others, so it comes before anything is printed.
+  static const Ranks& all() {
+    static const Ranks ranks;
+    return ranks;
+  }
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+  /// From 0.
+  [[nodiscard]] std::size_t index() const { return index_; }
+  [[nodiscard]] bool is_first() const { return index_ == 0; }
+
+  /// Overwrites the values with those of the first rank. Every rank calls this, with as many of them.
+  template <class T>
+  void share([[maybe_unused]] std::span<T> values) const {
+    static_assert(std::is_trivially_copyable_v<T>);
+#if defined(TAPESTRY_MPI)
+    if (count_ > 1) MPI_Bcast(values.data(), bytes_of(values), MPI_BYTE, 0, MPI_COMM_WORLD);
+#endif
+  }
+
+  /// The values of all ranks, one after the other. Every rank calls this, with as many of them.
+  template <class T>
+  [[nodiscard]] std::vector<T> gathered(const std::vector<T>& own) const {
+    static_assert(std::is_trivially_copyable_v<T>);
+#if defined(TAPESTRY_MPI)
+    if (count_ > 1) {
+      std::vector<T> all(own.size() * count_);
+      const int bytes = bytes_of(std::span(own));
+      MPI_Allgather(own.data(), bytes, MPI_BYTE, all.data(), bytes, MPI_BYTE, MPI_COMM_WORLD);
+      return all;
+    }
+#endif
+    return own;
+  }
+
+  /// Where errors are told: a file descriptor.
+  [[nodiscard]] int error_stream() const { return error_stream_; }
+
+  /// Ends every rank at once, where there are several: the others would wait for this one for ever.
+  void abandon([[maybe_unused]] int exit_code) const {
+#if defined(TAPESTRY_MPI)
+    if (count_ > 1) MPI_Abort(MPI_COMM_WORLD, exit_code);
+#endif
+  }
+
+ private:
+  Ranks() {
+#if defined(TAPESTRY_MPI)
+    if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr && std::getenv("PMI_SIZE") == nullptr) return;
+    MPI_Init(nullptr, nullptr);
+    int count = 1, index = 0;
+    MPI_Comm_size(MPI_COMM_WORLD, &count);
+    MPI_Comm_rank(MPI_COMM_WORLD, &index);
+    count_ = static_cast<std::size_t>(count), index_ = static_cast<std::size_t>(index);
+    if (index_ > 0) fall_silent();
+#endif
+  }
+
+  ~Ranks() {
+#if defined(TAPESTRY_MPI)
+    int is_open = 0;
+    MPI_Initialized(&is_open);
+    if (is_open != 0) MPI_Finalize();
+#endif
+  }
+
+  /// Leaves the terminal to the first rank, but for errors.
+  void fall_silent() {
+    error_stream_ = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere < 0) return;
+    ::dup2(nowhere, STDOUT_FILENO);
+    ::dup2(nowhere, STDERR_FILENO);
+    ::close(nowhere);
+  }
+
+  template <class T>
+  static int bytes_of(std::span<T> values) {
+    return static_cast<int>(values.size_bytes());
+  }
+
+  std::size_t count_ = 1, index_ = 0;
+  int error_stream_ = STDERR_FILENO;
+};
+
+}  // namespace tapestry::shell
