@@ -80,6 +80,7 @@
 #include <tapestry/core/supported_target.hpp>
 #include <tapestry/core/thread_pool.hpp>
 #include <tapestry/core/vector_exp.hpp>
+#include <tapestry/core/vector_functions.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/batch_norm_folding_variable.hpp>
 #include <tapestry/detect/best_candidate.hpp>

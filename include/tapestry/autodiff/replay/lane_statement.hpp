@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/autodiff/replay/lane_functions.hpp>
 #include <tapestry/autodiff/replay/replay_recording.hpp>
 #include <tapestry/autodiff/replay/replay_statement.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
@@ -33,6 +34,65 @@ template <class T, std::size_t Constants>
   return constants;
 }
 
+/// The sweeps of Statement in the best instructions that this processor has.
+template <class Statement>
+class VectorLoops {
+  using T = typename Statement::T;
+  using Run = ReplayRun<T>;
+  using Arrays = ReplayArrays<T>;
+  using Sweep = void (*)(const Run&, const Arrays&);
+
+ public:
+  [[nodiscard]] static const ReplayOperation<T>* operation() {
+    static constexpr ReplayOperation<T> portable = with(portable_forward, portable_backward);
+#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
+    static constexpr ReplayOperation<T> avx2 = with(avx2_forward, avx2_backward);
+    static constexpr ReplayOperation<T> avx512 = with(avx512_forward, avx512_backward);
+    if (instruction_set() == InstructionSet::avx512) return &avx512;
+    if (instruction_set() == InstructionSet::avx2) return &avx2;
+#endif
+    return &portable;
+  }
+
+ private:
+  static constexpr ReplayOperation<T> with(Sweep forward, Sweep backward) {
+    ReplayOperation<T> operation = Statement::description;
+    operation.forward = forward;
+    operation.backward = backward;
+    return operation;
+  }
+
+  [[gnu::flatten]] static void portable_forward(const Run& run, const Arrays& arrays) {
+    Statement::forward(run, arrays);
+  }
+  [[gnu::flatten]] static void portable_backward(const Run& run, const Arrays& arrays) {
+    Statement::backward(run, arrays);
+  }
+#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
+  [[gnu::target("avx2"), gnu::flatten]] static void avx2_forward(const Run& run, const Arrays& arrays) {
+    Statement::forward(run, arrays);
+  }
+  [[gnu::target("avx2"), gnu::flatten]] static void avx2_backward(const Run& run, const Arrays& arrays) {
+    Statement::backward(run, arrays);
+  }
+#if defined(__clang__)  // AVX-512 has fused products, and clang no attribute against them
+  static void avx512_forward(const Run& run, const Arrays& arrays) { avx2_forward(run, arrays); }
+  static void avx512_backward(const Run& run, const Arrays& arrays) { avx2_backward(run, arrays); }
+#else
+  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,prefer-vector-width=512"), gnu::optimize("fp-contract=off"),
+    gnu::flatten]] static void
+  avx512_forward(const Run& run, const Arrays& arrays) {
+    Statement::forward(run, arrays);
+  }
+  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,prefer-vector-width=512"), gnu::optimize("fp-contract=off"),
+    gnu::flatten]] static void
+  avx512_backward(const Run& run, const Arrays& arrays) {
+    Statement::backward(run, arrays);
+  }
+#endif
+#endif
+};
+
 /// Statements of expression type E for several inputs at once: value `lane` of slot i stands at
 /// i · lanes + lane, and so do adjoints and partial derivatives. Formulas are computed a lane at a time, in
 /// loops that compilers make loops of vectors; each lane has the bits that one alone has, for no product is
@@ -44,66 +104,11 @@ struct LaneStatement {
   static constexpr std::size_t lanes = LeafCounts<E>::lanes;
   static constexpr std::size_t variables = LeafCounts<E>::variables;
   static constexpr std::size_t constants = LeafCounts<E>::constants;
-  static constexpr bool keeps_partials = ReplayStatement<E>::keeps_partials;
+  static constexpr bool keeps_partials =
+      ReplayStatement<E>::keeps_partials || (has_lane_function<E> && variables == 1 && pushes_all<E>());
 
-  /// In the best instructions that this processor has.
-  [[nodiscard]] static const ReplayOperation<T>* operation() {
-    static constexpr ReplayOperation<T> portable = operation_of(portable_forward, portable_backward);
-#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
-    static constexpr ReplayOperation<T> avx2 = operation_of(avx2_forward, avx2_backward);
-    static constexpr ReplayOperation<T> avx512 = operation_of(avx512_forward, avx512_backward);
-    if (instruction_set() == InstructionSet::avx512) return &avx512;
-    if (instruction_set() == InstructionSet::avx2) return &avx2;
-#endif
-    return &portable;
-  }
-
- private:
   using Run = ReplayRun<T>;
   using Arrays = ReplayArrays<T>;
-  using Sweep = void (*)(const Run&, const Arrays&);
-
-  static constexpr ReplayOperation<T> operation_of(Sweep forward, Sweep backward) {
-    return {.forward = forward,
-            .backward = backward,
-            .backward_with_care = backward_with_care,
-            .operand_count = variables,
-            .constant_count = constants,
-            .partial_count = keeps_partials ? variables : 0,
-            .has_result = true,
-            .is_cheap = is_cheap<E>(),
-            .reads_operands = !keeps_partials && counts_of_expression<E, One>().general != 0};
-  }
-
-  [[gnu::flatten]] static void portable_forward(const Run& run, const Arrays& arrays) {
-    forward(run, arrays);
-  }
-  [[gnu::flatten]] static void portable_backward(const Run& run, const Arrays& arrays) {
-    backward(run, arrays);
-  }
-#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
-  [[gnu::target("avx2"), gnu::flatten]] static void avx2_forward(const Run& run, const Arrays& arrays) {
-    forward(run, arrays);
-  }
-  [[gnu::target("avx2"), gnu::flatten]] static void avx2_backward(const Run& run, const Arrays& arrays) {
-    backward(run, arrays);
-  }
-#if defined(__clang__)  // AVX-512 has fused products, and clang no attribute against them
-  static void avx512_forward(const Run& run, const Arrays& arrays) { avx2_forward(run, arrays); }
-  static void avx512_backward(const Run& run, const Arrays& arrays) { avx2_backward(run, arrays); }
-#else
-  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,prefer-vector-width=512"), gnu::optimize("fp-contract=off"),
-    gnu::flatten]] static void
-  avx512_forward(const Run& run, const Arrays& arrays) {
-    forward(run, arrays);
-  }
-  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,prefer-vector-width=512"), gnu::optimize("fp-contract=off"),
-    gnu::flatten]] static void
-  avx512_backward(const Run& run, const Arrays& arrays) {
-    backward(run, arrays);
-  }
-#endif
-#endif
 
   /// Where statement i finds what it reads.
   struct Places {
@@ -185,6 +190,15 @@ struct LaneStatement {
       }
     }
   }
+
+  static constexpr ReplayOperation<T> description{
+      .backward_with_care = backward_with_care,
+      .operand_count = variables,
+      .constant_count = constants,
+      .partial_count = keeps_partials ? variables : 0,
+      .has_result = true,
+      .is_cheap = is_cheap<E>() && !has_lane_function<E>,
+      .reads_operands = !keeps_partials && counts_of_expression<E, One>().general != 0};
 };
 
 /// A comparison of two formulas for several inputs at once.
@@ -194,17 +208,7 @@ struct LaneGuard {
   using Guard = ReplayGuard<X, Y>;
   static constexpr std::size_t lanes = std::max(LeafCounts<X>::lanes, LeafCounts<Y>::lanes);
 
-  [[nodiscard]] static const ReplayOperation<T>* operation() {
-    static constexpr ReplayOperation<T> compared{.forward = forward,
-                                                 .backward = ignore,
-                                                 .backward_with_care = ignore,
-                                                 .operand_count = Guard::variables,
-                                                 .constant_count = Guard::constants};
-    return &compared;
-  }
-
- private:
-  static void forward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
+  [[gnu::always_inline]] static inline void forward(const ReplayRun<T>& run, const ReplayArrays<T>& arrays) {
     for (std::size_t i = 0; i < run.count; ++i) {
       const std::uint32_t* const slots = arrays.operands + run.operand + i * Guard::variables;
       const auto constants =
@@ -219,7 +223,10 @@ struct LaneGuard {
       });
     }
   }
-  static void ignore(const ReplayRun<T>&, const ReplayArrays<T>&) {}
+  static void backward(const ReplayRun<T>&, const ReplayArrays<T>&) {}
+
+  static constexpr ReplayOperation<T> description{
+      .backward_with_care = backward, .operand_count = Guard::variables, .constant_count = Guard::constants};
 };
 
 }  // namespace tapestry::detail

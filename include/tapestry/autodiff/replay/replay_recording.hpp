@@ -46,8 +46,8 @@ struct ReplayRun {
 /// What all statements of one expression type have in common.
 template <class T>
 struct ReplayOperation {
-  void (*forward)(const ReplayRun<T>&, const ReplayArrays<T>&);
-  void (*backward)(const ReplayRun<T>&, const ReplayArrays<T>&);
+  void (*forward)(const ReplayRun<T>&, const ReplayArrays<T>&) = nullptr;
+  void (*backward)(const ReplayRun<T>&, const ReplayArrays<T>&) = nullptr;
   void (*backward_with_care)(const ReplayRun<T>&, const ReplayArrays<T>&) = nullptr;  ///< see LaneStatement
   std::size_t operand_count = 0;
   std::size_t constant_count = 0;

@@ -122,13 +122,13 @@ struct RecordedLeaves {
   }
 };
 
-/// What a recording says of a statement that is Scalar to one lane and InLanes to several.
-template <class Scalar, class InLanes>
+/// What a recording says of a statement that is Scalar to one lane and LaneSweeps to several.
+template <class Scalar, class LaneSweeps>
 [[nodiscard]] auto replay_operation() {
-  if constexpr (InLanes::lanes == 1) {
+  if constexpr (LaneSweeps::lanes == 1) {
     return &Scalar::operation;
   } else {
-    return InLanes::operation();
+    return VectorLoops<LaneSweeps>::operation();
   }
 }
 

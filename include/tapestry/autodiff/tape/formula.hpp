@@ -3,6 +3,7 @@
 #include <tapestry/autodiff/tape/dual_number.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/numeric_limits.hpp>
+#include <tapestry/autodiff/tape/placed_formula.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
 #include <type_traits>
 
@@ -57,7 +58,7 @@ template <class Operation, Differentiable X>
   if constexpr (DualNumber<X>) {
     return dual_unary<Operation>(x);
   } else {
-    return Unary<Operation, X>(x);
+    return Unary<OperationOf<Operation, X>, X>(x);
   }
 }
 
@@ -79,11 +80,11 @@ requires FormulaOperands<X, Y>
   if constexpr (DualOperands<X, Y>) {
     return dual_binary<Operation, T>(x, y);
   } else if constexpr (!ScalarExpression<X>) {
-    return Binary<Operation, Constant<T>, Y>(Constant<T>(static_cast<T>(x)), y);
+    return Binary<OperationOf<Operation, Y>, Constant<T>, Y>(Constant<T>(static_cast<T>(x)), y);
   } else if constexpr (!ScalarExpression<Y>) {
-    return Binary<Operation, X, Constant<T>>(x, Constant<T>(static_cast<T>(y)));
+    return Binary<OperationOf<Operation, X>, X, Constant<T>>(x, Constant<T>(static_cast<T>(y)));
   } else {
-    return Binary<Operation, X, Y>(x, y);
+    return Binary<OperationOf<Operation, X, Y>, X, Y>(x, y);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/operand_counts.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
+#include <type_traits>
 
 namespace tapestry {
 
@@ -45,6 +46,26 @@ struct LeafCounts<Ternary<Operation, X, Y, Z>> {
   static constexpr std::size_t lanes =
       std::max(LeafCounts<Binary<Operation, X, Y>>::lanes, LeafCounts<Z>::lanes);
 };
+
+/// What computes an operation for several lanes: itself, or its form of replay/lane_functions.hpp.
+template <class Operation>
+struct InLanes {
+  using type = Operation;
+};
+
+/// The operation that a formula of Xs has in place of `Operation`; one of long double keeps it.
+template <class Operation, class... Xs>
+[[nodiscard]] constexpr auto operation_of() {
+  if constexpr ((observes_comparisons<Xs>() || ...)) {
+    constexpr bool is_long = (std::same_as<typename Xs::ExpressionScalar, long double> || ...);
+    using Form = typename InLanes<Operation>::type;
+    return std::conditional_t<(std::max({LeafCounts<Xs>::lanes...}) > 1 && !is_long), Form, Operation>();
+  } else {
+    return Operation();
+  }
+}
+template <class Operation, class... Xs>
+using OperationOf = decltype(operation_of<Operation, Xs...>());
 
 /// Variable Place of a formula.
 template <class T, std::size_t Place>
