@@ -8,6 +8,7 @@
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
+#include <utility>
 #include <vector>
 
 #include "../support/brute_force_render.hpp"
@@ -75,6 +76,46 @@ TEST_CASE("a closed box agrees with central differences of a brute-force picture
   const Scene<raster::Light> lit{box(true), tapestry::test::solid, warm};
   CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{}) <= 0.03);
   CHECK(error_against_brute_force(lit, raster::InteriorOnly{}) >= 0.3);
+}
+
+TEST_CASE("closed meshes of which inner sides show agree with a brute-force picture",
+          "[raster][vertex_gradient][gradient]") {
+  const auto put = [](Mesh mesh, double scale, const Vector3& by, bool is_inside_out = false) {
+    for (Vector3& position : mesh.positions) position = geometry::add(geometry::scale(position, scale), by);
+    if (is_inside_out)
+      for (geometry::Corners& face : mesh.faces) std::swap(face[0], face[1]);
+    return mesh;
+  };
+  const auto both = [](Mesh mesh, const Mesh& other) {
+    const auto first = static_cast<std::int32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+    for (const geometry::Corners& face : other.faces)
+      mesh.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+    return mesh;
+  };
+  const auto check = [&](const Mesh& mesh, double step = 0.02) {
+    REQUIRE(raster::mesh_edges(mesh).is_closed);
+    const Scene<raster::Light> lit{mesh, tapestry::test::solid, warm};
+    CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{8}, step) <= 0.05);
+  };
+  SECTION("the camera is inside") { check(put(box(true), 1, {0, 0, -2.4}), 5e-3); }
+  SECTION("near cuts it open") {  // as with a face behind the camera that keeps it from being closed
+    const Scene<raster::Light> closed{put(box(true), 1, {0.2, 0.3, -1.3}), tapestry::test::solid, warm};
+    auto open = closed;
+    open.mesh.positions.insert(open.mesh.positions.end(), {{0, 0, -5}, {1, 0, -5}, {0, 1, -5}});
+    open.mesh.faces.push_back({8, 9, 10});
+    open.painted.push_back(1);
+    REQUIRE_FALSE(raster::mesh_edges(open.mesh).is_closed);
+    const auto expected = open.gradient(smooth_weights());
+    const auto found = closed.gradient(smooth_weights());
+    for (std::size_t i = 0; i < found.size(); ++i)
+      CHECK(geometry::length(geometry::subtract(found[i], expected[i])) <= 1e-12);
+  }
+  SECTION("it is turned inside out") { check(put(box(true), 1, {0, 0, 0}, true)); }
+  SECTION("one is turned inside out before one that is not") {
+    check(both(put(box(true), 0.3, {0.1, 0, 0.6}, true), box(true)));
+  }
+  SECTION("one stands in the other") { check(both(box(true), put(box(true), 0.8, {0.5, 0.3, 0.2}))); }
 }
 
 TEST_CASE("open, loose and intersecting faces agree with a brute-force picture",

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <vector>
@@ -178,6 +179,31 @@ TEST_CASE("the gradient has the same bits for any number of threads, and adds", 
   check(raster::NeuralMeshRenderer{});
 }
 
+TEST_CASE("a view that is drawn once gives picture and gradient the same bits, and no other view is taken",
+          "[raster][vertex_gradient][bad_input]") {
+  const auto mesh = tapestry::test::random_triangles(12, 8, 1.2);
+  const auto weights = tapestry::test::smooth_weights();
+  for (const auto& layout : {tapestry::test::vertex, tapestry::test::cube}) {
+    const Scene<raster::Light> scene{mesh, layout, tapestry::test::warm};
+    const auto view = raster::drawn_view(scene, Camera{}, side, side, 4);
+    const auto picture = raster::render_textured(scene, view, scene.light, scene.texels);
+    const auto expected = raster::render_textured(scene, Camera{}, side, side, scene.light, scene.texels, 4);
+    CHECK(picture.colour == expected.colour);
+    CHECK(picture.coverage == expected.coverage);
+    const auto gradient_of = [&](const auto& policy) {
+      std::vector<Vector3> gradient(mesh.positions.size(), Vector3{0, 0, 0});
+      raster::vertex_adjoint(scene.surface(), view, weights, gradient, policy);
+      return gradient;
+    };
+    CHECK(gradient_of(raster::BoundaryIntegral{}) == scene.gradient(weights));
+    CHECK(gradient_of(raster::InteriorOnly{}) == scene.gradient(weights, raster::InteriorOnly{}));
+    CHECK_THROWS_AS(gradient_of(raster::BoundaryIntegral{2}), tapestry::ShapeError);
+    std::vector<Vector3> gradient(mesh.positions.size());
+    const Scene<raster::Light> copy{mesh, layout, tapestry::test::warm};
+    CHECK_THROWS_AS(raster::vertex_adjoint(copy.surface(), view, weights, gradient), tapestry::ShapeError);
+  }
+}
+
 TEST_CASE("faces that are seen exactly from their side change nothing", "[raster][vertex_gradient]") {
   Mesh mesh;  // coordinates of few bits, so that the volume of eye and face is 0 to the bit
   mesh.positions = {{-0.875, -0.75, 2}, {0.75, 0.875, 2.25}, {-1.25, 1, 2.5}, {1.25, -0.75, 2.5}};
@@ -234,6 +260,15 @@ TEST_CASE("the edges of a mesh say how their two faces run along them", "[raster
   CHECK(diagonal({{0, 1, 2}, {4, 3, 5}}) == -2);
   CHECK(diagonal({{0, 1, 2}, {0, 2, 3}, {0, 2, 6}}) == 0);
   CHECK(diagonal({{0, 1, 2}}) == 0);
+
+  const auto is_closed = [&](const std::vector<geometry::Corners>& faces) {
+    mesh.faces = faces;
+    return raster::mesh_edges(mesh).is_closed;
+  };
+  CHECK(is_closed({{0, 1, 2}, {0, 2, 6}, {0, 6, 1}, {1, 6, 2}}));
+  CHECK(is_closed({{4, 1, 5}, {0, 2, 6}, {0, 6, 1}, {1, 6, 2}}));
+  CHECK_FALSE(is_closed({{0, 1, 2}, {0, 2, 6}, {0, 6, 1}, {1, 2, 6}}));
+  CHECK_FALSE(is_closed({{0, 1, 2}, {0, 2, 6}, {0, 6, 1}}));
 }
 
 TEST_CASE("Neural Mesh Renderer's rule on one row, worked out by hand", "[raster][vertex_gradient]") {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -69,7 +70,7 @@ class FaceField {
 
   /// Of a face that touches a cell with marks; all 0 for one that is not drawn.
   [[nodiscard]] const FaceWeights& weights(std::int32_t face) const {
-    return weights_[static_cast<std::size_t>(slot_[static_cast<std::size_t>(face)])];
+    return weights_[slot_[static_cast<std::size_t>(face)]];
   }
   [[nodiscard]] Affine inverse_depth(std::int32_t face) const { return weights(face).inverse_depth(); }
 
@@ -78,22 +79,50 @@ class FaceField {
     return weights(face).hit(column, row, limits_);
   }
 
-  /// The nearest face at a point other than those that `is_left_out`, if nearer than `least`; of equals the
-  /// lowest.
+  /// What rays meet at a point of a line and just beside it.
+  struct Sides {
+    std::int32_t hider = -1;  ///< a face that hides the point; then nothing else is said
+    std::array<Hit, 2> seen;  ///< at point − step and point + step: the nearest face, of equals the lowest
+  };
+
+  /// Looks for a face that hides a point of a line, and for what is nearer beside it than faces known to be
+  /// there, in one go through the point's cell.
+  /// \param inverse_depth  1/z of the line
+  /// \param known          1/z of what is known to be seen on each side, 0 for nothing
+  /// \param is_left_out    faces that count neither as hiders nor as seen
   template <class Predicate>
-  [[nodiscard]] Hit nearest(double column, double row, double least, Predicate is_left_out) const {
-    Hit best{-1, least};
-    const std::size_t cell = place_[grid_.cell_of(column, row)];
+  [[nodiscard]] Sides look(const std::array<double, 2>& point, double inverse_depth,
+                           const std::array<double, 2>& step, const std::array<double, 2>& known,
+                           Predicate is_left_out) const {
+    Sides sides{-1, {Hit{-1, known[0]}, Hit{-1, known[1]}}};
+    const double hidden_from = inverse_depth * (1 + hiding_margin);
+    const std::size_t cell = place_[grid_.cell_of(point[0], point[1])];
     for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      const Entry& entry = entries_[i];
-      if (entry.inverse_depth_max < best.inverse_depth) break;
-      const double inverse_depth = weights_[static_cast<std::size_t>(entry.slot)].hit(column, row, limits_);
-      if (inverse_depth == 0 || inverse_depth < best.inverse_depth) continue;
-      const bool is_tie = inverse_depth == best.inverse_depth;
-      if (is_tie && (best.face < 0 || entry.face > best.face)) continue;
-      if (!is_left_out(entry.face)) best = {entry.face, inverse_depth};
+      const double most = inverse_depth_max(entries_[i]);
+      if (most < std::min({inverse_depth, sides.seen[0].inverse_depth, sides.seen[1].inverse_depth})) break;
+      const std::size_t slot = slot_of(entries_[i]);
+      const std::array<Affine, 3>& w = weights_[slot].w;
+      std::array<double, 3> at, change;
+      bool is_beside = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        at[k] = w[k].at(point[0], point[1]);
+        change[k] = w[k].a * step[0] + w[k].b * step[1];
+        is_beside = is_beside && at[k] + std::abs(change[k]) >= 0;
+      }
+      if (!is_beside) continue;
+      const std::int32_t face = faces_of_slots_[slot];
+      if (FaceWeights::hit(at, limits_) > hidden_from && !is_left_out(face)) return {face, {}};
+      for (std::size_t side = 0; side < 2; ++side) {
+        const double sign = side == 0 ? -1 : 1;
+        const double there = FaceWeights::hit(
+            {at[0] + sign * change[0], at[1] + sign * change[1], at[2] + sign * change[2]}, limits_);
+        Hit& best = sides.seen[side];
+        if (there == 0 || there < best.inverse_depth) continue;
+        if (there == best.inverse_depth && (best.face < 0 || face > best.face)) continue;
+        if (!is_left_out(face)) best = {face, there};
+      }
     }
-    return best;
+    return sides;
   }
 
   /// Whether a face is nearer at a point than 1 / inverse_depth, by more than rounding may cause.
@@ -128,21 +157,30 @@ class FaceField {
                                    Predicate is_left_out) const {
     const std::size_t cell = place_[grid_.cell_of(column, row)];
     for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      const Entry& entry = entries_[i];
-      if (entry.inverse_depth_max <= inverse_depth) return -1;
-      const FaceWeights& w = weights_[static_cast<std::size_t>(entry.slot)];
-      if (hides(w, column, row, inverse_depth) && !is_left_out(entry.face)) return entry.face;
+      if (inverse_depth_max(entries_[i]) <= inverse_depth) return -1;
+      const std::size_t slot = slot_of(entries_[i]);
+      if (hides(weights_[slot], column, row, inverse_depth) && !is_left_out(faces_of_slots_[slot]))
+        return faces_of_slots_[slot];
     }
     return -1;
   }
 
  private:
-  /// A face in a cell, with the greatest 1/z it may have there.
-  struct Entry {
-    double inverse_depth_max;
-    std::int32_t face;
-    std::int32_t slot;  // of its weights
-  };
+  static constexpr double hiding_margin = 1e-9;  // of 1/z, what rounding may cause
+
+  /// A face in a cell: in the low half the slot of its weights, in the high half the complement of the
+  /// greatest 1/z that it may have there, a float's bits, so that the nearest is the least.
+  using Entry = std::uint64_t;
+  [[nodiscard]] static Entry entry_of(double inverse_depth_max, std::size_t slot) {
+    const float least = static_cast<float>(std::max(inverse_depth_max, 0.0));
+    const float above = std::nextafter(least, std::numeric_limits<float>::infinity());
+    return Entry{~std::bit_cast<std::uint32_t>(above)} << 32U | slot;
+  }
+  [[nodiscard]] static double inverse_depth_max(Entry entry) {
+    return static_cast<double>(std::bit_cast<float>(~static_cast<std::uint32_t>(entry >> 32U)));
+  }
+  [[nodiscard]] static std::size_t slot_of(Entry entry) { return entry & 0xFFFFFFFFU; }
+
   struct Found {
     std::uint32_t cell;
     Entry entry;
@@ -154,7 +192,7 @@ class FaceField {
     std::vector<std::int32_t> faces;  // of each weights
   };
   [[nodiscard]] bool hides(const FaceWeights& w, double column, double row, double inverse_depth) const {
-    return w.hit(column, row, limits_) > inverse_depth * (1 + 1e-9);
+    return w.hit(column, row, limits_) > inverse_depth * (1 + hiding_margin);
   }
 
   [[nodiscard]] bool has_marks(const CellGrid::Range& range) const {
@@ -167,7 +205,7 @@ class FaceField {
   /// Lists the cells with marks that a face may touch.
   void list_face(std::size_t face, Block& block) const {
     constexpr double pad = 1e-4, rounding = 1.2e-7;  // of the box, which is in float
-    const FacesInView::Box& box = faces_.box(face);
+    const FacesInView::Box box = faces_.box(face);
     std::array<double, 2> low, high;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       low[axis] = static_cast<double>(box.low[axis]) * (1 - rounding) - pad;
@@ -186,7 +224,7 @@ class FaceField {
     for (std::size_t k = 0; k < 3; ++k) change[k] = reach * (std::abs(w[k].a) + std::abs(w[k].b));
     const Affine inverse_depth = weights.inverse_depth();
     const double depth_change = reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
-    const auto slot = static_cast<std::int32_t>(block.weights.size());
+    const std::size_t slot = block.weights.size(), found_before = block.found.size();
     for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y) {
       for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x) {
         const std::uint32_t place = place_[grid_.index(x, y)];
@@ -194,10 +232,11 @@ class FaceField {
         const auto [column, row] = grid_.middle(x, y);
         const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
         if (w0 < -change[0] || w1 < -change[1] || w2 < -change[2]) continue;
-        const double nearest = std::min(w0 + w1 + w2 + depth_change, most);
-        block.found.push_back({place, {nearest, static_cast<std::int32_t>(face), slot}});
+        const double nearest = std::min(most, w0 + w1 + w2 + depth_change);
+        block.found.push_back({place, entry_of(nearest, slot)});
       }
     }
+    if (block.found.size() == found_before) return;
     block.weights.push_back(weights);
     block.faces.push_back(static_cast<std::int32_t>(face));
   }
@@ -214,6 +253,7 @@ class FaceField {
     });
     slot_.assign(face_count, 0);
     weights_.assign(1, FaceWeights{});  // of all faces that are not listed
+    faces_of_slots_.assign(1, -1);
     begin_.assign(cell_count + 2, 0);
     for (const Block& done : blocks)
       for (const Found& one : done.found) ++begin_[one.cell + 1];
@@ -221,14 +261,12 @@ class FaceField {
     entries_.resize(begin_.back());
     std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
     for (Block& done : blocks) {
-      const auto first = static_cast<std::int32_t>(weights_.size());
+      const auto first = static_cast<std::uint32_t>(weights_.size());
       weights_.insert(weights_.end(), done.weights.begin(), done.weights.end());
       for (std::size_t i = 0; i < done.faces.size(); ++i)
-        slot_[static_cast<std::size_t>(done.faces[i])] = first + static_cast<std::int32_t>(i);
-      for (Found& one : done.found) {
-        one.entry.slot += first;
-        entries_[next[one.cell]++] = one.entry;
-      }
+        slot_[static_cast<std::size_t>(done.faces[i])] = first + static_cast<std::uint32_t>(i);
+      faces_of_slots_.insert(faces_of_slots_.end(), done.faces.begin(), done.faces.end());
+      for (const Found& one : done.found) entries_[next[one.cell]++] = one.entry + first;
       done = {};
     }
   }
@@ -238,14 +276,8 @@ class FaceField {
     const std::size_t cell_count = begin_.size() - 1;
     parallel_for(block_count(cell_count, block), [&](std::size_t index) {
       const auto [first, last] = block_range(index, cell_count, block);
-      for (std::size_t cell = first; cell < last; ++cell) {
-        std::sort(entries_.data() + begin_[cell], entries_.data() + begin_[cell + 1],
-                  [](const Entry& a, const Entry& b) {
-                    return a.inverse_depth_max != b.inverse_depth_max
-                               ? a.inverse_depth_max > b.inverse_depth_max
-                               : a.face < b.face;
-                  });
-      }
+      for (std::size_t cell = first; cell < last; ++cell)
+        std::sort(entries_.data() + begin_[cell], entries_.data() + begin_[cell + 1]);
     });
   }
 
@@ -256,7 +288,8 @@ class FaceField {
   std::vector<std::uint32_t> begin_;
   std::vector<Entry> entries_;
   std::vector<FaceWeights> weights_;
-  std::vector<std::int32_t> slot_;  // of each face's weights
+  std::vector<std::int32_t> faces_of_slots_;  // of each weights
+  std::vector<std::uint32_t> slot_;           // of each face's weights
 };
 
 }  // namespace tapestry::raster

@@ -34,9 +34,13 @@ struct FaceWeights {
 
   /// 1/z where the ray meets the face, if it lies between two limits, else 0.
   [[nodiscard]] double hit(double column, double row, const std::array<double, 2>& limits) const {
-    const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
-    if (!(w0 >= 0 && w1 >= 0 && w2 >= 0)) return 0;
-    const double inverse_depth = w0 + w1 + w2;
+    return hit({w[0].at(column, row), w[1].at(column, row), w[2].at(column, row)}, limits);
+  }
+
+  /// The same, of the weights there.
+  [[nodiscard]] static double hit(const std::array<double, 3>& at, const std::array<double, 2>& limits) {
+    if (!(at[0] >= 0 && at[1] >= 0 && at[2] >= 0)) return 0;
+    const double inverse_depth = at[0] + at[1] + at[2];
     return inverse_depth >= limits[0] && inverse_depth <= limits[1] ? inverse_depth : 0;
   }
 

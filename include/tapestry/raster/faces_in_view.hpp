@@ -38,18 +38,17 @@ class FacesInView {
       : mesh_(mesh),
         positions_view_(positions_view),
         frame_(camera, height, width),
-        winding_(mesh.faces.size(), 0),
-        boxes_(mesh.faces.size()) {
-    const auto places = places_of_positions();
+        places_(places_of_positions()),
+        winding_(mesh.faces.size(), 0) {
     constexpr std::size_t block = 4096;
-    std::vector<Extent> extents(block_count(boxes_.size(), block));
+    std::vector<Extent> extents(block_count(winding_.size(), block));
     parallel_for(extents.size(), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, boxes_.size(), block);
+      const auto [begin, end] = block_range(index, winding_.size(), block);
       for (std::size_t face = begin; face < end; ++face) {
-        boxes_[face] = box_of(places, face);
-        if (boxes_[face].is_empty()) continue;
+        const Box own = box(face);
+        if (own.is_empty()) continue;
         winding_[face] = winding_of(face);
-        add(extents[index], boxes_[face], 1);
+        add(extents[index], own, 1);
       }
     });
     for (const Extent& part : extents) add(extent_, part.box, part.count);
@@ -62,7 +61,36 @@ class FacesInView {
   /// 1 or −1 for the two ways in which the corners of a face may run in the picture, 0 for one that is not
   /// drawn.
   [[nodiscard]] int winding(std::int32_t face) const { return winding_[static_cast<std::size_t>(face)]; }
-  [[nodiscard]] const Box& box(std::size_t face) const { return boxes_[face]; }
+
+  /// Takes the faces of a winding for not drawn.
+  void leave_out(int winding) {
+    for (std::int8_t& own : winding_) own = own == winding ? std::int8_t{0} : own;
+  }
+
+  /// Worked out each time, for of most faces it is asked once.
+  [[nodiscard]] Box box(std::size_t face) const {
+    const auto place = [&](std::size_t k) -> const Place& {
+      return places_[static_cast<std::size_t>(mesh_.faces[face][k])];
+    };
+    const Place &a = place(0), &b = place(1), &c = place(2);
+    const unsigned any = a.outside | b.outside | c.outside;
+    Box box;
+    if ((any & unusable) != 0 || (a.outside & b.outside & c.outside & ViewClip::invisible) != 0) return box;
+    if ((any & ViewClip::needs_cut) != 0) {
+      const FaceBox cut = frame_.box_of(corners(face));
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        box.low[axis] = static_cast<float>(cut.low[axis]);
+        box.high[axis] = static_cast<float>(cut.high[axis]);
+      }
+      return box;
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const float size = static_cast<float>(frame_.size[axis]);
+      box.low[axis] = std::max(std::min({a.point[axis], b.point[axis], c.point[axis]}), 0.0F);
+      box.high[axis] = std::min(std::max({a.point[axis], b.point[axis], c.point[axis]}), size);
+    }
+    return box;
+  }
 
   /// In view space.
   [[nodiscard]] std::array<geometry::Vector3, 3> corners(std::size_t face) const {
@@ -95,30 +123,6 @@ class FacesInView {
     return places;
   }
 
-  [[nodiscard]] Box box_of(const std::vector<Place>& places, std::size_t face) const {
-    const auto place = [&](std::size_t k) -> const Place& {
-      return places[static_cast<std::size_t>(mesh_.faces[face][k])];
-    };
-    const Place &a = place(0), &b = place(1), &c = place(2);
-    const unsigned any = a.outside | b.outside | c.outside;
-    Box box;
-    if ((any & unusable) != 0 || (a.outside & b.outside & c.outside & ViewClip::invisible) != 0) return box;
-    if ((any & ViewClip::needs_cut) != 0) {
-      const FaceBox cut = frame_.box_of(corners(face));
-      for (std::size_t axis = 0; axis < 2; ++axis) {
-        box.low[axis] = static_cast<float>(cut.low[axis]);
-        box.high[axis] = static_cast<float>(cut.high[axis]);
-      }
-      return box;
-    }
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      const float size = static_cast<float>(frame_.size[axis]);
-      box.low[axis] = std::max(std::min({a.point[axis], b.point[axis], c.point[axis]}), 0.0F);
-      box.high[axis] = std::min(std::max({a.point[axis], b.point[axis], c.point[axis]}), size);
-    }
-    return box;
-  }
-
   /// 0 for a face that is seen from its side, so that 1/z over it is not finite.
   [[nodiscard]] std::int8_t winding_of(std::size_t face) const {
     const auto q = corners(face);
@@ -139,8 +143,8 @@ class FacesInView {
   const geometry::Mesh& mesh_;
   const std::vector<geometry::Vector3>& positions_view_;
   PictureFrame frame_;
+  std::vector<Place> places_;
   std::vector<std::int8_t> winding_;
-  std::vector<Box> boxes_;
   Extent extent_;
 };
 

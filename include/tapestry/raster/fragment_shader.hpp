@@ -151,3 +151,16 @@ template <class Lighting>
 }
 
 }  // namespace tapestry::raster::detail
+
+namespace tapestry::raster {
+
+/// Draws a view of a painted mesh and keeps its fragments: once for the picture by render_textured() and its
+/// gradient by vertex_adjoint(). Bits are those of drawing anew. The mesh must outlive the view.
+/// \throws as texture_operator()
+[[nodiscard]] inline FragmentBands drawn_view(const PaintedMesh& body, const geometry::Camera& camera,
+                                              std::size_t height, std::size_t width,
+                                              std::size_t samples_per_axis = 4) {
+  return {"drawn_view", body.mesh, camera, height, width, samples_per_axis, detail::grain_of(body.layout)};
+}
+
+}  // namespace tapestry::raster

@@ -1,8 +1,10 @@
 #pragma once
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/fragment_scan.hpp>
 #include <tapestry/raster/visibility.hpp>
@@ -53,17 +55,32 @@ class FragmentWalk {
 }
 
 /// The fragments of a view without its samples: they are drawn a band of pixel rows at a time and forgotten,
-/// so that memory grows with pixels and faces only. The mesh must outlive this.
+/// so that memory grows with pixels and faces only; or all at once, and kept for a picture and its
+/// derivatives. The mesh must outlive this.
 class FragmentBands {
  public:
-  /// \throws as visibility()
+  /// \param kept  of what grain all fragments are kept from the start, 48 bytes each; none: drawn when
+  /// visited \throws as visibility()
   FragmentBands(const char* operation, const geometry::Mesh& mesh, const geometry::Camera& camera,
-                std::size_t height, std::size_t width, std::size_t samples_per_axis)
-      : height_(height),
+                std::size_t height, std::size_t width, std::size_t samples_per_axis,
+                std::optional<FragmentGrain> kept = {})
+      : mesh_(mesh),
+        camera_(camera),
+        height_(height),
         width_(width),
         axis_((detail::require_view(operation, camera, height, width, samples_per_axis), samples_per_axis)),
         triangles_(operation, mesh, camera, height * axis_, width * axis_, FaceCulling::none),
-        scan_(mesh, triangles_.positions_view(), camera, height, width, axis_) {}
+        scan_(mesh, triangles_.positions_view(), camera, height, width, axis_) {
+    if (kept) keep(*kept);
+  }
+  FragmentBands(const FragmentBands&) = delete;
+  FragmentBands& operator=(const FragmentBands&) = delete;
+
+  [[nodiscard]] const geometry::Mesh& mesh() const { return mesh_; }
+  [[nodiscard]] const geometry::Camera& camera() const { return camera_; }
+  [[nodiscard]] std::size_t height() const { return height_; }
+  [[nodiscard]] std::size_t width() const { return width_; }
+  [[nodiscard]] std::size_t samples_per_axis() const { return axis_; }
 
   /// Bands of band_rows() pixel rows, the last one maybe of fewer.
   [[nodiscard]] std::size_t band_count() const { return triangles_.tile_rows(); }
@@ -77,14 +94,21 @@ class FragmentBands {
 
   /// Calls visit(fragment) for the fragments of a band in the order of FragmentWalk. Different bands may be
   /// visited at the same time.
+  /// \pre fragments that are kept are of this grain
   template <class Visit>
   void visit_band(std::size_t band, FragmentGrain grain, Visit visit) const {
+    if (kept_grain_) {
+      assert(*kept_grain_ == grain);
+      for (const Fragment& fragment : kept_[band]) visit(fragment);
+      return;
+    }
     for_each_row(band, grain, [&](std::size_t row, const detail::FragmentRow& fragments) {
       fragments.visit(row * width_, visit);
     });
   }
 
   /// The fragments of a band, one for each face in each pixel.
+  /// \pre none are kept
   [[nodiscard]] std::vector<PackedFragment> pack_band(std::size_t band) const {
     std::vector<PackedFragment> packed;
     packed.reserve(band_rows() * width_);
@@ -95,6 +119,16 @@ class FragmentBands {
   }
 
  private:
+  void keep(FragmentGrain grain) {
+    kept_.resize(band_count());
+    parallel_for(kept_.size(), [&](std::size_t band) {
+      visit_band(band, grain, [&](const Fragment& fragment) { kept_[band].push_back(fragment); });
+      kept_[band].shrink_to_fit();
+    });
+    kept_grain_ = grain;
+    triangles_.free_triangles();
+  }
+
   /// Draws the samples of a band, then calls use(row, fragments) for its pixel rows.
   template <class Use>
   void for_each_row(std::size_t band, FragmentGrain grain, Use use) const {
@@ -120,11 +154,15 @@ class FragmentBands {
                          grain));
   }
 
+  const geometry::Mesh& mesh_;
+  geometry::Camera camera_;
   std::size_t height_;
   std::size_t width_;
   std::size_t axis_;
   TiledTriangles triangles_;
   detail::FragmentScan scan_;
+  std::optional<FragmentGrain> kept_grain_;
+  std::vector<std::vector<Fragment>> kept_;  // of each band
 };
 
 /// The fragments of a view in bands of pixel rows, within each in the order of FragmentWalk.

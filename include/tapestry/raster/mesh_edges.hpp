@@ -30,6 +30,9 @@ struct MeshEdges {
   /// −1 if alike, doubled at a seam, where they have positions of their own; 0 for other edges.
   std::vector<std::int8_t> way;
   std::size_t face_count = 0;
+  /// Whether each edge has two faces, which run along it in opposite ways: a surface without borders that has
+  /// one side outwards.
+  bool is_closed = false;
 
   [[nodiscard]] std::size_t size() const { return begin.size() - 1; }
   [[nodiscard]] std::span<const HalfEdge> of(std::size_t edge) const {
@@ -127,6 +130,7 @@ namespace detail {
   edges.way.resize(edges.size());
   for (std::size_t edge = 0; edge < edges.size(); ++edge)
     edges.way[edge] = detail::way_of(mesh, edges, edges.of(edge));
+  edges.is_closed = std::all_of(edges.way.begin(), edges.way.end(), [](std::int8_t way) { return way > 0; });
   return edges;
 }
 

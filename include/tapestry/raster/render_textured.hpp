@@ -94,21 +94,22 @@ class TexelQueue {
 
 }  // namespace detail
 
-/// Renders a view once: what render() makes of texture_operator(), without keeping the operator.
+/// Renders a view that is drawn, see drawn_view().
 ///
-/// \param texels   [texel_count, 3]
+/// \param body       of the view's mesh
+/// \param fragments  of a layout of the same kind as the body's
+/// \param texels     [texel_count, 3]
 /// \throws as texture_operator(), and ShapeError if texels does not fit the layout
-template <std::floating_point T, LightModel Model = Light>
-[[nodiscard]] TexturedPicture<T> render_textured(const PaintedMesh& body, const geometry::Camera& camera,
-                                                 std::size_t height, std::size_t width, const Model& light,
-                                                 const Array<T, 2>& texels,
-                                                 std::size_t samples_per_axis = 2) {
+template <std::floating_point T, LightModel Model>
+[[nodiscard]] TexturedPicture<T> render_textured(const PaintedMesh& body, const FragmentBands& fragments,
+                                                 const Model& light, const Array<T, 2>& texels) {
   detail::require_layout("render_textured", body);
   require_shape("render_textured", "texels", texels, {stored_texel_count(body.layout, body.mesh), 3});
-  const FragmentBands fragments("render_textured", body.mesh, camera, height, width, samples_per_axis);
-  const auto lighting = prepare(body.mesh, camera, light);
-  const auto shader = detail::make_shader(body, lighting, fragments, camera, height, width);
-  TexturedPicture<T> picture{zeros<T, 3>({height, width, 3}), zeros<T, 2>({height, width}),
+  const auto lighting = prepare(body.mesh, fragments.camera(), light);
+  const auto shader = detail::make_shader(body, lighting, fragments, fragments.camera(), fragments.height(),
+                                          fragments.width());
+  TexturedPicture<T> picture{zeros<T, 3>({fragments.height(), fragments.width(), 3}),
+                             zeros<T, 2>({fragments.height(), fragments.width()}),
                              fragments.non_finite_faces()};
   parallel_for(fragments.band_count(), [&](std::size_t band) {
     detail::TexelQueue<T> queue(texels.data());
@@ -129,6 +130,20 @@ template <std::floating_point T, LightModel Model = Light>
     queue.finish_all();
   });
   return picture;
+}
+
+/// Renders a view once: what render() makes of texture_operator(), without keeping the operator.
+///
+/// \param texels   [texel_count, 3]
+/// \throws as texture_operator(), and ShapeError if texels does not fit the layout
+template <std::floating_point T, LightModel Model = Light>
+[[nodiscard]] TexturedPicture<T> render_textured(const PaintedMesh& body, const geometry::Camera& camera,
+                                                 std::size_t height, std::size_t width, const Model& light,
+                                                 const Array<T, 2>& texels,
+                                                 std::size_t samples_per_axis = 2) {
+  detail::require_layout("render_textured", body);
+  const FragmentBands fragments("render_textured", body.mesh, camera, height, width, samples_per_axis);
+  return render_textured(body, fragments, light, texels);
 }
 
 }  // namespace tapestry::raster

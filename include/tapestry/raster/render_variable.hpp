@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/error.hpp>
@@ -73,14 +74,15 @@ template <std::floating_point T, LightModel Model>
 
 /// Adds the derivatives by positions and pose, where not null.
 template <std::floating_point T, LightModel Model, class Gradient>
-void pull_back_shape(const PosedView<Model>& view, const Array<T, 2>& texels, const Array<T, 3>& adjoint,
-                     const Gradient& gradient, Array<T, 2>* positions_adjoint, Array<T, 1>* pose_adjoint) {
+void pull_back_shape(const PosedView<Model>& view, const FragmentBands& fragments, const Array<T, 2>& texels,
+                     const Array<T, 3>& adjoint, const Gradient& gradient, Array<T, 2>* positions_adjoint,
+                     Array<T, 1>* pose_adjoint) {
   if (positions_adjoint == nullptr && pose_adjoint == nullptr) return;
   std::vector<geometry::Vector3> moving(view.body.mesh.positions.size(), geometry::Vector3{0, 0, 0});
   auto turning = moving;  // the light goes with the body: it turns with faces, but not with the pose
   const bool is_apart = positions_adjoint != nullptr && pose_adjoint != nullptr;
   if constexpr (has_slope<Model>)  // others do not move, see posed_view()
-    add_motion(Surface<T, Model>{view.body, texels, view.light}, view.camera, adjoint,
+    add_motion(Surface<T, Model>{view.body, texels, view.light}, fragments, adjoint,
                {&moving, is_apart                       ? &turning
                          : positions_adjoint != nullptr ? &moving
                                                         : nullptr},
@@ -113,14 +115,18 @@ template <std::floating_point T, LightModel Model, class Gradient = BoundaryInte
                                   Gradient gradient = {}) {
   using View = detail::PosedView<Model>;
   const auto view = std::make_shared<const View>(detail::posed_view(body, camera, light, inputs));
-  auto drawn = render_textured(view->body, view->camera, height, width, view->light, inputs.texels.value(),
-                               gradient.samples_per_axis);
   const bool moves = inputs.positions.is_active() || inputs.pose.is_active();
+  std::optional<FragmentGrain> kept;  // for the derivatives
+  if (moves) kept = detail::grain_of(body.layout);
+  const auto fragments = std::make_shared<const FragmentBands>(
+      "render", view->body.mesh, view->camera, height, width, gradient.samples_per_axis, kept);
+  auto drawn = render_textured(view->body, *fragments, view->light, inputs.texels.value());
   std::shared_ptr<const MeshEdges> edges;  // for both records
   if constexpr (requires { gradient.edges; }) {
     if (moves) edges = gradient.edges = detail::edges_of("render", view->body.mesh, gradient.edges);
   }
-  auto pullback = [view, gradient, texels = inputs.texels.shared_value()](
+  auto pullback = [view, gradient, fragments = moves ? fragments : nullptr,
+                   texels = inputs.texels.shared_value()](
                       const Array<T, 3>& adjoint, Array<T, 2>* texels_adjoint, Array<T, 2>* positions_adjoint,
                       Array<T, 1>* pose_adjoint, Array<T, 1>* light_parameters_adjoint) {
     const std::size_t samples = gradient.samples_per_axis;
@@ -128,7 +134,8 @@ template <std::floating_point T, LightModel Model, class Gradient = BoundaryInte
       render_adjoint(texture_operator<T>(view->body, view->camera, adjoint.shape(0), adjoint.shape(1),
                                          view->light, samples),
                      adjoint, *texels_adjoint);
-    detail::pull_back_shape(*view, *texels, adjoint, gradient, positions_adjoint, pose_adjoint);
+    if (fragments != nullptr)
+      detail::pull_back_shape(*view, *fragments, *texels, adjoint, gradient, positions_adjoint, pose_adjoint);
     if constexpr (ParametricLight<Model>)
       if (light_parameters_adjoint != nullptr)
         light_adjoint(view->body, view->camera, view->light, *texels, adjoint, *light_parameters_adjoint,

@@ -54,7 +54,7 @@ void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& came
   // Where faces cut through each other, they show the same.
   detail::add_boundaries(mesh, camera, positions_in_view(mesh, camera), detail::OneColour{},
                          silhouette_adjoint, samples_per_axis,
-                         *detail::edges_of("silhouette_adjoint", mesh, edges), {}, positions_adjoint);
+                         *detail::edges_of("silhouette_adjoint", mesh, edges), {}, false, positions_adjoint);
 }
 
 }  // namespace tapestry::raster

@@ -52,6 +52,14 @@ class TiledTriangles {
   [[nodiscard]] std::size_t tile_rows() const { return tile_rows_; }
   [[nodiscard]] std::size_t tile_columns() const { return tile_columns_; }
 
+  /// Frees what draw() needs, which cannot be called any more; positions stay.
+  void free_triangles() {
+    blocks_.clear();
+    blocks_.shrink_to_fit();
+    begin_ = {};
+    triangles_.reset();
+  }
+
   /// Faces left out since a corner is not finite (or beyond 1e100).
   [[nodiscard]] std::size_t non_finite_faces() const { return non_finite_faces_; }
 

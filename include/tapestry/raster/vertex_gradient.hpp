@@ -85,23 +85,38 @@ auto pixel_adjoint(const Array<T, Rank>& adjoint) {
                    size(mesh.positions.size(), mesh.faces.size()));
 }
 
+/// Leaves out the faces of a closed mesh that turn their inner side to the camera, if the picture's samples
+/// show no inner side: they are behind others, and so are the edges between them. Samples do show one where
+/// the camera is inside, or the mesh is cut by near or has been turned inside out.
+inline void leave_out_inner_sides(const MeshEdges& edges, const std::vector<std::int32_t>& seen,
+                                  FacesInView& faces) {
+  if (!edges.is_closed || seen.empty()) return;
+  const int shown = faces.winding(seen.front());
+  const bool shows_one_side =
+      std::all_of(seen.begin(), seen.end(), [&](std::int32_t face) { return faces.winding(face) == shown; });
+  if (shows_one_side && shown != 0) faces.leave_out(-shown);
+}
+
 /// The integral over all boundaries between colours.
 /// \param edges    of the mesh
-/// \param seen     the faces of which some may cut through each other where they show
+/// \param seen     the faces that samples see where the adjoint is not 0; empty: not known
+/// \param has_intersections  whether those are looked at for where they cut each other
 /// \param adjoint  of the picture, [H, W, 3], or [H, W] for a Colour of one channel
 template <std::floating_point T, std::size_t Rank, class Colour>
 void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
                     const std::vector<geometry::Vector3>& positions_view, const Colour& colour,
                     const Array<T, Rank>& adjoint, std::size_t samples_per_axis, const MeshEdges& edges,
-                    const std::vector<std::int32_t>& seen,
+                    const std::vector<std::int32_t>& seen, bool has_intersections,
                     std::vector<geometry::Vector3>& positions_adjoint) {
-  const FacesInView faces(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
+  FacesInView faces(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
+  leave_out_inner_sides(edges, seen, faces);
   FaceField field(faces, camera);
   const double longest_piece = 1 / static_cast<double>(samples_per_axis);
   const BoundaryScene scene{mesh,   edges,  positions_view,         field,
                             camera, colour, pixel_adjoint(adjoint), longest_piece};
   Outlines outlines(scene);
-  Intersections intersections(scene, crossing_faces(mesh, edges, seen));
+  Intersections intersections(
+      scene, has_intersections ? crossing_faces(mesh, edges, seen) : std::vector<FacePair>{});
   outlines.find(field);
   intersections.find(field);
   field.fill();
@@ -109,33 +124,40 @@ void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
   intersections.add_to(positions_adjoint);
 }
 
-template <std::floating_point T>
-[[nodiscard]] FragmentBands sampled_bands(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                                          const Array<T, 3>& render_adjoint, std::size_t samples_per_axis) {
-  return {"vertex_adjoint", mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), samples_per_axis};
+template <std::floating_point T, class Model, class Colour>
+void add_sampled_motion(const Surface<T, Model>& surface, const Colour& colour,
+                        const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
+                        const MotionAdjoint& positions_adjoint, const InteriorOnly&) {
+  add_interior(surface, colour, fragments, render_adjoint, positions_adjoint);
 }
 
-template <std::floating_point T, class Model>
-void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
-                const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
-                const InteriorOnly& model) {
-  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
-  add_interior(surface, colour, camera,
-               sampled_bands(surface.body.mesh, camera, render_adjoint, model.samples_per_axis),
-               render_adjoint, positions_adjoint);
-}
-
-template <std::floating_point T, class Model>
-void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
-                const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
-                const BoundaryIntegral& model) {
-  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
-  const auto fragments = sampled_bands(surface.body.mesh, camera, render_adjoint, model.samples_per_axis);
+template <std::floating_point T, class Model, class Colour>
+void add_sampled_motion(const Surface<T, Model>& surface, const Colour& colour,
+                        const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
+                        const MotionAdjoint& positions_adjoint, const BoundaryIntegral& model) {
   const auto edges = edges_of("vertex_adjoint", surface.body.mesh, model.edges);
-  auto seen = add_interior(surface, colour, camera, fragments, render_adjoint, positions_adjoint);
-  if (!model.intersections) seen.clear();
-  add_boundaries(surface.body.mesh, camera, fragments.positions_view(), colour, render_adjoint,
-                 model.samples_per_axis, *edges, seen, *positions_adjoint.moving);
+  const auto seen = add_interior(surface, colour, fragments, render_adjoint, positions_adjoint);
+  add_boundaries(surface.body.mesh, fragments.camera(), fragments.positions_view(), colour, render_adjoint,
+                 model.samples_per_axis, *edges, seen, model.intersections, *positions_adjoint.moving);
+}
+
+/// Of a view that is drawn.
+template <std::floating_point T, class Model, class Gradient>
+void add_motion(const Surface<T, Model>& surface, const FragmentBands& fragments,
+                const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
+                const Gradient& model) {
+  const auto colour = surface_colour(surface, fragments.camera(), "vertex_adjoint");
+  add_sampled_motion(surface, colour, fragments, render_adjoint, positions_adjoint, model);
+}
+
+template <std::floating_point T, class Model, class Gradient>
+void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
+                const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
+                const Gradient& model) {
+  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
+  const FragmentBands fragments("vertex_adjoint", surface.body.mesh, camera, render_adjoint.shape(0),
+                                render_adjoint.shape(1), model.samples_per_axis);
+  add_sampled_motion(surface, colour, fragments, render_adjoint, positions_adjoint, model);
 }
 
 template <std::floating_point T, class Model>
@@ -157,9 +179,7 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
           static_cast<double>(render_adjoint.data()[3 * pixel + c]) / static_cast<double>(axis * axis);
   }
   PixelMap(mesh, positions_view, camera, buffer, colours, adjoints).add_to(*positions_adjoint.moving);
-  if (model.interior)
-    add_interior(surface, colour, camera, sampled_bands(mesh, camera, render_adjoint, axis), render_adjoint,
-                 positions_adjoint);
+  if (model.interior) add_motion(surface, camera, render_adjoint, positions_adjoint, InteriorOnly{axis});
 }
 
 }  // namespace detail
@@ -186,6 +206,22 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
                 {render_adjoint.shape(0), render_adjoint.shape(1), 3});
   detail::require_positions_adjoint("vertex_adjoint", surface.body.mesh, positions_adjoint);
   detail::add_motion(surface, camera, render_adjoint, {&positions_adjoint, &positions_adjoint}, model);
+}
+
+/// The same for a view that is drawn, as that of its picture, see drawn_view(): it is not drawn again.
+/// \param view  of the surface's mesh, of the adjoint's size and of the model's samples
+/// \throws ShapeError also if the view is of another size or other samples
+template <std::floating_point T, class Model, class Gradient = BoundaryIntegral>
+requires(!std::same_as<Gradient, NeuralMeshRenderer>) void vertex_adjoint(
+    const Surface<T, Model>& surface, const FragmentBands& view, const Array<T, 3>& render_adjoint,
+    std::vector<geometry::Vector3>& positions_adjoint, const Gradient& model = {}) {
+  require_shape("vertex_adjoint", "render_adjoint", render_adjoint, {view.height(), view.width(), 3});
+  detail::require_positions_adjoint("vertex_adjoint", surface.body.mesh, positions_adjoint);
+  if (view.samples_per_axis() != model.samples_per_axis || &view.mesh() != &surface.body.mesh)
+    throw ShapeError("vertex_adjoint: expected a view of the surface's mesh with " +
+                     std::to_string(model.samples_per_axis) + " samples an axis, found " +
+                     std::to_string(view.samples_per_axis()) + " or another mesh");
+  detail::add_motion(surface, view, render_adjoint, {&positions_adjoint, &positions_adjoint}, model);
 }
 
 }  // namespace tapestry::raster

@@ -160,8 +160,7 @@ struct MotionAdjoint {
 /// \returns the faces that were seen where the adjoint is not 0, in order
 template <std::floating_point T, class Model, class Colour>
 std::vector<std::int32_t> add_interior(const Surface<T, Model>& surface, const Colour& colour,
-                                       const geometry::Camera& camera, const FragmentBands& fragments,
-                                       const Array<T, 3>& render_adjoint,
+                                       const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
                                        const MotionAdjoint& positions_adjoint) {
   const bool is_turning = std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
   std::vector<BandMoments> bands(fragments.band_count());
@@ -181,6 +180,7 @@ std::vector<std::int32_t> add_interior(const Surface<T, Model>& surface, const C
             {corner_of(surface.body.mesh, face.face, k), part[static_cast<std::size_t>(k)]});
     }
   });
+  const geometry::Camera& camera = fragments.camera();
   add_shares(shares, camera, *positions_adjoint.moving);
   std::vector<std::int32_t> seen;
   for (const BandMoments& band : bands) {

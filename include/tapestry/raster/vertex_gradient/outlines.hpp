@@ -48,8 +48,8 @@ class Outlines {
   void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
     std::vector<std::vector<VertexShare>> shares(found_.size());
     parallel_for(shares.size(), [&](std::size_t index) {
-      std::vector<EndsAdjoint> sums;
-      for (const std::uint32_t edge : found_[index]) add_edge(edge, sums, shares[index]);
+      std::vector<OwnFace> own;
+      for (const std::uint32_t edge : found_[index]) add_edge(edge, own, shares[index]);
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
@@ -65,6 +65,13 @@ class Outlines {
 
   /// Of a half-edge, the derivatives with respect to its two ends, in the order of the line's.
   using EndsAdjoint = std::array<geometry::Vector3, 2>;
+
+  /// A face that has the edge.
+  struct OwnFace {
+    Affine inverse_depth{};
+    std::array<bool, 2> is_on_side{};  ///< of m·r < 0 and of m·r > 0
+    EndsAdjoint sum{};
+  };
 
   /// An edge as it appears.
   struct Line {
@@ -119,8 +126,8 @@ class Outlines {
     return true;
   }
 
-  /// \param sums  memory for a while
-  void add_edge(std::size_t edge, std::vector<EndsAdjoint>& sums, std::vector<VertexShare>& shares) const {
+  /// \param own  memory for a while
+  void add_edge(std::size_t edge, std::vector<OwnFace>& own, std::vector<VertexShare>& shares) const {
     Line line;
     if (!cut(edge, line)) return;
     line.m = geometry::cross(line.a, line.b);
@@ -135,12 +142,19 @@ class Outlines {
     const double length = std::hypot(line.to[0] - line.from[0], line.to[1] - line.from[1]);
     if (!(length > 0)) return;
     line.way = {(line.to[0] - line.from[0]) / length, (line.to[1] - line.from[1]) / length};
-    if (is_hidden(line, line.from[0], line.from[1]) && line.hidden_to > length) return;
-    sums.assign(line.own.size(), EndsAdjoint{});
+    // Of a short edge the first piece tells as much.
+    if (length > scene_.longest_piece && is_hidden(line, line.from[0], line.from[1]) &&
+        line.hidden_to > length)
+      return;
+    own.clear();
+    for (const HalfEdge& half : line.own) {
+      const double side = geometry::dot(line.m, position(corner_of(scene_.mesh, half.face, half.corner + 2)));
+      own.push_back({scene_.field.inverse_depth(half.face), {side<0, side> 0}});
+    }
     for_each_piece(line.from, line.to, scene_.longest_piece, [&](double column, double row, double piece) {
-      add_piece(line, column, row, piece, sums);
+      add_piece(line, column, row, piece, own);
     });
-    for (std::size_t i = 0; i < sums.size(); ++i) add_half_edge(line, i, sums[i], shares);
+    for (std::size_t i = 0; i < own.size(); ++i) add_half_edge(line, i, own[i].sum, shares);
   }
 
   /// 1/z of the edge at a point where it appears.
@@ -154,13 +168,21 @@ class Outlines {
             line.depth[0] * rays.first[0] + line.depth[1] * rays.first[1] + line.depth[2]};
   }
 
+  [[nodiscard]] double place_along(const Line& line, double column, double row) const {
+    return (column - line.from[0]) * line.way[0] + (row - line.from[1]) * line.way[1];
+  }
+
+  /// Remembers how far a face hides the edge that hides it here.
+  void hide(Line& line, std::int32_t hider, double column, double row) const {
+    line.hidden_to = place_along(line, column, row) +
+                     scene_.field.hidden_length(hider, column, row, line.way, inverse_depth_of(line));
+  }
+
   [[nodiscard]] bool is_hidden(Line& line, double column, double row) const {
-    const double at = (column - line.from[0]) * line.way[0] + (row - line.from[1]) * line.way[1];
-    if (at < line.hidden_to) return true;
     const std::int32_t hider = scene_.field.hider(column, row, inverse_depth_of(line, column, row),
                                                   [&](std::int32_t face) { return line.has(face); });
     if (hider < 0) return false;
-    line.hidden_to = at + scene_.field.hidden_length(hider, column, row, line.way, inverse_depth_of(line));
+    hide(line, hider, column, row);
     return true;
   }
 
@@ -194,13 +216,19 @@ class Outlines {
            keep(y * a[2] - a[1], y * b[2] - b[1]) && keep(y * a[2] + a[1], y * b[2] + b[1]);
   }
 
-  void add_piece(Line& line, double column, double row, double length, std::vector<EndsAdjoint>& sums) const {
+  void add_piece(Line& line, double column, double row, double length, std::vector<OwnFace>& own) const {
     using Values = typename Colour::Colour;
     const Values adjoint = scene_.adjoint_of(column, row);
-    if (adjoint == Values{}) return;
-    if (is_hidden(line, column, row)) return;
-    const Side low = side_of(line, column, row, -1);
-    const Side high = side_of(line, column, row, 1);
+    if (adjoint == Values{} || place_along(line, column, row) < line.hidden_to) return;
+    const std::array<double, 2> step{beside * line.normal[0], beside * line.normal[1]};
+    std::array<Side, 2> sides;
+    const auto known = own_sides(line, own, {column, row}, step, sides);
+    const auto looked = scene_.field.look({column, row}, inverse_depth_of(line, column, row), step, known,
+                                          [&](std::int32_t face) { return line.has(face); });
+    if (looked.hider >= 0) return hide(line, looked.hider, column, row);
+    for (std::size_t side = 0; side < 2; ++side)
+      if (looked.seen[side].face >= 0) sides[side] = {looked.seen[side].face, -1};
+    const auto& [low, high] = sides;
     if (low.half_edge < 0 && high.half_edge < 0) return;  // hidden
     double jump = 0;
     const auto at = [&](const Side& shown) {
@@ -218,39 +246,30 @@ class Outlines {
     const auto at_b = geometry::scale(geometry::cross(ray, line.a), weight);
     for (const Side* shown : {&low, &high}) {
       if (shown->half_edge < 0) continue;
-      auto& sum = sums[static_cast<std::size_t>(shown->half_edge)];
+      auto& sum = own[static_cast<std::size_t>(shown->half_edge)].sum;
       sum = {geometry::add(sum[0], at_a), geometry::add(sum[1], at_b)};
     }
   }
 
-  [[nodiscard]] bool is_on_side(const Line& line, const HalfEdge& half, double sign) const {
-    return geometry::dot(line.m, position(corner_of(scene_.mesh, half.face, half.corner + 2))) * sign > 0;
-  }
-
-  [[nodiscard]] double inverse_depth_beside(std::int32_t face, const Line& line, double column, double row,
-                                            double sign) const {
-    return scene_.field.inverse_depth(face).at(column + sign * beside * line.normal[0],
-                                               row + sign * beside * line.normal[1]);
-  }
-
-  /// What is seen beside the edge; sign −1 is the side where m·r < 0. Faces that have the edge reach up to it
-  /// on the side of their third corner, whatever rounding says.
-  [[nodiscard]] Side side_of(const Line& line, double column, double row, double sign) const {
-    Side seen;
-    double best = 0;
-    for (std::size_t i = 0; i < line.own.size(); ++i) {
-      const std::int32_t face = line.own[i].face;
-      if (!is_on_side(line, line.own[i], sign)) continue;
-      const double inverse_depth = inverse_depth_beside(face, line, column, row, sign);
-      if (inverse_depth <= best) continue;
-      best = inverse_depth;
-      seen = {face, static_cast<std::int32_t>(i)};
+  /// The nearest of the edge's own faces beside it, at point − step, where m·r < 0, and at point + step, and
+  /// their 1/z. They reach up to the edge on the side of their third corner, whatever rounding says.
+  [[nodiscard]] std::array<double, 2> own_sides(const Line& line, const std::vector<OwnFace>& own,
+                                                const std::array<double, 2>& point,
+                                                const std::array<double, 2>& step,
+                                                std::array<Side, 2>& sides) const {
+    std::array<double, 2> best{0, 0};
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      for (std::size_t side = 0; side < 2; ++side) {
+        if (!own[i].is_on_side[side]) continue;
+        const double sign = side == 0 ? -1 : 1;
+        const double inverse_depth =
+            own[i].inverse_depth.at(point[0] + sign * step[0], point[1] + sign * step[1]);
+        if (inverse_depth <= best[side]) continue;
+        best[side] = inverse_depth;
+        sides[side] = {line.own[i].face, static_cast<std::int32_t>(i)};
+      }
     }
-    const auto other =
-        scene_.field.nearest(column + sign * beside * line.normal[0], row + sign * beside * line.normal[1],
-                             best, [&](std::int32_t face) { return line.has(face); });
-    if (other.face >= 0) seen = {other.face, -1};
-    return seen;
+    return best;
   }
 
   /// Whether the surface goes on beyond the edge in a face that does not have the edge but ends there as well
