@@ -233,3 +233,22 @@ TEST_CASE("lanes have the bits of a replay in a computation of many windows", "[
   inputs[3 * 10 + 1] = std::numeric_limits<double>::infinity();
   check_against_replay<16>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
 }
+
+TEST_CASE("lanes have the bits of a replay where results are computed again on the way backwards",
+          "[autodiff][replay]") {
+  const auto f = [](const auto* x) {  // many statements of one kind side by side
+    using S = std::remove_cvref_t<decltype(*x)>;
+    S total = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const S a = x[i % 3] * x[0] + 0.001 * i;
+      const S b = a * x[1] - x[2];
+      const S c = sqrt(1 + b * b);
+      total += c * a - b;
+    }
+    return total;
+  };
+  std::vector<double> inputs;
+  std::mt19937 generator(8);
+  for (int i = 0; i < 3 * 11; ++i) inputs.push_back(std::uniform_real_distribution<double>(-1, 1)(generator));
+  check_against_replay<8>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+}

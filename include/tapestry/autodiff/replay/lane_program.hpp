@@ -13,7 +13,8 @@ namespace tapestry::detail {
 /// A recording made ready for several inputs at once, in the order of ReplayProgram, so that sums have the
 /// same bits. What memory cannot bring as fast as it is computed is computed twice: a result that is cheap
 /// and read only within its window of statements has its slot with the window alone, whose slots each window
-/// uses anew, and the way backwards computes it again.
+/// uses anew, and the way backwards computes it again. Where nearly every statement waits for the one before,
+/// waiting takes longer than memory, and all results are kept.
 template <class T, std::size_t Lanes>
 class LaneProgram {
  public:
@@ -98,18 +99,31 @@ class LaneProgram {
                                      std::uint32_t root) {
     std::vector<std::size_t> window_of(recording.slots.size(), order.size());
     std::vector<bool> is_kept(recording.slots.size(), true);
+    bool keeps_all = false;
     for (std::size_t place = 0; place < order.size(); ++place) {
       const auto& statement = recording.statements[order[place]];
       const std::size_t window = place / replay_window;
+      if (place % replay_window == 0) keeps_all = has_short_runs(recording, order, place);
       for (std::size_t i = 0; i < statement.operation->operand_count; ++i) {
         const std::uint32_t slot = recording.operands[statement.first_operand + i];
         if (window_of[slot] != window) is_kept[slot] = true;
       }
       if (statement.result == 0) continue;
       window_of[statement.result] = window;
-      is_kept[statement.result] = !statement.operation->is_cheap || statement.result == root;
+      is_kept[statement.result] = keeps_all || !statement.operation->is_cheap || statement.result == root;
     }
     return is_kept;
+  }
+
+  /// Whether the window from `begin` on has runs of less than two statements, taken together.
+  static bool has_short_runs(const Recording& recording, const HugeVector<std::uint32_t>& order,
+                             std::size_t begin) {
+    const std::size_t end = std::min(begin + replay_window, order.size());
+    std::size_t runs = 1;
+    for (std::size_t place = begin + 1; place < end; ++place)
+      runs +=
+          recording.statements[order[place]].operation != recording.statements[order[place - 1]].operation;
+    return 2 * runs > end - begin;
   }
 
   /// Of each recorded slot that is not kept, whether the way backwards reads it, or what is computed from it.
