@@ -56,6 +56,7 @@
 #include <tapestry/autodiff/tape/tape_state.hpp>
 #include <tapestry/autodiff/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/tape/write_statement.hpp>
+#include <tapestry/autodiff/tape_statistics.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/camouflage/objective.hpp>

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tuple>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -70,6 +71,7 @@ class ArrayRecord final : public ArrayResultRecord<T, Rank> {
         pullback_(std::move(pullback)),
         slots_(std::move(slots)...) {}
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
+  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
 
  private:
   void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
@@ -92,6 +94,7 @@ class ScalarRecord final : public TapeRecord<T> {
     pull_back_slots(pullback_, adjoint, slots_, adjoints);
   }
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
+  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
 
  private:
   Pullback pullback_;
@@ -119,6 +122,7 @@ class ArraysRecord final : public TapeRecord<T> {
     pull_back_slots(pullback_, touched, slots_, scalar_adjoints);
   }
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
+  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
   void forget_adjoint() noexcept override {
     for (const auto& adjoint : adjoints_) adjoint->forget();
   }
@@ -136,6 +140,7 @@ class MarkRecord final : public TapeRecord<T> {
   explicit MarkRecord(Callback passed) : passed_(std::move(passed)) {}
   void pull_back(T*, std::size_t) override { passed_(); }
   void list_inputs(std::vector<std::uint32_t>&) const override {}
+  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Callback); }
 
  private:
   Callback passed_;

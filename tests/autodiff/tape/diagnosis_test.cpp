@@ -3,8 +3,11 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/tape_statistics.hpp>
 #include <utility>
 #include <vector>
 
@@ -156,4 +159,59 @@ TEST_CASE("reserved memory is used by the recording, and changes nothing of it",
   CHECK(x.adjoint() == 1);
   CHECK_THROWS_AS(tape.reserve(std::size_t(1) << 40U, 0), Error);
   CHECK_THROWS_AS(tape.reserve(0, ~std::size_t(0)), Error);
+}
+
+TEST_CASE("statistics count statements by operands, operations by name, and both by label",
+          "[autodiff][diagnosis]") {
+  Tape<double> tape;
+  const auto empty = tapestry::tape_statistics(tape);
+  CHECK(empty.all.count == 0);
+  CHECK(empty.statements.empty());
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(2.0), y = tape.input(3.0);
+  Variable<double> z;
+  for (int i = 0; i < 2; ++i) {
+    const auto outer = tape.label("outer");
+    const auto inner = tape.label("inner");
+    z = x * y - 1;
+    z = exp(z);
+  }
+  std::vector<Variable<double>> many(9, z);
+  z = tapestry::sum(many);
+  static_cast<void>(tapestry::record_scalar(
+      1.0, [](double, double*, double*) {}, x, z));
+  const auto array = tape.input(tapestry::Array<double, 1>{1.0});
+  const auto found = tapestry::tape_statistics(tape);
+  CHECK(found.all.count == tape.statement_count());
+  CHECK(found.all.bytes == tape.statement_bytes());
+  const auto rows = [](const auto& all) {
+    std::string text;
+    for (const auto& row : all)
+      text += row.name + " " + std::to_string(row.count) + " " + std::to_string(row.operands) + ", ";
+    return text;
+  };
+  CHECK(rows(found.statements) == "inputs 2 0, 1 operand 2 2, 2 operands 2 4, 8 operands or more 1 9, ");
+  CHECK(rows(found.labels) == "outer 4 6, outer/inner 4 6, ");
+  REQUIRE(found.operations.size() == 2);
+  CHECK(found.operations[0].name == "InputRecord");
+  CHECK(found.operations[1].operands == 2);
+  CHECK(found.labels[0].bytes == 4 * 1 + 6 * 12);
+  std::ostringstream text;
+  text << found;
+  CHECK(found.lines().size() == 2 + 5 + 3 + 3);
+  CHECK(text.str().find("\n  8 operands or more" + std::string(25, ' ') + "1" + std::string(13, ' ') + "9") !=
+        std::string::npos);
+}
+
+TEST_CASE("an operation has the name of the function that its pullback stands in", "[autodiff][diagnosis]") {
+  using tapestry::detail::operation_name;
+  CHECK(operation_name("N8tapestry6detail11InputRecordIdLm1EEE") == "InputRecord");
+  CHECK(operation_name("Z4mainEUldPdE_") == "main");
+  CHECK(operation_name("ZN8tapestry6detail12evaluate_sumINS_9ArrayViewIdEEEET_RKS3_EUldE_") ==
+        "evaluate_sum");
+  CHECK(operation_name("N8tapestry6detail14MatrixPullbackIdZNS_6matrix5solveIdEEvT_EUlS4_E_EE") ==
+        "matrix::solve");
+  CHECK(operation_name("N12_GLOBAL__N_17CounterE") == "Counter");
+  CHECK(operation_name("i") == "unnamed");
+  CHECK(operation_name("") == "unnamed");
 }

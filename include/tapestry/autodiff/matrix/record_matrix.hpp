@@ -9,6 +9,7 @@
 #include <tapestry/core/array.hpp>
 #include <tuple>
 #include <type_traits>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -83,6 +84,7 @@ class EntriesRecord final : public TapeRecord<T> {
     pull_back_slots(pullback_, value_adjoint, slots_, adjoints);
   }
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
+  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
 
  private:
   Eigen::Index rows_, columns_;

@@ -62,6 +62,19 @@ class TapeDiagnosis : public TapeMemory {
     return names;
   }
 
+  /// Calls visit(path, begin, end) for each label: its name behind those of labels around it, and its
+  /// statements [begin, end).
+  template <class Visit>
+  void visit_labels(Visit visit) const {
+    for (std::size_t i = 0; i < labels_.size(); ++i) {
+      std::string path;
+      for (std::size_t j = 0; j < i; ++j)
+        if (labels_[j].begin <= labels_[i].begin && labels_[i].begin < labels_[j].end)
+          path += labels_[j].name + "/";
+      visit(path + labels_[i].name, labels_[i].begin, std::min(labels_[i].end, next_index()));
+    }
+  }
+
  protected:
   /// Forgets statements from `begin` on.
   void forget_diagnosis(std::size_t begin) noexcept {

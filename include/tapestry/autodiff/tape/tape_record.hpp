@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <typeinfo>
 #include <vector>
 
 namespace tapestry {
@@ -21,6 +22,8 @@ class TapeRecord {
   /// Appends the statements of all its active inputs, in any order. A sweep of several roots fills the
   /// adjoints of these alone, of `statement` and of its results before it calls pull_back().
   virtual void list_inputs(std::vector<std::uint32_t>& statements) const = 0;
+  /// What tape_statistics() names it by: of an operation with a callable, the callable's type.
+  [[nodiscard]] virtual const std::type_info& operation() const noexcept { return typeid(*this); }
   /// Called before each reverse sweep: adjoints held by the record are zero again.
   virtual void forget_adjoint() noexcept {}
 };

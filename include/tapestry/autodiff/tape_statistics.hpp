@@ -1,0 +1,165 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iosfwd>
+#include <map>
+#include <string>
+#include <string_view>
+#include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/tape/statement_operands.hpp>
+#include <typeinfo>
+#include <utility>
+#include <vector>
+
+namespace tapestry {
+
+/// What a tape holds, counted; see tape_statistics().
+struct TapeStatistics {
+  /// Statements of one kind.
+  struct Row {
+    std::string name;
+    std::size_t count = 0;
+    std::size_t operands = 0;
+    std::size_t bytes = 0;  ///< on the tape, without adjoints and what operations with a pullback hold
+  };
+
+  Row all;                      ///< everything
+  std::vector<Row> statements;  ///< scalar statements by their number of operands; inputs have none
+  std::vector<Row> operations;  ///< those with a pullback, array inputs included, the most frequent first
+  std::vector<Row> labels;  ///< of each label what was recorded under it, in the order of their beginnings
+
+  /// A table. Needs <ostream>.
+  template <class Character, class Traits>
+  friend std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, Traits>& out,
+                                                           const TapeStatistics& statistics) {
+    for (const std::string& line : statistics.lines()) out << line.c_str() << '\n';
+    return out;
+  }
+
+  /// The lines of that table.
+  [[nodiscard]] std::vector<std::string> lines() const {
+    std::vector<std::string> text{line("", "count", "operands", "bytes"), line(all)};
+    const auto add = [&](const std::vector<Row>& rows, const char* title) {
+      if (rows.empty()) return;
+      text.push_back(title);
+      for (const Row& row : rows) text.push_back(line(row));
+    };
+    add(statements, "scalar statements");
+    add(operations, "operations with a pullback");
+    add(labels, "labels");
+    return text;
+  }
+
+ private:
+  [[nodiscard]] static std::string line(const Row& row) {
+    return line("  " + row.name, std::to_string(row.count), std::to_string(row.operands),
+                std::to_string(row.bytes));
+  }
+  [[nodiscard]] static std::string line(std::string name, const std::string& count,
+                                        const std::string& operands, const std::string& bytes) {
+    name.resize(std::max<std::size_t>(name.size(), 32), ' ');
+    for (const std::string& number : {count, operands, bytes})
+      name += std::string(number.size() < 14 ? 14 - number.size() : 1, ' ') + number;
+    return name;
+  }
+};
+
+namespace detail {
+
+/// Of a callable's type the name that tells: of a lambda the function that it stands in, else the type
+/// without template arguments; without our namespace. Read from what the Itanium ABI makes of it, as GCC and
+/// Clang do: their demangler knows not all lambdas. "Z" begins a name within a function, "N" one of several
+/// parts, each after its length.
+[[nodiscard]] inline std::string operation_name(std::string_view mangled) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::size_t at = 0;
+  for (std::size_t i = 0; i + 1 < mangled.size() && at == 0; ++i)
+    if (mangled[i] == 'Z' && (mangled[i + 1] == 'N' || is_digit(mangled[i + 1]))) at = i + 1;
+  if (at < mangled.size() && mangled[at] == 'N') ++at;
+  if (at < mangled.size() && mangled[at] == 'S')  // a namespace named before, or std
+    at = mangled.substr(at, 2) == "St" ? at + 2 : mangled.find('_', at) + 1;
+  std::string name;
+  while (at < mangled.size() && is_digit(mangled[at])) {
+    std::size_t length = 0;
+    for (; at < mangled.size() && is_digit(mangled[at]); ++at)
+      length = 10 * length + static_cast<std::size_t>(mangled[at] - '0');
+    const std::string_view part = mangled.substr(at, length);
+    at += part.size();
+    if (part == "tapestry" || part == "detail" || part.substr(0, 8) == "_GLOBAL_") continue;
+    name += (name.empty() ? "" : "::") + std::string(part);
+  }
+  return name.empty() ? "unnamed" : name;
+}
+
+inline void count_in(TapeStatistics::Row& row, std::size_t operands, std::size_t bytes) {
+  ++row.count;
+  row.operands += operands;
+  row.bytes += bytes;
+}
+}  // namespace detail
+
+/// Counts what a tape holds: scalar statements by their number of operands, operations with a pullback by
+/// their names, everything by label. A scalar statement is a whole formula, of which the tape keeps partial
+/// derivatives and no operation, so that these have no names; label what is to be told apart. Names are those
+/// of functions that called record_array() and its like with a lambda, or of the types of other callables.
+/// One pass over the tape; recording costs nothing more for it.
+///
+///   std::cout << tape_statistics(tape);
+template <class T>
+[[nodiscard]] TapeStatistics tape_statistics(const Tape<T>& tape) {
+  const auto& state = *tape.shared_state();
+  constexpr std::array names{"inputs",     "1 operand",       "2 operands",
+                             "3 operands", "4 to 7 operands", "8 operands or more"};
+  TapeStatistics result{{"all", 0, 0, 0}, {}, {}, {}};
+  std::array<TapeStatistics::Row, names.size()> by_operands;
+  std::map<std::string, TapeStatistics::Row> by_name;
+  std::map<std::size_t, std::pair<std::size_t, std::size_t>>
+      behind;  // operands and bytes from a statement on
+  state.visit_labels(
+      [&](const std::string&, std::size_t begin, std::size_t end) { behind[begin], behind[end]; });
+  std::size_t record = state.record_count();
+  std::vector<std::uint32_t> inputs;
+  state.visit_backwards([&](const detail::StatementRun& run) {
+    const detail::Word* end = run.words_end;
+    for (std::size_t index = run.end_index; index-- > run.first_index;) {
+      const auto kind = run.kinds[index - run.first_index];
+      std::size_t operands = 0;
+      const detail::Word* const begin =
+          detail::for_each_operand<T>(end, kind, [&](std::size_t, const T&) { ++operands; });
+      const std::size_t bytes = sizeof(kind) + static_cast<std::size_t>(end - begin) * sizeof(detail::Word);
+      end = begin;
+      if (kind == detail::StatementKind::record) {
+        const TapeRecord<T>& operation = *state.records()[--record].record;
+        inputs.clear();
+        operation.list_inputs(inputs);
+        operands = inputs.size();
+        detail::count_in(by_name[detail::operation_name(operation.operation().name())], operands, bytes);
+      } else {
+        detail::count_in(by_operands[operands < 4 ? operands : operands < 8 ? 4 : 5], operands, bytes);
+      }
+      detail::count_in(result.all, operands, bytes);
+      if (const auto found = behind.find(index); found != behind.end())
+        found->second = {result.all.operands, result.all.bytes};
+    }
+  });
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    by_operands[i].name = names[i];
+    if (by_operands[i].count > 0) result.statements.push_back(std::move(by_operands[i]));
+  }
+  for (auto& [name, row] : by_name) result.operations.push_back({name, row.count, row.operands, row.bytes});
+  std::stable_sort(result.operations.begin(), result.operations.end(),
+                   [](const auto& a, const auto& b) { return a.count > b.count; });
+  state.visit_labels([&](const std::string& path, std::size_t begin, std::size_t end) {
+    const auto same = [&](const TapeStatistics::Row& row) { return row.name == path; };
+    auto row = std::find_if(result.labels.begin(), result.labels.end(), same);
+    if (row == result.labels.end()) row = result.labels.insert(row, {path, 0, 0, 0});
+    row->count += end - begin;
+    row->operands += behind[begin].first - behind[end].first;
+    row->bytes += behind[begin].second - behind[end].second;
+  });
+  return result;
+}
+
+}  // namespace tapestry
