@@ -93,6 +93,7 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_protocol_options(app, options.protocol, is_on_photographs(options.protocol.protocol),
                            options.clean_only, list);
   require_sound(options.protocol, protocol_names(), list);
+  list.attempt([&] { (void)heat_map_by_name(options.protocol.heat_map_kind); });
   require_sound(options.scene, list);
   require_sound(options.detector, list);
   require_sound_thread_count(options.threads, list);

@@ -44,6 +44,19 @@ struct Explained {
 };
 }  // namespace
 
+TEST_CASE("the share of a heat map within a mask is its heat there over all of it", "[detect][heat_map]") {
+  const Array<double, 2> heat = {{1.0, 3.0}, {0.0, 4.0}};
+  const Array<double, 2> mask = {{1.0, 0.5}, {1.0, 0.0}};
+  CHECK(detect::share_within(heat, mask) == 2.5 / 8);
+  const Array<double, 2> even = {{2.0, 2.0}, {2.0, 2.0}};
+  CHECK(detect::share_within(even, mask) == 2.5 / 4);  // the mask's area
+  CHECK(detect::share_within(heat, Array<double, 2>{{1.0, 1.0}, {1.0, 1.0}}) == 1.0);
+  CHECK(!detect::share_within(Array<double, 2>{{0.0, 0.0}, {0.0, 0.0}}, mask));
+  CHECK(!detect::share_within(Array<double, 2>{{std::nan(""), 0.0}, {0.0, 0.0}}, mask));
+  CHECK_THROWS_WITH(detect::share_within(heat, Array<double, 2>{{1.0, 1.0}}),
+                    "share_within: mask is [1, 2], expected [2, 2]");
+}
+
 TEST_CASE("heat maps equal what is worked out by hand", "[detect][heat_map]") {
   const Array<double, 3> values = {{{1.0, 2.0}}, {{3.0, -1.0}}};
   const Array<double, 3> adjoint = {{{0.5, -0.1}}, {{-1.0, 0.4}}};

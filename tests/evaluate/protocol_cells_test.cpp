@@ -120,6 +120,15 @@ TEST_CASE("an effect and a sweep are of the measured frames that belong", "[eval
   CHECK(sweep[0].views == frames);
   CHECK(sweep[0].detected == at_half);
   CHECK(sweep[1].detected == 0);
+  double lost = 0;
+  for (std::size_t i = 0; i < outcomes.attention.size(); ++i)
+    outcomes.attention.data()[i] = outcomes.best_confidence.data()[i] / 2;
+  for (std::size_t i = 0; i < 60; i += 2)
+    if (outcomes.state_of(i) == FrameState::measured)
+      lost += outcomes.attention(i, 0) - outcomes.attention(i, 1);
+  CHECK(evaluate::attention_lost(outcomes, 1, belongs).mean == Approx(lost / static_cast<double>(frames)));
+  CHECK(evaluate::attention_lost(outcomes, 0, belongs).interval == std::array<double, 2>{0.0, 0.0});
+  CHECK_THROWS_WITH(evaluate::attention_lost(outcomes, 3, belongs), "measured_values: texture 3 of 3");
   CHECK(evaluate::sweep_of(evaluate::ProtocolOutcomes(3, 2), 1, {0.5}, belongs)[0].views == 0);
   CHECK_THROWS_AS(evaluate::sweep_of(outcomes, 3, {0.5}, belongs), tapestry::ShapeError);
   CHECK_THROWS_AS(evaluate::effect_of(outcomes, "control", 3, 1, belongs), tapestry::ShapeError);

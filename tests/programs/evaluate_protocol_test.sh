@@ -128,6 +128,13 @@ expect_error_line '^error: --further-weights: .*detector.weights is neither an .
 expect_exit 7 "other photographs" "$evaluate" "${photographs[@]}" --output digital
 expect_error_line '--quick \(was true, now false\)'
 
+expect_exit 2 "attention of a Darknet detector" "$evaluate" --protocol attention --clean-only
+expect_error_line 'layers can be looked into in .onnx models only' # for which see real_frames_test.sh
+expect_exit 2 "heat maps where there are none" "$evaluate" "${photographs[@]}" --heat-map-kind grad_cam
+expect_error_line '^error: --heat-map-kind has no part in --protocol digital'
+expect_exit 2 "heat maps of no kind" "$evaluate" --protocol attention --clean-only --heat-map-kind warm
+expect_error_line "--heat-map-kind is 'warm'"
+
 # Stopped politely. (F15)
 "$evaluate" --protocol occlusion "${small[@]}" --output stopped >/dev/null 2>stopped.err &
 process=$!
@@ -174,7 +181,7 @@ expect_error_line 'damaged/settings.json: not the settings of a measurement'
 
 # Options that make no sense.
 expect_exit 2 "an unknown protocol" "$evaluate" --protocol sideways --clean-only
-expect_error_line "--protocol is 'sideways'; expected one of digital, views, occlusion"
+expect_error_line "--protocol is 'sideways'; expected one of digital, attention, views, occlusion"
 expect_exit 2 "an unknown set of controls" "$evaluate" --protocol views --run run --controls some
 expect_exit 2 "a colour that is none" "$evaluate" --protocol views --clean-only --background 2 0 0
 expect_error_line '^error: --background takes numbers from 0 to 1'

@@ -37,4 +37,16 @@ done
 cmp -s layer_cam/data1-heat_map.png grad_cam/data1-heat_map.png && fail "all kinds are one" || pass
 expect_exit 4 "a layer that is not there" "$programs/detect" "${yolox[@]}" --heat-map none --layer nowhere "$data/carla/data1.npz"
 expect_error_line "no node makes the layer 'nowhere'"
+# How much of the attention lies on the car: of the plain car most, and the camouflage's share and its pictures are told.
+expect_exit 0 "attention" "$programs/evaluate" --run real "${yolox[@]}" --size 416 --protocol attention --controls matched --output attention
+grep -E '^attention on the car, % of the heat map: yolox_nano \(the car covers [0-9.]+ %' command.out && pass || fail "no shares of attention"
+awk '/^attention on the car/ { inside = 1 } inside && $1 == "clean" { share = $2; exit } END { exit !(share > 60 && share <= 100) }' command.out && pass ||
+  fail "the attention to the plain car is elsewhere"
+awk -F , 'NR > 1 { rows++; if (!($5 >= 0 && $5 <= 1)) exit 1 } END { exit rows != 30 }' attention/photographs.csv && pass || fail "photographs.csv"
+[ "$(grep -c 'src="data:image/png;base64,' attention/attention.html)" -eq 1 ] && pass || fail "no pictures in the page"
+grep -o 'base64,[A-Za-z0-9+/=]*' attention/attention.html | cut -d , -f 2 | base64 -d >sheet.png && [ "$(head -c 4 sheet.png | tail -c 3)" = PNG ] && pass ||
+  fail "the picture in the page is none"
+cp attention/attention.html before.html
+expect_exit 0 "attention again" "$programs/evaluate" --run real "${yolox[@]}" --size 416 --protocol attention --controls matched --output attention
+grep -q ' for 0 frames' command.out && cmp -s attention/attention.html before.html && pass || fail "attention was measured again, or differs"
 finish

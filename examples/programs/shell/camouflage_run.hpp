@@ -102,6 +102,7 @@ class CamouflageRun {
     auto paths = shell::input_paths(options_.scene, options_.detector, inputs_.frames);
     const auto& ensemble = options_.optimisation.ensemble;
     paths.insert(paths.end(), ensemble.begin(), ensemble.end());
+    if (is_texture_file(options_.optimisation.start)) paths.push_back(options_.optimisation.start);
     return paths;
   }
 

@@ -23,26 +23,6 @@ namespace tapestry::shell {
 /// Takes what a layer holds and what a score asks of it.
 using HeatMap = Array<float, 2> (*)(const Array<float, 3>&, const Array<float, 3>&);
 
-namespace detail {
-
-/// A map of a layer as a map of the picture, [H, W, 1], its greatest value 1, or zeros.
-inline Array<float, 3> map_of_picture(const Array<float, 2>& map, const Bitmap& picture,
-                                      const Detector& detector) {
-  Array<float, 3> single(Extents<3>{map.shape(0), map.shape(1), 1});
-  std::copy_n(map.data(), map.size(), single.data());
-  const std::size_t height = detector.network->input_height(), width = detector.network->input_width();
-  const auto place = image::placement(picture.shape(0), picture.shape(1), height, width, detector.fit.kind);
-  const auto of_input = image::resize_bilinear(single, height, width);
-  auto of_picture =
-      image::resize_bilinear(image::crop(of_input, {place.top, place.left, place.height, place.width}),
-                             picture.shape(0), picture.shape(1));
-  const float greatest = *std::max_element(of_picture.begin(), of_picture.end());
-  for (float& value : of_picture.storage()) value = greatest > 0 ? value / greatest : 0;
-  return of_picture;
-}
-
-}  // namespace detail
-
 /// The heat maps there are, by name.
 inline constexpr std::array<std::pair<const char*, HeatMap>, 3> heat_maps{
     {{"layer_cam", &detect::layer_cam<float>},
@@ -60,37 +40,64 @@ inline HeatMap heat_map_by_name(const std::string& name) {
 }
 
 /// Where in the first layer that a graph detector tells the score of a class comes from, that of its surest
-/// candidate: a heat map laid over the picture, from clear over red to yellow.
+/// candidate, however unsure: spread over the input, [H, W]; zeros where there is no candidate.
 ///
+/// \param input     [H, W, 3], as the network takes it
 /// \param heat_map  one of heat_maps. Those that weigh whole channels say of a detector, whose score belongs
-/// to a
-///                  place, more about the channels than about the place
-inline Bitmap heat_map_picture(const Bitmap& picture, const Detector& detector, std::size_t class_index,
-                               HeatMap heat_map) {
+///                  to a place, more about the channels than about the place
+inline Array<float, 2> heat_of_input(const Array<float, 3>& input, const Detector& detector,
+                                     std::size_t class_index, HeatMap heat_map) {
   const auto& graph = dynamic_cast<const detect::GraphDetector<float>&>(*detector.network);
   const std::size_t height = graph.input_height(), width = graph.input_width();
-  const auto input = image::fitted(image::from_bytes<float>(picture), height, width, detector.fit);
   detect::Pass<float> pass;
   graph.forward(image::batch_of(input), pass, detect::Mode::input_gradient);
   std::vector<const Array<float, 4>*> logits;
   for (const auto& of_head : pass.logits) logits.push_back(&of_head);
+  auto heat = zeros<float, 2>({height, width});
   const auto best = detect::best_candidate(graph.heads(), logits, 0, {class_index}, height, width);
-  if (!best) return picture;
+  if (!best) return heat;
   const auto adjoints = detect::score_adjoint(graph.heads(), pass.logits, 0, class_index, *best);
   std::vector<const Array<float, 4>*> pointers;
   for (const auto& of_head : adjoints) pointers.push_back(&of_head);
-  const auto map = detail::map_of_picture(
-      heat_map(graph.layer_values(pass, 0, 0), graph.layer_adjoint(pass, pointers, 0, 0)), picture, detector);
-  auto shown = image::from_bytes<float>(picture);
-  for (std::size_t pixel = 0; pixel < map.size(); ++pixel) {
-    const float heat = map.data()[pixel], share = 0.7F * std::min(1.0F, 2 * heat);
-    const float colour[3] = {1, std::clamp(2 * heat - 1, 0.0F, 1.0F), 0};
+  const auto map = heat_map(graph.layer_values(pass, 0, 0), graph.layer_adjoint(pass, pointers, 0, 0));
+  Array<float, 3> single(Extents<3>{map.shape(0), map.shape(1), 1});
+  std::copy_n(map.data(), map.size(), single.data());
+  const auto spread = image::resize_bilinear(single, height, width);
+  std::copy_n(spread.data(), spread.size(), heat.data());
+  return heat;
+}
+
+/// A picture, [H, W, 3], with heat, [H, W], laid over it, from clear over red to yellow at the hottest place.
+inline Bitmap heated(Array<float, 3> picture, const Array<float, 2>& heat) {
+  const float greatest = *std::max_element(heat.begin(), heat.end());
+  for (std::size_t pixel = 0; greatest > 0 && pixel < heat.size(); ++pixel) {
+    const float share_of_greatest = heat.data()[pixel] / greatest;
+    const float share = 0.7F * std::min(1.0F, 2 * share_of_greatest);
+    const float colour[3] = {1, std::clamp(2 * share_of_greatest - 1, 0.0F, 1.0F), 0};
     for (std::size_t c = 0; c < 3; ++c) {
-      float& value = shown.data()[3 * pixel + c];
+      float& value = picture.data()[3 * pixel + c];
       value = (1 - share) * value + share * colour[c];
     }
   }
-  return image::to_bytes(shown);
+  return image::to_bytes(picture);
+}
+
+/// A picture of any extents with heat_of_input() laid over it.
+inline Bitmap heat_map_picture(const Bitmap& picture, const Detector& detector, std::size_t class_index,
+                               HeatMap heat_map) {
+  const std::size_t height = detector.network->input_height(), width = detector.network->input_width();
+  auto shown = image::from_bytes<float>(picture);
+  const auto heat =
+      heat_of_input(image::fitted(shown, height, width, detector.fit), detector, class_index, heat_map);
+  Array<float, 3> single(Extents<3>{height, width, 1});
+  std::copy_n(heat.data(), heat.size(), single.data());
+  const auto place = image::placement(picture.shape(0), picture.shape(1), height, width, detector.fit.kind);
+  const auto of_picture =
+      image::resize_bilinear(image::crop(single, {place.top, place.left, place.height, place.width}),
+                             picture.shape(0), picture.shape(1));
+  Array<float, 2> heat_of_picture(Extents<2>{picture.shape(0), picture.shape(1)});
+  std::copy_n(of_picture.data(), of_picture.size(), heat_of_picture.data());
+  return heated(std::move(shown), heat_of_picture);
 }
 
 }  // namespace tapestry::shell

@@ -217,10 +217,13 @@ inline std::vector<std::string> warnings_about(const SceneSettings& scene) {
           "; the two will not cover each other. Give --frames of that car, and no --scenes"};
 }
 
-inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
+/// \param layers  as for load_detector()
+inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector,
+                          const std::vector<std::string>& layers = {}) {
   fill_in_bundled(scene);
   fill_in_bundled(detector);
-  Inputs inputs{load_detector(detector), 0, {}, load_car(scene), find_frames(scene), warnings_about(scene)};
+  Inputs inputs{
+      load_detector(detector, layers), 0, {}, load_car(scene), find_frames(scene), warnings_about(scene)};
   inputs.class_index = class_index_of(detector, inputs.detector);
   inputs.frames.posed = is_posed(inputs.frames.test.front());
   if (inputs.frames.posed)
@@ -233,14 +236,16 @@ inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector) {
 /// A detector beside the first one, from one file.
 /// \param option    that named it, for errors
 /// \param settings  of the first one: names, class and size are those of all
+/// \param layers    as for load_detector()
 inline FurtherDetector load_further_detector(const std::string& option, const std::string& path,
-                                             DetectorSettings settings) {
+                                             DetectorSettings settings,
+                                             const std::vector<std::string>& layers = {}) {
   if (!is_onnx(path) && !io::is_safetensors(path))
     throw Error(ErrorKind::usage,
                 option + ": " + path + " is neither an .onnx model nor a detector that convert_weights made");
   settings.cfg = settings.decode = settings.detector = settings.fit = "";
   settings.weights = path;
-  FurtherDetector further{load_detector(settings)};
+  FurtherDetector further{load_detector(settings, layers)};
   further.class_index = class_index_of(settings, further.detector);
   return further;
 }

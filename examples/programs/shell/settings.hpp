@@ -132,7 +132,9 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("max-score-weight", s.max_score, "weight of the max_score term");
   visit("smoothness-weight", s.smoothness, "weight mu of the smoothness term, in units of 1e-4");
   visit("smooth-over", s.smooth_over, "smoothness counts steps in the picture or in the texture");
-  visit("start", s.start, "first texture: random, zero (mid grey) or own (the mesh's colours)");
+  visit("start", s.start,
+        "first texture: random, zero (mid grey), own (the mesh's colours), or the texture.npz of a run of "
+        "this car");
   visit(
       "epochs", s.epochs,
       "passes over the training views; 0: 20 over drawn scenes; over frames enough to show 2400, at least 5");
@@ -181,6 +183,9 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
   });
 }
 
+/// Whether --start names a file.
+inline bool is_texture_file(const std::string& start) { return start.ends_with(".npz"); }
+
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
   list.require_choice("--mask", s.mask, {"auto", "silhouette", "file"});
   list.require_choice("--texture", s.texture, {"atlas", "cube"});
@@ -217,7 +222,7 @@ inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
   list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
   list.attempt([&] { (void)image::conditions_by_names(s.conditions); });
   list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});
-  list.require_choice("--start", s.start, {"random", "zero", "own"});
+  if (!is_texture_file(s.start)) list.require_choice("--start", s.start, {"random", "zero", "own"});
   const std::pair<const char*, double> weights[] = {{"--iou-weight", s.iou},
                                                     {"--objectness-weight", s.objectness},
                                                     {"--class-weight", s.classification},

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "file_status.hpp"
+#include "run_texture.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
@@ -25,6 +26,8 @@ inline std::size_t default_epochs(std::size_t views, bool drawn) {
 inline Array<float, 2> start_texture(const OptimisationSettings& settings, const raster::PaintedMesh& car) {
   const std::size_t count = car.layout.texel_count(car.mesh);
   if (settings.start == "zero") return zeros<float, 2>({count, 3});
+  if (is_texture_file(settings.start))
+    return camouflage::parameter_of_colours(read_colours(settings.start, count));
   if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
   Random random = Random(settings.seed).fork(0x7374617274ULL);
   return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/best_candidate.hpp>
@@ -74,6 +75,24 @@ template <std::floating_point T>
   const std::size_t pixels = values.shape(1) * values.shape(2);
   return detail::weighted_map(
       values, [&](std::size_t c, std::size_t i) { return std::max(adjoint.data()[c * pixels + i], T(0)); });
+}
+
+/// How much of a heat map lies where a mask is: Σ heat · mask / Σ heat, in [0, 1]; nothing where there is no
+/// heat at all. Heat that is the same everywhere has the share of the mask's area.
+///
+/// \param heat  [H, W], at least 0
+/// \param mask  [H, W], in [0, 1]
+/// \throws ShapeError if the extents differ
+template <std::floating_point T>
+[[nodiscard]] std::optional<double> share_within(const Array<T, 2>& heat, const Array<T, 2>& mask) {
+  require_shape("share_within", "mask", mask, heat.shape());
+  double within = 0, whole = 0;
+  for (std::size_t i = 0; i < heat.size(); ++i) {
+    within += static_cast<double>(heat.data()[i]) * static_cast<double>(mask.data()[i]);
+    whole += static_cast<double>(heat.data()[i]);
+  }
+  if (!(whole > 0)) return std::nullopt;
+  return std::min(within / whole, 1.0);
 }
 
 /// The adjoint of one candidate's score: 1 for the logit of the class and for that of objectness, of which

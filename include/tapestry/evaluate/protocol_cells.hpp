@@ -29,7 +29,9 @@ struct ProtocolOutcomes {
   Array<std::uint8_t, 2> found;       ///< [frame, texture], 0 or 1
   Array<double, 2> best_confidence;   ///< [frame, texture], see best_confidence()
   Array<double, 2> found_confidence;  ///< [frame, texture], see ViewResult
+  Array<double, 2> attention;         ///< [frame, texture], share of a heat map on the car; 0 without maps
   Array<double, 1> hidden_share;      ///< [frame], of the car's silhouette, 0 where nothing is laid over it
+  Array<double, 1> car_share;         ///< [frame], of the picture, that the car covers
 
   ProtocolOutcomes() = default;
   ProtocolOutcomes(std::size_t frames, std::size_t textures)
@@ -37,7 +39,9 @@ struct ProtocolOutcomes {
         found(zeros<std::uint8_t, 2>({frames, textures})),
         best_confidence(zeros<double, 2>({frames, textures})),
         found_confidence(zeros<double, 2>({frames, textures})),
-        hidden_share(zeros<double, 1>({frames})) {}
+        attention(zeros<double, 2>({frames, textures})),
+        hidden_share(zeros<double, 1>({frames})),
+        car_share(zeros<double, 1>({frames})) {}
 
   [[nodiscard]] std::size_t frame_count() const { return found.shape(0); }
   [[nodiscard]] std::size_t texture_count() const { return found.shape(1); }
@@ -95,14 +99,18 @@ template <std::predicate<std::size_t> Belongs>
   return cell;
 }
 
-namespace detail {
 /// One number of each measured frame for which belongs(index) holds.
+///
+/// \param values   of the outcomes, [frame, texture]
+/// \param texture  its number in them
+/// \throws ShapeError if values are not of the outcomes' extents, or there is no such texture
 template <class Value, std::predicate<std::size_t> Belongs>
-[[nodiscard]] std::vector<double> of_measured(const ProtocolOutcomes& outcomes, const Array<Value, 2>& values,
-                                              std::size_t texture, Belongs belongs) {
-  require_shape("protocol outcomes", "values", values, {outcomes.frame_count(), outcomes.texture_count()});
+[[nodiscard]] std::vector<double> measured_values(const ProtocolOutcomes& outcomes,
+                                                  const Array<Value, 2>& values, std::size_t texture,
+                                                  Belongs belongs) {
+  require_shape("measured_values", "values", values, {outcomes.frame_count(), outcomes.texture_count()});
   if (texture >= outcomes.texture_count())
-    throw ShapeError("protocol outcomes: texture " + std::to_string(texture) + " of " +
+    throw ShapeError("measured_values: texture " + std::to_string(texture) + " of " +
                      std::to_string(outcomes.texture_count()));
   std::vector<double> numbers;
   for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
@@ -110,7 +118,16 @@ template <class Value, std::predicate<std::size_t> Belongs>
       numbers.push_back(static_cast<double>(values(frame, texture)));
   return numbers;
 }
-}  // namespace detail
+
+/// By how much a texture draws attention from the car: the share of heat maps on it with the clean texture
+/// minus that with this one, over the measured frames for which belongs(index) holds.
+/// \throws ShapeError as measured_values()
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] PairedDifference attention_lost(const ProtocolOutcomes& outcomes, std::size_t texture,
+                                              Belongs belongs) {
+  return paired_bootstrap(measured_values(outcomes, outcomes.attention, 0, belongs),
+                          measured_values(outcomes, outcomes.attention, texture, belongs));
+}
 
 /// What a texture does beyond a control in the measured frames for which belongs(index) holds, as
 /// effect_beyond().
@@ -121,8 +138,8 @@ template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Effect effect_of(const ProtocolOutcomes& outcomes, const std::string& name, std::size_t control,
                                std::size_t texture, Belongs belongs) {
   const auto compare = [&](const auto& values) {
-    return paired_bootstrap(detail::of_measured(outcomes, values, control, belongs),
-                            detail::of_measured(outcomes, values, texture, belongs));
+    return paired_bootstrap(measured_values(outcomes, values, control, belongs),
+                            measured_values(outcomes, values, texture, belongs));
   };
   return {name, compare(outcomes.best_confidence), compare(outcomes.found)};
 }
@@ -134,7 +151,7 @@ template <std::predicate<std::size_t> Belongs>
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<DetectionRate> sweep_of(const ProtocolOutcomes& outcomes, std::size_t texture,
                                                   const std::vector<double>& thresholds, Belongs belongs) {
-  const auto confidences = detail::of_measured(outcomes, outcomes.found_confidence, texture, belongs);
+  const auto confidences = measured_values(outcomes, outcomes.found_confidence, texture, belongs);
   std::vector<DetectionRate> rates;
   for (const double threshold : thresholds) {
     std::vector<bool> found;

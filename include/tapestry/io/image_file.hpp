@@ -131,6 +131,12 @@ void write_image(const std::string& path, const Array<T, 3>& image) {
   detail::write_png(path, pixels.data(), image.shape(0), image.shape(1), 3);
 }
 
+/// RGB, [H, W, 3], as the bytes of a PNG file; `path` is for messages. Errors as above.
+[[nodiscard]] inline std::string png_file(const std::string& path, const Array<std::uint8_t, 3>& image) {
+  require_shape("png_file", "image", image, {image.shape(0), image.shape(1), 3});
+  return detail::checked_png(path, image.data(), image.shape(0), image.shape(1), 3);
+}
+
 /// RGB in [0, 1], [H, W, 3], as the bytes of a PNG file; `path` is for messages. Errors as above.
 template <std::floating_point T>
 [[nodiscard]] std::string png_file(const std::string& path, const Array<T, 3>& image) {

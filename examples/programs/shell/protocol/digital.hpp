@@ -1,8 +1,10 @@
 #pragma once
-#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol.hpp"
@@ -29,36 +31,49 @@ inline Protocol photograph_protocol(std::string name, std::string title, const P
   return protocol;
 }
 
-/// One detector: a bar for each texture, how often the car is found, with its interval, and a mark at the
-/// mean best confidence.
-inline Panel texture_panel(const ProtocolResult& result, const ProtocolSection& section) {
+/// A share of one texture, with its interval if it has one, and a mark.
+struct TextureBar {
+  double share = 0;
+  std::optional<std::array<double, 2>> interval{};
+  double mark = 0;
+};
+
+/// One detector: a bar for each texture.
+inline Panel texture_panel(const ProtocolResult& result, const std::string& title,
+                           const std::vector<TextureBar>& bars) {
   constexpr double left = 120, right = 470, top = 34, row_height = 22;
   const double bottom = top + row_height * static_cast<double>(result.textures.size());
   const auto x = [=](double share) { return left + share * (right - left); };
-  std::string svg = svg_text(14, 18, "title", section.name);
+  std::string svg = svg_text(14, 18, "title", title);
   for (int tick = 0; tick <= 4; ++tick) {
     svg += svg_line(x(tick / 4.0), top, x(tick / 4.0), bottom, tick == 0 ? "ink" : "grid");
     svg += svg_text(x(tick / 4.0), bottom + 16, "muted middle",
                     std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
   }
-  for (std::size_t k = 0; k < result.textures.size(); ++k) {
-    const auto& [rate, confidence, success] = section.cell.textures[k];
+  for (std::size_t k = 0; k < bars.size(); ++k) {
+    const auto& [share, interval, mark] = bars[k];
     const double middle = top + row_height * (static_cast<double>(k) + 0.5);
     svg += svg_text(left - 8, middle + 4, "end", result.textures[k]);
-    if (rate.views == 0) continue;
     const bool is_camouflage = result.has_camouflage && k == 1;
-    svg += svg_rectangle(left, middle - 7, x(rate.p_at_50) - left, 14,
+    svg += svg_rectangle(left, middle - 7, x(share) - left, 14,
                          is_camouflage ? "class=\"second\"" : "class=\"first\"");
-    svg += svg_line(x(rate.interval[0]), middle, x(rate.interval[1]), middle, "ink");
-    for (const double end : rate.interval) svg += svg_line(x(end), middle - 3, x(end), middle + 3, "ink");
-    svg += svg_rectangle(x(confidence) - 2, middle - 9, 4, 18, "class=\"third\"");
+    if (interval) {
+      svg += svg_line(x((*interval)[0]), middle, x((*interval)[1]), middle, "ink");
+      for (const double end : *interval) svg += svg_line(x(end), middle - 3, x(end), middle + 3, "ink");
+    }
+    svg += svg_rectangle(x(mark) - 2, middle - 9, 4, 18, "class=\"third\"");
   }
   return {490, bottom + 26, svg};
 }
 
 inline Figure texture_figure(const Protocol&, const ProtocolResult& result) {
   Figure figure{"How often detectors find the car in held-out photographs", {}, {490, 64, ""}, 2};
-  for (const auto& section : result.sections) figure.panels.push_back(texture_panel(result, section));
+  for (const auto& section : result.sections) {
+    std::vector<TextureBar> bars;
+    for (const auto& [rate, confidence, success] : section.cell.textures)
+      bars.push_back({rate.p_at_50, rate.interval, confidence});
+    figure.panels.push_back(texture_panel(result, section.name, bars));
+  }
   figure.legend.svg =
       svg_text(14, 16, "muted", "bars: photographs in which the car is found (P@0.5); lines: 95 % (Wilson)") +
       svg_rectangle(14, 26, 4, 18, "class=\"third\"") +

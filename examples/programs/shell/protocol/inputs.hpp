@@ -60,7 +60,9 @@ inline std::string detector_name(const std::string& weights) {
 inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inputs) {
   const auto& settings = request.settings;
   if (is_on_photographs(settings.protocol)) {
-    auto loaded = load_inputs(request.scene, request.detector);
+    // Heat maps are of the last layer that all heads see.
+    const std::vector<std::string> layers(settings.protocol == "attention" ? 1 : 0);
+    auto loaded = load_inputs(request.scene, request.detector, layers);
     print_warnings(loaded.warnings);
     inputs.car = std::move(loaded.car);
     inputs.posed = loaded.frames.posed;
@@ -68,7 +70,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     request.held_out = request.held_out || loaded.frames.held_out;
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
     for (const auto& path : settings.further_weights) {
-      inputs.detectors.push_back(load_further_detector("--further-weights", path, request.detector));
+      inputs.detectors.push_back(load_further_detector("--further-weights", path, request.detector, layers));
       print_warnings(inputs.detectors.back().detector.warnings);
     }
     return;

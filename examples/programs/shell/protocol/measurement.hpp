@@ -35,22 +35,26 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
   outcomes.found = file.array<std::uint8_t, 2>("found");
   outcomes.best_confidence = file.array<double, 2>("best_confidence");
   outcomes.found_confidence = file.array<double, 2>("found_confidence");
+  outcomes.attention = file.array<double, 2>("attention");
   outcomes.hidden_share = file.array<double, 1>("hidden_share");
+  outcomes.car_share = file.array<double, 1>("car_share");
   const evaluate::ProtocolOutcomes expected(frames, textures);
   if (outcomes.state.shape() != expected.state.shape() || outcomes.found.shape() != expected.found.shape() ||
       outcomes.best_confidence.shape() != expected.best_confidence.shape() ||
       outcomes.found_confidence.shape() != expected.found_confidence.shape() ||
-      outcomes.hidden_share.shape() != expected.hidden_share.shape())
+      outcomes.attention.shape() != expected.attention.shape() ||
+      outcomes.hidden_share.shape() != expected.hidden_share.shape() ||
+      outcomes.car_share.shape() != expected.car_share.shape())
     throw FileError(ErrorKind::mismatch,
                     {path, "", "outcomes of another measurement",
                      std::to_string(frames) + " frames of " + std::to_string(textures) + " textures", ""});
   const auto is_share = [](double value) { return value >= 0 && value <= 1; };
   const auto at_most = [](std::uint8_t most) { return [=](std::uint8_t value) { return value <= most; }; };
+  const auto are_shares = [&](const auto& values) { return std::ranges::all_of(values.storage(), is_share); };
   if (!std::ranges::all_of(outcomes.state.storage(), at_most(2)) ||
-      !std::ranges::all_of(outcomes.found.storage(), at_most(1)) ||
-      !std::ranges::all_of(outcomes.best_confidence.storage(), is_share) ||
-      !std::ranges::all_of(outcomes.found_confidence.storage(), is_share) ||
-      !std::ranges::all_of(outcomes.hidden_share.storage(), is_share))
+      !std::ranges::all_of(outcomes.found.storage(), at_most(1)) || !are_shares(outcomes.best_confidence) ||
+      !are_shares(outcomes.found_confidence) || !are_shares(outcomes.attention) ||
+      !are_shares(outcomes.hidden_share) || !are_shares(outcomes.car_share))
     throw FileError(ErrorKind::malformed, {path, "", "values that no measurement has"});
   return outcomes;
 }
@@ -61,7 +65,9 @@ inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutc
   file.add("found", outcomes.found);
   file.add("best_confidence", outcomes.best_confidence);
   file.add("found_confidence", outcomes.found_confidence);
+  file.add("attention", outcomes.attention);
   file.add("hidden_share", outcomes.hidden_share);
+  file.add("car_share", outcomes.car_share);
   file.write(path);
 }
 
@@ -72,14 +78,31 @@ inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
   share(outcomes.found);
   share(outcomes.best_confidence);
   share(outcomes.found_confidence);
+  share(outcomes.attention);
   share(outcomes.hidden_share);
+  share(outcomes.car_share);
 }
 
 /// Where a protocol's frames come from, and who looks at them.
 struct ProtocolSource {
   std::function<camouflage::View<float>(std::size_t frame)> view;
   std::function<evaluate::Meter<float>&(std::size_t frame)> meter;
+  /// How much of the attention lies on the car; empty where nobody asks.
+  std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>
+      attention{};
 };
+
+/// A view's picture with a texture, or of one without texels its background alone.
+inline Array<float, 3> picture_with(const camouflage::View<float>& view, const Array<float, 2>& colours) {
+  return colours.size() > 0 ? camouflage::picture_of(view, colours) : view.background;
+}
+
+/// The share of a view's picture that the car covers.
+inline double car_share_of(const camouflage::View<float>& view) {
+  double covered = 0;
+  for (const float coverage : view.paint_to_picture.coverage) covered += static_cast<double>(coverage);
+  return 3 * covered / static_cast<double>(view.background.size());
+}
 
 /// Measures the frames of a protocol one after the other, each with all textures, and saves what it has about
 /// once a second. It holds one view at a time. Of several ranks each takes the next frame, then all tell each
@@ -111,7 +134,7 @@ class ProtocolMeasurement {
       const auto frames = std::span(pending).subspan(first, std::min(ranks.count(), pending.size() - first));
       if (ranks.index() < frames.size()) {
         const std::size_t frame = frames[ranks.index()];
-        const bool is_measured = measure(frame, source.view(frame), source.meter(frame));
+        const bool is_measured = measure(frame, source.view(frame), source);
         outcomes_.state(frame) =
             static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
       }
@@ -138,7 +161,7 @@ class ProtocolMeasurement {
     return std::chrono::duration<double>(Clock::now() - start).count();
   }
 
-  bool measure(std::size_t frame, const camouflage::View<float>& view, evaluate::Meter<float>& meter) {
+  bool measure(std::size_t frame, const camouflage::View<float>& view, const ProtocolSource& source) {
     if (view.visible_pixels == 0) return false;
     std::optional<FrameChange> change;
     if (protocol_.change) {
@@ -146,14 +169,15 @@ class ProtocolMeasurement {
       if (!change) return false;
       outcomes_.hidden_share(frame) = change->hidden_share;
     }
+    outcomes_.car_share(frame) = car_share_of(view);
     for (std::size_t k = 0; k < textures_.size(); ++k) {
-      const auto& colours = textures_[k].colours;
-      Array<float, 3> picture = colours.size() > 0 ? camouflage::picture_of(view, colours) : view.background;
+      Array<float, 3> picture = picture_with(view, textures_[k].colours);
       if (change) change->apply(picture);
-      const auto result = meter.examine(picture, view);
+      const auto result = source.meter(frame).examine(picture, view);
       outcomes_.found(frame, k) = result.found ? 1 : 0;
       outcomes_.best_confidence(frame, k) = result.best_confidence;
       outcomes_.found_confidence(frame, k) = result.found_confidence;
+      if (source.attention) outcomes_.attention(frame, k) = source.attention(picture, view, frame);
     }
     return true;
   }
@@ -163,14 +187,16 @@ class ProtocolMeasurement {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;
     const std::size_t textures = textures_.size();
-    std::vector<double> row(2 + 3 * textures);
+    std::vector<double> row(3 + 4 * textures);
     const auto copy = [&](std::size_t frame, double* values, auto assign) {
       assign(outcomes_.state(frame), values[0]);
       assign(outcomes_.hidden_share(frame), values[1]);
+      assign(outcomes_.car_share(frame), values[2]);
       for (std::size_t k = 0; k < textures; ++k) {
-        assign(outcomes_.found(frame, k), values[2 + k]);
-        assign(outcomes_.best_confidence(frame, k), values[2 + textures + k]);
-        assign(outcomes_.found_confidence(frame, k), values[2 + 2 * textures + k]);
+        assign(outcomes_.found(frame, k), values[3 + k]);
+        assign(outcomes_.best_confidence(frame, k), values[3 + textures + k]);
+        assign(outcomes_.found_confidence(frame, k), values[3 + 2 * textures + k]);
+        assign(outcomes_.attention(frame, k), values[3 + 3 * textures + k]);
       }
     };
     if (ranks.index() < frames.size())

@@ -7,6 +7,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <utility>
@@ -25,12 +26,20 @@ struct FrameChange {
 /// The thresholds of confidence at which P@0.5 is listed beside that of --confidence.
 inline const std::vector<double> swept_thresholds{0.05, 0.1, 0.25, 0.5, 0.75};
 
+/// How much of a detector's attention lies on the car with a texture.
+struct AttentionShare {
+  double mean = 0;
+  evaluate::PairedDifference lost{};  ///< clean minus this
+};
+
 /// Frames that are summed up together: all of them, or those that one detector looked at.
 struct ProtocolSection {
   std::string name;
   evaluate::Cell cell{};
   std::optional<evaluate::Effect> effect{};  ///< of the camouflage beyond the noise matched to it
   std::vector<std::vector<evaluate::DetectionRate>> sweep{};  ///< [texture][threshold]
+  std::vector<AttentionShare> attention{};                    ///< [texture]; empty without heat maps
+  double car_share = 0;                                       ///< of the pictures, mean
 };
 
 /// What a protocol found out.
@@ -40,6 +49,8 @@ struct ProtocolResult {
   bool has_bare = false;              ///< whether the last of the textures is none, see Protocol::bare_name
   std::vector<evaluate::Cell> cells;  ///< of the table, row by row
   std::vector<ProtocolSection> sections;
+  std::vector<std::pair<std::string, std::string>>
+      pictures{};  ///< what they show, and their PNG files' bytes
 
   [[nodiscard]] bool is_bare(std::size_t texture) const { return has_bare && texture + 1 == textures.size(); }
   /// Whether a texture can hide the car, which the clean one and none cannot.
@@ -50,6 +61,12 @@ struct ProtocolResult {
     if (has_camouflage) shown.insert(shown.end(), {1, 2});
     if (has_bare) shown.push_back(textures.size() - 1);
     return shown;
+  }
+  [[nodiscard]] std::string shown_names() const {
+    std::string names;
+    for (const std::size_t texture : shown_textures())
+      names += (names.empty() ? "" : ", ") + textures[texture];
+    return names;
   }
 };
 
@@ -69,6 +86,7 @@ struct Protocol {
   /// places in the table alone count.
   std::vector<evaluate::ProtocolFrame> frames;
   bool on_photographs = false;  ///< columns are detectors then, and nothing sums them up
+  bool maps_attention = false;  ///< whether heat maps are made
   std::string bare_name{};      ///< of the pictures without paint, which are measured last; none if empty
   std::vector<std::string> notes{};  ///< sentences under the table
   /// Nothing to leave the frame out; an empty function leaves pictures as they are.

@@ -1,9 +1,11 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <tapestry/evaluate/protocol_cells.hpp>
+#include <utility>
 #include <vector>
 
 #include "../report.hpp"
@@ -17,6 +19,8 @@ namespace tapestry::shell {
 /// Tables of whole sections.
 inline std::vector<WordTable> section_tables(const Protocol& protocol, const ProtocolResult& result) {
   std::vector<WordTable> tables;
+  for (const auto& section : result.sections)
+    if (!section.attention.empty()) tables.push_back(attention_table(result, section));
   for (const auto& section : result.sections) tables.push_back(summary_table(protocol, result, section));
   if (const WordTable effects = effect_table(result); !effects.rows.empty()) tables.push_back(effects);
   for (const auto& section : result.sections) tables.push_back(sweep_table(result, section));
@@ -101,6 +105,11 @@ inline Json cell_json(const evaluate::Cell& cell, const ProtocolResult& result) 
 inline Json section_json(const ProtocolSection& section, const ProtocolResult& result) {
   Json json = {{"name", section.name}};
   json.update(cell_json(section.cell, result));
+  for (std::size_t k = 0; k < section.attention.size(); ++k)
+    json["attention"][result.textures[k]] = {{"share", section.attention[k].mean},
+                                             {"less_than_clean", section.attention[k].lost.mean},
+                                             {"interval", section.attention[k].lost.interval}};
+  json["car_share"] = section.car_share;
   json["effect"] = section.effect ? json_of(*section.effect) : Json();
   for (std::size_t k = 0; k < result.textures.size(); ++k)
     for (std::size_t i = 0; i < swept_thresholds.size(); ++i)
@@ -148,6 +157,31 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
   return json;
 }
 
+namespace detail {
+/// Bytes in letters (RFC 4648, section 4).
+inline std::string base64(const std::string& bytes) {
+  static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      bits = bits << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += i + k > bytes.size() ? '=' : letters[bits >> (18 - 6 * k) & 63U];
+  }
+  return text;
+}
+
+/// Pictures within the page, each under what it shows.
+inline std::string picture_html(const std::vector<std::pair<std::string, std::string>>& pictures) {
+  std::string html;
+  for (const auto& [words, png] : pictures)
+    html += "<h2>" + escaped(words) + "</h2>\n<img alt=\"" + escaped(words) +
+            "\" src=\"data:image/png;base64," + base64(png) + "\">\n";
+  return html;
+}
+}  // namespace detail
+
 /// A page with figure and tables that needs nothing else.
 inline std::string protocol_html(const Protocol& protocol, const ProtocolResult& result,
                                  const std::vector<std::string>& notes) {
@@ -159,7 +193,7 @@ inline std::string protocol_html(const Protocol& protocol, const ProtocolResult&
       R"(body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding: 0 1em }
 body { background: #fff; color: #24292f }
 .panels { display: flex; flex-wrap: wrap; gap: 0 1em }
-svg { max-width: 100%; height: auto; display: block }
+svg, img { max-width: 100%; height: auto; display: block }
 .wide { overflow-x: auto; margin: 1em 0 }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums }
 caption { text-align: left; font-weight: bold; padding: .3em 0 }
@@ -172,7 +206,7 @@ body { background: #0d1117; color: #e6edf3 } tr + tr { border-color: #30363d }
 </style></head><body>
 <h1>)" +
       escaped(protocol.title) + "</h1>\n<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
-      "<h2>Tables</h2>\n";
+      detail::picture_html(result.pictures) + "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
   if (const std::string worst = worst_cell_text(protocol, result); !worst.empty())
     page += "<p><b>" + escaped(worst) + "</b></p>\n";

@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <iostream>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
+#include <tapestry/io/image_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -40,6 +42,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   if (!on_photographs)
     for (const char* unused : {"frames", "mask"}) options.erase(unused);
   add_json(options, request.detector);
+  if (request.settings.protocol == "attention") options["heat-map-kind"] = request.settings.heat_map_kind;
   if (on_photographs)
     options["further-weights"] = request.settings.further_weights;
   else
@@ -134,6 +137,11 @@ inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request, cons
 inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest& request,
                                 const ProtocolInputs& inputs, std::vector<evaluate::Meter<float>>& meters) {
   ProtocolSource source;
+  if (protocol.maps_attention)
+    source.attention = [&, heat_map = heat_map_by_name(request.settings.heat_map_kind)](
+                           const auto& picture, const auto& view, std::size_t frame) {
+      return attention_share(picture, view, inputs.detectors[protocol.frames[frame].column], heat_map);
+    };
   source.meter = [&](std::size_t frame) -> evaluate::Meter<float>& {
     return meters[protocol.on_photographs ? protocol.frames[frame].column : 0];
   };
@@ -154,14 +162,29 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
   return source;
 }
 
+/// 0 without values.
+inline double mean_of(const std::vector<double>& values) {
+  return values.empty()
+             ? 0
+             : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 template <std::predicate<std::size_t> Belongs>
-ProtocolSection section_of(const std::string& name, const ProtocolResult& result,
+ProtocolSection section_of(const Protocol& protocol, const std::string& name, const ProtocolResult& result,
                            const evaluate::ProtocolOutcomes& outcomes, Belongs belongs) {
   ProtocolSection section{name, evaluate::cell_of(outcomes, belongs)};
   if (result.has_camouflage)
     section.effect = evaluate::effect_of(outcomes, result.textures[2], 2, 1, belongs);
   for (std::size_t k = 0; k < result.textures.size(); ++k)
     section.sweep.push_back(evaluate::sweep_of(outcomes, k, swept_thresholds, belongs));
+  for (std::size_t k = 0; k < result.textures.size() && protocol.maps_attention; ++k)
+    section.attention.push_back({mean_of(evaluate::measured_values(outcomes, outcomes.attention, k, belongs)),
+                                 evaluate::attention_lost(outcomes, k, belongs)});
+  std::vector<double> car_shares;
+  for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
+    if (outcomes.state_of(frame) == evaluate::FrameState::measured && belongs(frame))
+      car_shares.push_back(outcomes.car_share(frame));
+  section.car_share = mean_of(car_shares);
   return section;
 }
 
@@ -174,11 +197,12 @@ inline ProtocolResult result_of(const Protocol& protocol,
   result.has_bare = !protocol.bare_name.empty();
   result.cells = evaluate::cells_of(protocol.table, protocol.frames, outcomes);
   if (!protocol.on_photographs) {
-    result.sections.push_back(section_of("all frames", result, outcomes, [](std::size_t) { return true; }));
+    result.sections.push_back(
+        section_of(protocol, "all frames", result, outcomes, [](std::size_t) { return true; }));
     return result;
   }
   for (std::size_t column = 0; column < protocol.table.columns.size(); ++column)
-    result.sections.push_back(section_of(protocol.table.columns[column], result, outcomes,
+    result.sections.push_back(section_of(protocol, protocol.table.columns[column], result, outcomes,
                                          [&](std::size_t i) { return protocol.frames[i].column == column; }));
   return result;
 }
@@ -186,13 +210,13 @@ inline ProtocolResult result_of(const Protocol& protocol,
 /// Each photograph with each detector and texture.
 inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
                                    const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
-  std::string text = "detector,texture,found,best_confidence,frame\n";
+  std::string text = "detector,texture,found,best_confidence,attention,frame\n";
   for (std::size_t frame = 0; frame < protocol.frames.size(); ++frame) {
     if (outcomes.state_of(frame) != evaluate::FrameState::measured) continue;
     for (std::size_t k = 0; k < result.textures.size(); ++k) {
-      std::array<char, 48> numbers{};
-      std::snprintf(numbers.data(), numbers.size(), ",%d,%.9g,", outcomes.found(frame, k),
-                    outcomes.best_confidence(frame, k));
+      std::array<char, 64> numbers{};
+      std::snprintf(numbers.data(), numbers.size(), ",%d,%.9g,%.9g,", outcomes.found(frame, k),
+                    outcomes.best_confidence(frame, k), outcomes.attention(frame, k));
       text += protocol.table.columns[protocol.frames[frame].column] + "," + result.textures[k] +
               numbers.data() + inputs.photographs[frame % inputs.photographs.size()] + "\n";
     }
@@ -234,9 +258,10 @@ inline int evaluate_protocol(ProtocolRequest request) {
       outcomes = read_outcomes(path, outcomes.frame_count(), outcomes.texture_count());
   }
   share_outcomes(outcomes);
+  const ProtocolSource source = detail::source_of(protocol, request, inputs, meters);
   ProtocolMeasurement measurement(protocol, textures, path, std::move(outcomes));
   try {
-    measurement.run(detail::source_of(protocol, request, inputs, meters));
+    measurement.run(source);
   } catch (const Stopped&) {
     std::cerr << "\nstopped with " << measurement.frames_pending() << " of " << protocol.frames.size()
               << " frames to go; " << (folder.empty() ? "nothing was written" : "the same command goes on")
@@ -244,10 +269,17 @@ inline int evaluate_protocol(ProtocolRequest request) {
     return StopSignal::exit_code();
   }
   if (!is_first) return 0;
-  const ProtocolResult result =
-      detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
+  ProtocolResult result = detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
+  if (protocol.maps_attention && !folder.empty())
+    for (std::size_t column = 0; column < inputs.detectors.size(); ++column)
+      result.pictures.emplace_back(
+          "Attention of " + protocol.table.columns[column] + ": " + result.shown_names(),
+          io::png_file(
+              folder + "/" + protocol.name + ".html",
+              attention_sheet(column, protocol, result, textures, measurement.outcomes(), source,
+                              inputs.detectors[column], heat_map_by_name(request.settings.heat_map_kind))));
   const auto notes = detail::notes_of(protocol, result, request, inputs);
   std::cout << protocol_text(protocol, result, notes);
   if (!folder.empty()) {

@@ -14,6 +14,7 @@ struct ProtocolSettings {
   std::string controls = "all";
   std::vector<double> background{1, 1, 1};
   std::vector<std::string> further_weights;
+  std::string heat_map_kind = "layer_cam";
   bool quick = false;
 };
 
@@ -28,8 +29,11 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
       ->expected(3)
       ->capture_default_str();
   app.add_option("--further-weights", s.further_weights,
-                 "of --protocol digital: further detectors, a column each, .onnx models or what "
+                 "of protocols on photographs: further detectors, a column each, .onnx models or what "
                  "convert_weights made, that know the car by the same --class");
+  app.add_option("--heat-map-kind", s.heat_map_kind,
+                 "of --protocol attention: layer_cam, grad_cam or grad_cam_plus_plus")
+      ->capture_default_str();
   app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");
 }
 
@@ -41,9 +45,12 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
     for (const char* option : options) list.require(app.get_option(option)->count() == 0, option + why);
   };
   if (s.protocol.empty())
-    refuse({"--controls", "--background", "--quick", "--further-weights"}, " needs --protocol");
+    refuse({"--controls", "--background", "--quick", "--further-weights", "--heat-map-kind"},
+           " needs --protocol");
   else
     refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against"}, " has no part in --protocol");
+  if (!s.protocol.empty() && s.protocol != "attention")
+    refuse({"--heat-map-kind"}, " has no part in --protocol " + s.protocol);
   if (on_photographs)
     refuse({"--background"}, " has no part in --protocol " + s.protocol);
   else if (!s.protocol.empty())

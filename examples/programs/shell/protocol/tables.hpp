@@ -169,6 +169,20 @@ inline WordTable effect_table(const ProtocolResult& result) {
   return table;
 }
 
+/// How much of the attention lies on the car with each texture.
+inline WordTable attention_table(const ProtocolResult& result, const ProtocolSection& section) {
+  WordTable table{"attention on the car, % of the heat map: " + section.name + " (the car covers " +
+                      detail::fixed(100 * section.car_share, 1) + " % of the picture)",
+                  {"texture", "attention", "less than clean, points", "95 %"}};
+  for (std::size_t k = 0; k < section.attention.size(); ++k) {
+    const auto& [mean, lost] = section.attention[k];
+    table.rows.push_back({result.textures[k], detail::fixed(100 * mean, 1),
+                          k == 0 ? "-" : detail::fixed(100 * lost.mean, 1),
+                          k == 0 ? "-" : interval_text(lost.interval)});
+  }
+  return table;
+}
+
 /// P@0.5 of all textures at other thresholds of confidence.
 inline WordTable sweep_table(const ProtocolResult& result, const ProtocolSection& section) {
   WordTable table{"P@0.5 by confidence threshold, %: " + section.name, {"texture"}};
