@@ -157,7 +157,7 @@ int run(const CLI::App& app, Options& options) {
   camouflage::ViewStore<float> store(
       car,
       {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U,
-       inputs.detector.fit},
+       inputs.detector.fit, inputs.photo_light},
       frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));
   const auto usable = views_with_car(store, inputs.warnings);
   print_warnings(inputs.warnings);

@@ -61,6 +61,7 @@
 #include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/run_state.hpp>
@@ -257,12 +258,12 @@
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/affine_colour.hpp>
 #include <tapestry/raster/affine_colour_variable.hpp>
-#include <tapestry/raster/ambient_occlusion.hpp>
 #include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/cropped.hpp>
+#include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
@@ -277,7 +278,6 @@
 #include <tapestry/raster/mip_pyramid_variable.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/parallel_view.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/render_variable.hpp>

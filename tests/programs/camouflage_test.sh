@@ -62,6 +62,11 @@ expect_exit 7 "a run resumed in another colour space" "$camouflage" --resume --c
 expect_error_line '--colour-space \(was "encoded", now "linear"\)'
 expect_exit 0 "an encoded run measured again" "$programs/evaluate" --run by_numbers --output measured_by_numbers
 grep -q '"colour-space"' measured_by_numbers/metrics.json && fail "an encoded run was measured in light" || pass
+expect_exit 0 "light estimated from photographs" "$camouflage" "${quick[@]}" --light photo --output by_photo
+grep -q '"sky"' by_photo/light.json && pass || fail "the estimated light is not exported"
+grep -q '"light": "photo"' by_photo/manifest.json && pass || fail "the manifest does not name the light"
+[ -e two/light.json ] && fail "light is exported that was not estimated" || pass
+expect_exit 2 "an unknown light" "$camouflage" --light moon --output none
 expect_exit 2 "an unknown colour space" "$camouflage" --colour-space gamma --output none
 expect_error_line '--colour-space .*gamma'
 

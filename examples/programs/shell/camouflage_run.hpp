@@ -20,6 +20,7 @@
 #include "camouflage_options.hpp"
 #include "contact_sheet.hpp"
 #include "inputs.hpp"
+#include "photo_light_report.hpp"
 #include "program.hpp"
 #include "progress.hpp"
 #include "report.hpp"
@@ -89,8 +90,12 @@ class CamouflageRun {
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
-    return {inputs_.detector.network->input_height(), inputs_.detector.network->input_width(),
-            options_.scene.samples, options_.keep_mib << 20U, inputs_.detector.fit};
+    return {inputs_.detector.network->input_height(),
+            inputs_.detector.network->input_width(),
+            options_.scene.samples,
+            options_.keep_mib << 20U,
+            inputs_.detector.fit,
+            inputs_.photo_light};
   }
 
   [[nodiscard]] camouflage::ViewStore<float>& test_store() {
@@ -173,6 +178,7 @@ class CamouflageRun {
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
     write_textures(training.parameter(), colours);
     write_matched_controls(textures.controls);
+    if (inputs_.photo_light) write_text(path("light.json"), report_text(light_json(test, usable)));
     const std::size_t columns = sheet_columns(before.size());
     StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
     io::write_image(path("before.png"), contact_sheet(before, columns));

@@ -78,7 +78,7 @@ class HardeningRun {
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
     return {undefended_.input_height(), undefended_.input_width(), options_.scene.samples,
-            options_.keep_mib << 20U, inputs_.detector.fit};
+            options_.keep_mib << 20U,   inputs_.detector.fit,      inputs_.photo_light};
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }

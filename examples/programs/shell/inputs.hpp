@@ -195,6 +195,7 @@ struct Inputs {
   Car car;
   FrameLists frames;
   std::vector<std::string> warnings;
+  std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
 };
 
 /// Every file that a run reads for its car, its detector and its frames.
@@ -228,6 +229,9 @@ inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector,
   inputs.frames.posed = is_posed(inputs.frames.test.front());
   if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
+  if (scene.light == "photo")
+    inputs.photo_light = camouflage::PhotoLight{
+        std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(inputs.car.painted.mesh))};
   for (const auto* more : {&inputs.detector.warnings, &inputs.car.warnings})
     inputs.warnings.insert(inputs.warnings.end(), more->begin(), more->end());
   return inputs;

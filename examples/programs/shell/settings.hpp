@@ -34,6 +34,7 @@ struct SceneSettings {
   std::size_t samples = 2;
   std::string filter = "anisotropic";
   std::string colour_space = "linear";
+  std::string light = "frame";
 };
 
 /// Which detector, and what it is asked for.
@@ -93,6 +94,10 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("colour-space", s.colour_space,
         "how colours are lit, filtered and blended: linear, in proportion to light as a camera sees it, or "
         "encoded, by the numbers of the picture as in the paper");
+  visit("light", s.light,
+        "what the car is lit by: frame, what the frame states, or photo, sun and sky estimated from the car "
+        "in each "
+        "frame's picture, which is taken to be of one colour and well exposed");
 }
 
 template <class Visit>
@@ -166,6 +171,7 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 /// or there was no choice when the run was made. Null if it may not be lacking.
 inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
+  if (name == "light") return "frame";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
   const bool is_open =
       name == "decode" || name == "fit" || name == "detector" || name == "ensemble" || name == "conditions";
@@ -190,6 +196,7 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
   list.require_choice("--mask", s.mask, {"auto", "silhouette", "file"});
   list.require_choice("--texture", s.texture, {"atlas", "cube"});
   list.require_choice("--filter", s.filter, names_of(raster::texture_filters));
+  list.require_choice("--light", s.light, {"frame", "photo"});
   list.require_choice("--colour-space", s.colour_space, names_of(image::colour_spaces));
   list.require(s.samples == 1 || s.samples == 2 || s.samples == 4 || s.samples == 8,
                "--samples is " + std::to_string(s.samples) + "; expected 1, 2, 4 or 8");

@@ -4,8 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/frame_light.hpp>
+#include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/box_overlap.hpp>
@@ -41,6 +43,9 @@ struct View {
   image::ColourSpace space =
       image::ColourSpace::encoded;                      ///< in which the car is lit and laid over the frame
   std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< of a filtered atlas, else null
+  /// Of the photograph, without the shadow and occlusion it was drawn with; null where the frame's light was
+  /// taken.
+  std::shared_ptr<const raster::EstimatedLight> photo_light{};
 };
 
 namespace detail {
@@ -99,24 +104,34 @@ inline detect::Box box_around(const image::PixelWindow& window) {
 ///
 /// The car is hidden in the view when it lies outside the picture or wholly behind the mask: then
 /// visible_pixels is 0 and the target an empty box.
-/// \param car  with the pyramid of its atlas if that is filtered
+/// \param car    with the pyramid of its atlas if that is filtered
+/// \param photo  how the light is estimated from the frame's picture; without it, or where no point of the
+/// car can
+///               be made out in it, the light is frame_light()
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <class T>
 [[nodiscard]] View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis = 2,
-                                const image::Fit& fit = {}) {
+                                const image::Fit& fit = {}, const std::optional<PhotoLight>& photo = {}) {
   if (frame.mask)
     require_shape("make_view", "mask", *frame.mask, {frame.image.shape(0), frame.image.shape(1)});
   if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
     throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
   const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
   const auto camera = detail::placed(io::camera_of(frame), place, height, width);
-  const auto whole =
-      raster::masked(raster::texture_operator<T>(car, camera, height, width, frame_light(frame, car.space),
-                                                 samples_per_axis),
-                     detail::mask_of<T>(frame, height, width, fit.kind));
+  const auto lit = [&](const auto& light) {
+    return raster::masked(raster::texture_operator<T>(car, camera, height, width, light, samples_per_axis),
+                          detail::mask_of<T>(frame, height, width, fit.kind));
+  };
+  auto estimate = photo ? photo_light(frame, car, *photo) : std::nullopt;
+  const auto whole = estimate ? lit(estimate->light) : lit(frame_light(frame, car.space));
   View<T> view;
+  if (estimate) {
+    estimate->light.shadow = nullptr;  // a view is small
+    estimate->light.occlusion = nullptr;
+    view.photo_light = std::make_shared<const raster::EstimatedLight>(*estimate);
+  }
   view.name = frame.name;
   view.space = car.space;
   view.pyramid = car.pyramid;

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/letterbox.hpp>
@@ -33,11 +34,12 @@ class ViewStore {
     std::size_t samples_per_axis = 2;
     std::size_t keep_bytes = std::size_t(4) << 30U;  ///< views beyond it are prepared anew each time
     image::Fit fit{};                                ///< of frames in the network's input
+    std::optional<PhotoLight> photo_light{};         ///< how light is estimated; none: the frames' own
   };
 
   /// \param car  must outlive the store
   ViewStore(const raster::PaintedMesh& car, Settings settings, std::vector<Loader> loaders)
-      : car_(car), settings_(settings), loaders_(std::move(loaders)), kept_(loaders_.size()) {}
+      : car_(car), settings_(std::move(settings)), loaders_(std::move(loaders)), kept_(loaders_.size()) {}
 
   [[nodiscard]] std::size_t size() const { return loaders_.size(); }
   [[nodiscard]] const Settings& settings() const { return settings_; }
@@ -73,7 +75,7 @@ class ViewStore {
   [[nodiscard]] ViewPointer make(std::size_t index) const {
     return std::make_shared<const View<T>>(make_view<T>(loaders_[index](), car_, settings_.height,
                                                         settings_.width, settings_.samples_per_axis,
-                                                        settings_.fit));
+                                                        settings_.fit, settings_.photo_light));
   }
 
   void keep(std::size_t index, const ViewPointer& view) {

@@ -61,14 +61,18 @@ struct PreparedOutdoorLight {
     return cosine > 0 ? cosine * visible_share(face, b) : 0;
   }
 
+  /// In the world.
+  [[nodiscard]] geometry::Vector3 point(std::size_t face, const std::array<double, 3>& b) const {
+    geometry::Vector3 sum{};
+    for (std::size_t k = 0; k < 3; ++k)
+      sum = geometry::add(
+          sum, geometry::scale(mesh->positions[static_cast<std::size_t>(mesh->faces[face][k])], b[k]));
+    return sum;
+  }
+
   /// V
   [[nodiscard]] double visible_share(std::size_t face, const std::array<double, 3>& b) const {
-    if (!light.shadow) return 1;
-    geometry::Vector3 point{};
-    for (std::size_t k = 0; k < 3; ++k)
-      point = geometry::add(
-          point, geometry::scale(mesh->positions[static_cast<std::size_t>(mesh->faces[face][k])], b[k]));
-    return light.shadow->visible_share(face, point);
+    return light.shadow ? light.shadow->visible_share(face, point(face, b)) : 1;
   }
 
   /// A

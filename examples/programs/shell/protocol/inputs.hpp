@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/core/array.hpp>
@@ -37,8 +38,9 @@ namespace detail {
 struct ProtocolInputs {
   std::vector<FurtherDetector> detectors{};  ///< that of --weights first
   Car car{};
-  bool posed = false;                      ///< of the photographs, see FrameLists
-  std::vector<std::string> photographs{};  ///< paths; none where the car is rendered alone
+  bool posed = false;                                   ///< of the photographs, see FrameLists
+  std::vector<std::string> photographs{};               ///< paths; none where the car is rendered alone
+  std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
 };
 
 /// Of the photographs those that --quick leaves, evenly spread.
@@ -66,6 +68,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     print_warnings(loaded.warnings);
     inputs.car = std::move(loaded.car);
     inputs.posed = loaded.frames.posed;
+    inputs.photo_light = std::move(loaded.photo_light);
     inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
     request.held_out = request.held_out || loaded.frames.held_out;
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});

@@ -40,7 +40,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   add_json(options, request.scene);
   options.erase("scenes");
   if (!on_photographs)
-    for (const char* unused : {"frames", "mask"}) options.erase(unused);
+    for (const char* unused : {"frames", "mask", "light"}) options.erase(unused);
   add_json(options, request.detector);
   if (request.settings.protocol == "attention") options["heat-map-kind"] = request.settings.heat_map_kind;
   if (on_photographs)
@@ -152,7 +152,7 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
       return camouflage::make_view<float>(load_frame(path, request.scene.mask, inputs.posed),
                                           inputs.car.painted, detector.network->input_height(),
                                           detector.network->input_width(), request.scene.samples,
-                                          detector.fit);
+                                          detector.fit, inputs.photo_light);
     };
   else
     source.view = [&](std::size_t frame) {

@@ -1,0 +1,250 @@
+#include <tapestry/camouflage/photo_light.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <tapestry/camouflage/frame_light.hpp>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/geometry/icosphere.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/visibility.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/paint.hpp"
+#include "../support/tiny_scene.hpp"
+
+namespace camouflage = tapestry::camouflage;
+namespace geometry = tapestry::geometry;
+namespace image = tapestry::image;
+namespace io = tapestry::io;
+namespace raster = tapestry::raster;
+using tapestry::Array;
+
+namespace {
+constexpr std::array<double, 3> paint{0.2, 0.5, 0.7};
+constexpr std::size_t side = 200;
+
+raster::PaintedMesh ball() {
+  raster::PaintedMesh body{geometry::icosphere(4), {}, tapestry::test::solid, image::ColourSpace::linear};
+  body.painted = tapestry::test::every_face(body.mesh);
+  return body;
+}
+
+/// A sky above, a ground below and a sun, which make white paint at most white.
+raster::OutdoorLight afternoon(const geometry::Mesh& mesh) {
+  raster::OutdoorLight light;
+  light.sun = 0.6;
+  light.direction = geometry::normalised({0.6, -0.5, 0.6});
+  light.sky = {0.5, 0, 0.2, 0, 0, 0, 0, 0, 0};
+  light.shadow = std::make_shared<const raster::ParallelView>(mesh, light.direction, 512);
+  return light;
+}
+
+template <class Light>
+Array<double, 3> drawn(const raster::PaintedMesh& body, const geometry::Camera& camera, const Light& light,
+                       const std::array<double, 3>& colour, std::size_t height, std::size_t width) {
+  Array<double, 2> texel(tapestry::Extents<2>{1, 3});
+  for (std::size_t c = 0; c < 3; ++c) texel(0, c) = colour[c];
+  auto picture = raster::render_textured(body, camera, height, width, light, texel).colour;
+  for (double& value : picture.storage()) value = image::encoded(value);
+  return picture;
+}
+
+io::Frame photographed(const raster::PaintedMesh& body, const raster::OutdoorLight& light) {
+  io::Frame frame;
+  frame.name = "ball";
+  frame.camera = geometry::look_at({2, -3, 1.5}, {0, 0, 0}, {0, 0, 1}, 0.6);
+  const auto picture = drawn(body, *frame.camera, light, paint, side, side);
+  frame.image = Array<std::uint8_t, 3>(tapestry::Extents<3>{side, side, 3});
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    frame.image.data()[i] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, picture.data()[i])));
+  return frame;
+}
+
+/// Mean and greatest difference of two lights over the points of a frame.
+std::array<double, 2> difference(const raster::PaintedMesh& body, const io::Frame& frame,
+                                 const raster::OutdoorLight& a, const raster::OutdoorLight& b) {
+  const auto first = raster::prepare(body.mesh, *frame.camera, a);
+  const auto second = raster::prepare(body.mesh, *frame.camera, b);
+  double sum = 0, greatest = 0;
+  const auto points = camouflage::lit_points(frame, body, {});
+  for (const auto& point : points) {
+    const std::array<double, 3> middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
+    const double off =
+        std::abs(first.at(point.face, middle) * a.colour[0] - second.at(point.face, middle) * b.colour[0]);
+    sum += off / static_cast<double>(points.size());
+    greatest = std::max(greatest, off);
+  }
+  return {sum, greatest};
+}
+
+double angle(const geometry::Vector3& a, const geometry::Vector3& b) {
+  return std::acos(std::clamp(geometry::dot(geometry::normalised(a), geometry::normalised(b)), -1.0, 1.0));
+}
+}  // namespace
+
+TEST_CASE("sun and sky are found again from a photograph of known paint", "[camouflage][light]") {
+  const auto body = ball();
+  const auto light = afternoon(body.mesh);
+  const auto frame = photographed(body, light);
+  camouflage::PhotoLight settings;
+  settings.paint = paint;
+  const auto estimate = camouflage::photo_light(frame, body, settings);
+  REQUIRE(estimate);
+  CHECK(angle(estimate->light.direction, light.direction) <= 0.05);
+  CHECK(estimate->error <= 0.01);
+  CHECK(difference(body, frame, estimate->light, light)[0] <= 0.02);
+  for (std::size_t c = 1; c < 3; ++c)
+    CHECK(estimate->light.colour[c] == Approx(estimate->light.colour[0]).epsilon(0.02));
+}
+
+TEST_CASE("trim and dirt over a fifth of the car hardly change its light", "[camouflage][light]") {
+  const auto body = ball();
+  const auto light = afternoon(body.mesh);
+  auto frame = photographed(body, light);
+  tapestry::Random random(5);
+  for (std::size_t pixel = 0; pixel < side * side; ++pixel)
+    if (random.index(5) == 0)
+      for (std::size_t c = 0; c < 3; ++c) frame.image.data()[3 * pixel + c] = 8;
+  camouflage::PhotoLight settings;
+  settings.paint = paint;
+  const auto estimate = camouflage::photo_light(frame, body, settings);
+  REQUIRE(estimate);
+  CHECK(angle(estimate->light.direction, light.direction) <= 0.08);
+  CHECK(difference(body, frame, estimate->light, light)[0] <= 0.04);
+}
+
+TEST_CASE("without the paint a photograph's light is white, and as strong as exposure makes it",
+          "[camouflage][light]") {
+  const auto body = ball();
+  auto light = afternoon(body.mesh);
+  const auto full = camouflage::photo_light(photographed(body, light), body, {});
+  light.sun /= 4;
+  for (double& coefficient : light.sky) coefficient /= 4;
+  const auto quarter = camouflage::photo_light(photographed(body, light), body, {});
+  REQUIRE(full);
+  REQUIRE(quarter);
+  CHECK(full->light.colour == std::array<double, 3>{1, 1, 1});
+  CHECK(quarter->light.sun == Approx(full->light.sun).epsilon(0.1));
+  for (std::size_t c = 0; c < 3; ++c) CHECK(quarter->product[c] == Approx(full->product[c] / 4).epsilon(0.1));
+  CHECK(full->product[1] / full->product[2] == Approx(paint[1] / paint[2]).epsilon(0.01));
+}
+
+TEST_CASE("points come from painted faces inside the mask, where nothing is overexposed",
+          "[camouflage][light]") {
+  auto body = ball();
+  auto frame = photographed(body, afternoon(body.mesh));
+  const auto whole = camouflage::lit_points(frame, body, {});
+  CHECK(whole.size() > 5000);
+  CHECK(camouflage::lit_points(frame, body, {{}, 100}).size() <= 100);
+  frame.mask = Array<std::uint8_t, 2>(tapestry::Extents<2>{side, side});
+  std::fill(frame.mask->begin(), frame.mask->end(), std::uint8_t{0});
+  CHECK(camouflage::lit_points(frame, body, {}).empty());
+  CHECK_FALSE(camouflage::photo_light(frame, body, {}));
+  const auto view = camouflage::make_view<float>(frame, body, 64, 64, 2, {}, camouflage::PhotoLight{});
+  CHECK(view.photo_light == nullptr);
+  frame.mask.reset();
+  std::fill(body.painted.begin(), body.painted.end(), std::uint8_t{0});
+  CHECK(camouflage::lit_points(frame, body, {}).empty());
+  body.painted = tapestry::test::every_face(body.mesh);
+  std::fill(frame.image.begin(), frame.image.end(), std::uint8_t{255});
+  CHECK(camouflage::lit_points(frame, body, {}).empty());
+  std::fill(frame.image.begin(), frame.image.end(), std::uint8_t{0});  // a black car: no light at all
+  const auto dark = camouflage::photo_light(frame, body, {});
+  REQUIRE(dark);
+  CHECK(dark->light.sun == 0);
+  CHECK(dark->error == 0);
+}
+
+TEST_CASE("a view under a photograph's light keeps it, and has the same bits for any number of threads",
+          "[camouflage][light]") {
+  const auto body = ball();
+  const auto frame = photographed(body, afternoon(body.mesh));
+  const int threads = tapestry::thread_count();
+  const auto weights = [&] {
+    return camouflage::make_view<float>(frame, body, 64, 64, 2, {}, camouflage::PhotoLight{});
+  };
+  tapestry::limit_threads(1);
+  const auto one = weights();
+  tapestry::limit_threads(2);
+  const auto two = weights();
+  tapestry::limit_threads(threads);
+  REQUIRE(one.photo_light != nullptr);
+  CHECK(one.photo_light->light.shadow == nullptr);
+  CHECK(one.photo_light->light.sky == two.photo_light->light.sky);
+  CHECK(one.paint_to_picture.weights == two.paint_to_picture.weights);
+  CHECK(camouflage::make_view<float>(frame, body, 64, 64).photo_light == nullptr);
+}
+
+TEST_CASE("light from no points, of black paint, or from points that are not finite is refused",
+          "[camouflage][light][bad_input]") {
+  const auto mesh = geometry::icosphere(1);
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {}), tapestry::DomainError);
+  raster::LitPoint point;
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}, std::array<double, 3>{0, 1, 1}),
+                  tapestry::DomainError);
+  CHECK_NOTHROW(raster::estimated_light(mesh, {point}));  // one black point
+  point.colour[1] = std::nan("");
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}), tapestry::DomainError);
+  point.colour[1] = 1;
+  point.face = mesh.faces.size();
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}), tapestry::DomainError);
+}
+
+TEST_CASE("the car of the real frames looks more like its photograph under the photograph's light",
+          "[camouflage][light][carla]") {
+  const std::string shared = std::string(TAPESTRY_SHARED) + "/data/";
+  if (!std::filesystem::exists(shared + "mesh/audi_et_te.obj")) {
+    WARN("skipped: no real frames in TAPESTRY_SHARED");
+    return;
+  }
+  raster::PaintedMesh car{geometry::normalise_mesh(io::read_obj(shared + "mesh/audi_et_te.obj").mesh),
+                          {},
+                          tapestry::test::solid,
+                          image::ColourSpace::linear};
+  car.painted = geometry::faces_by_material(car.mesh, {"MI_CarExterior_Etron"});
+  const camouflage::PhotoLight settings{
+      std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(car.mesh, 256, 256))};
+  for (const char* number : {"1", "12501", "12502", "12503", "12504", "12505"}) {
+    const auto frame = io::read_frame(shared + "carla/data" + number + ".npz");
+    auto estimate = camouflage::photo_light(frame, car, settings);
+    REQUIRE(estimate);
+    const auto points = camouflage::lit_points(frame, car, settings);
+    estimate->light.colour = estimate->product;
+    const auto camera = io::camera_of(frame);
+    const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
+    const double grey = image::linearised(0.5);
+    const auto before =
+        drawn(car, camera, camouflage::frame_light(frame, car.space), {grey, grey, grey}, height, width);
+    const auto after = drawn(car, camera, estimate->light, {1, 1, 1}, height, width);
+    const auto seen = raster::visibility(car.mesh, camera, height, width, 1);
+    std::array<double, 3> sums{0, 0, 0}, mean{0, 0, 0};
+    for (const auto& point : points)
+      mean = geometry::add(mean, geometry::scale(point.colour, 1 / static_cast<double>(points.size())));
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < seen.face.size(); ++i) {
+      if (seen.face[i] < 0 || car.painted[static_cast<std::size_t>(seen.face[i])] == 0) continue;
+      for (std::size_t c = 0; c < 3; ++c, ++count) {
+        const double photo = frame.image.data()[3 * i + c] / 255.0;
+        sums[0] += std::abs(before.data()[3 * i + c] - photo);
+        sums[1] += std::abs(image::encoded(mean[c]) - photo);
+        sums[2] += std::abs(after.data()[3 * i + c] - photo);
+      }
+    }
+    for (double& sum : sums) sum /= static_cast<double>(count);
+    std::cout << "frame " << number << ", mean colour error of the grey car " << sums[0]
+              << ", of the photograph's mean colour " << sums[1] << ", under the photograph's light "
+              << sums[2] << "\n";
+    CHECK(sums[2] < sums[0]);
+    CHECK(sums[2] < sums[1]);
+  }
+}
