@@ -92,6 +92,7 @@ TEST_CASE("a picture comes back", "[io][image]") {
   const Array<float, 3> shares = tapestry::cast<float>(image) / 255.0F;
   io::write_image(folder.path("b.png"), shares);
   CHECK(folder.read("b.png") == folder.read("a.png"));
+  CHECK(io::png_file("bytes", image) == folder.read("a.png"));
   const Array<double, 2> mask = {{-1.0, 0.0}, {0.5, 2.0}};
   io::write_mask(folder.path("m.png"), mask);
   const auto again = io::read_mask(folder.path("m.png"));
