@@ -260,6 +260,10 @@ class FaceField {
     for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
     entries_.resize(begin_.back());
     std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    std::size_t listed = 1;
+    for (const Block& done : blocks) listed += done.faces.size();
+    weights_.reserve(listed);
+    faces_of_slots_.reserve(listed);
     for (Block& done : blocks) {
       const auto first = static_cast<std::uint32_t>(weights_.size());
       weights_.insert(weights_.end(), done.weights.begin(), done.weights.end());
