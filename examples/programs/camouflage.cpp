@@ -10,6 +10,7 @@
 #include "shell/camouflage_run.hpp"
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
+#include "shell/ranks.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/stop_signal.hpp"
 
@@ -58,6 +59,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   Inputs inputs = load_all(options);
   require_one_scale(inputs.frames);
   const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
+  if (!Ranks::all().is_first()) return CamouflageRun(std::move(options), std::move(inputs), "").execute();
   if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
   const RunFolder folder(options.output, is_new);
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile

@@ -1,9 +1,13 @@
+#include <barrier>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/raster/used_texels.hpp>
+#include <thread>
+#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
@@ -96,6 +100,42 @@ TEST_CASE("training gives the same bits for one and two threads", "[camouflage][
   const auto one = run(1);
   const auto two = run(2);
   CHECK(one == two);
+}
+
+TEST_CASE("a shared training gives the same bits for any number of processes", "[camouflage][training]") {
+  Fixture plain;
+  auto alone = plain.training(2);
+  while (!alone.finished()) alone.step();
+  const auto shared = [](std::size_t processes) {  // a thread each
+    std::vector<std::vector<double>> blocks(processes);
+    std::vector<Array<float, 2>> results(processes);
+    std::barrier meeting(static_cast<std::ptrdiff_t>(processes));
+    std::vector<std::thread> threads;
+    for (std::size_t own = 0; own < processes; ++own)
+      threads.emplace_back([&, own] {
+        Fixture fixture;
+        auto training = fixture.training(2);
+        training.share({processes, own, [&](const std::vector<double>& values) {
+                          blocks[own] = values;
+                          meeting.arrive_and_wait();
+                          std::vector<double> all;
+                          for (const auto& block : blocks) all.insert(all.end(), block.begin(), block.end());
+                          meeting.arrive_and_wait();
+                          return all;
+                        }});
+        while (!training.finished()) training.step();
+        results[own] = training.parameter();
+      });
+    for (auto& thread : threads) thread.join();
+    for (const auto& result : results) CHECK((result == results.front()));
+    return results.front();
+  };
+  const auto one = shared(1);
+  CHECK((shared(2) == one));
+  CHECK((shared(3) == one));
+  CHECK((shared(4) == one));  // more than views in a step
+  // Four steps of Adam that differ by the rounding of their gradients.
+  CHECK(test::relative_distance(one, alone.parameter()) <= 1e-3);
 }
 
 TEST_CASE("NaN in the loss stops the training, names step and term, and keeps the state",

@@ -1,20 +1,25 @@
 #!/usr/bin/env bash
-# evaluate --protocol under mpirun: the same files from any number of ranks, after the death of one, too.
+# evaluate --protocol and camouflage under mpirun: the same files from any number of ranks, after the death of one, too.
 source "$(dirname "$0")/support.sh"
 evaluate=$programs/evaluate
+camouflage=$programs/camouflage
 assets=$sources/examples/assets
-[ -x "$evaluate" ] && [ -x "$programs/camouflage" ] && command -v mpirun >/dev/null && ldd "$evaluate" | grep -q libmpi || exit 77
+[ -x "$evaluate" ] && [ -x "$camouflage" ] && command -v mpirun >/dev/null && ldd "$evaluate" | grep -q libmpi || exit 77
 
 # All ranks on this machine, by whoever runs the tests; no remote shell, no memory of another process.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_plm=isolated
 export OMPI_MCA_btl_vader_single_copy_mechanism=none
-here=(--oversubscribe --bind-to none "$evaluate" --threads 1)
+here=(--oversubscribe --bind-to none)
 ranks() { # ranks COUNT OPTION...
-  mpirun -n "$1" "${here[@]}" "${@:2}"
+  mpirun -n "$1" "${here[@]}" "$evaluate" --threads 1 "${@:2}"
+}
+# kill_last_rank PROCESS: of the ranks that this mpirun has started.
+kill_last_rank() {
+  kill -KILL "$(awk -v parent="$1" '$4 == parent { print $1 }' /proc/[0-9]*/stat 2>/dev/null | tail -n 1)"
 }
 
 mkdir frames && cp "$assets"/frames/test/00[01].npz frames
-"$programs/camouflage" --frames frames --texels 8 --epochs 1 --output run >/dev/null 2>&1
+"$camouflage" --frames frames --texels 8 --epochs 1 --output run >/dev/null 2>&1
 small=(--protocol views --run run --quick --controls matched --size 64 --background 0.5 0.5 0.5)
 expect_same_report() { # expect_same_report FOLDER FOLDER
   local file
@@ -35,15 +40,45 @@ done
 
 # One of two ranks is killed after something was saved: the run ends, and goes on with three.
 touch started
-mpirun -n 2 "${here[@]}" "${small[@]}" --output killed >/dev/null 2>killed.err &
+mpirun -n 2 "${here[@]}" "$evaluate" --threads 1 "${small[@]}" --output killed >/dev/null 2>killed.err &
 process=$!
 wait_for 60 [ killed/outcomes.npz -nt started ]
-last_rank=$(awk -v parent="$process" '$4 == parent { print $1 }' /proc/[0-9]*/stat 2>/dev/null | tail -n 1)
-kill -KILL "$last_rank"
+kill_last_rank "$process"
 wait "$process"
 [ $? -ne 0 ] && pass || fail "the death of a rank was not seen"
 expect_exit 0 "going on" ranks 3 "${small[@]}" --output killed
 expect_same_report alone killed
+
+# Views of a step are shared: five frames in steps of three and two.
+cp "$assets"/frames/test/00[2-4].npz frames
+paint=(--frames frames --texels 8 --batch 3 --conditions light --checkpoint-steps 1 --threads 1)
+expect_same_run() { # expect_same_run FOLDER FOLDER
+  local file
+  for file in texture.npz texture.png checkpoint.npz history.csv metrics.csv manifest.json; do
+    expect_file "$1/$file"
+    expect_same "$1/$file" "$2/$file"
+  done
+}
+for count in 1 2 3; do
+  expect_exit 0 "a camouflage by $count ranks" mpirun -n "$count" "${here[@]}" "$camouflage" "${paint[@]}" --epochs 4 \
+    --output "paint$count"
+  expect_same_run paint1 "paint$count"
+  [ "$(grep -c '^  adversarial ' command.out)" -eq 1 ] && pass || fail "results of $count ranks"
+done
+single=(--frames frames --texels 8 --epochs 1 --batch 1 --threads 1) # of one view a step there is nothing to add
+expect_exit 0 "single views without mpirun" "$camouflage" "${single[@]}" --output single
+expect_exit 0 "single views by two ranks" mpirun -n 2 "${here[@]}" "$camouflage" "${single[@]}" --output single2
+expect_same single/texture.npz single2/texture.npz
+mpirun -n 2 "${here[@]}" "$camouflage" "${paint[@]}" --epochs 30 --output dead >/dev/null 2>dead.err &
+process=$!
+wait_for 60 [ -e dead/checkpoint.npz ]
+kill_last_rank "$process"
+wait "$process"
+[ $? -ne 0 ] && pass || fail "the death of a rank was not seen"
+[ -e dead/report.html ] && fail "the run ended before its rank was killed" || pass
+expect_exit 0 "going on with three" mpirun -n 3 "${here[@]}" "$camouflage" --resume --output dead --threads 1
+expect_exit 0 "the same in one go" mpirun -n 1 "${here[@]}" "$camouflage" "${paint[@]}" --epochs 30 --output whole
+expect_same_run whole dead
 
 # Refusals end all ranks with the exit code of one process.
 expect_exit 2 "ranks without a protocol" ranks 2 --run run

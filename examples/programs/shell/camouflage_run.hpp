@@ -23,6 +23,7 @@
 #include "photo_light_report.hpp"
 #include "program.hpp"
 #include "progress.hpp"
+#include "ranks.hpp"
 #include "report.hpp"
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
@@ -33,7 +34,8 @@
 
 namespace tapestry::shell {
 
-/// One run in its folder.
+/// One run in its folder. Under mpirun the views of every step are dealt to the ranks, of which the first one
+/// writes.
 class CamouflageRun {
  public:
   CamouflageRun(CamouflageOptions options, Inputs inputs, std::string resume_command)
@@ -85,7 +87,11 @@ class CamouflageRun {
                                          start_texture(options_.optimisation, inputs_.car.painted),
                                          training_options);
     if (options_.resume) restore(training);
+    if (ranks_.is_under_mpirun())
+      training.share({ranks_.count(), ranks_.index(),
+                      [&](const std::vector<double>& own) { return ranks_.gathered(own); }});
     optimise(training);
+    if (!ranks_.is_first()) return;
     report(training, test, usable_test, start);
   }
 
@@ -118,7 +124,7 @@ class CamouflageRun {
     settings_ = identity_text(manifest);
     if (options_.resume)
       require_same_inputs(manifest, options_.output);
-    else
+    else if (ranks_.is_first())
       write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
   }
 
@@ -127,13 +133,19 @@ class CamouflageRun {
     saved_steps_ = training.steps_taken();
   }
 
+  /// Ranks stay together, so that none ends while the first one writes.
   void save(const camouflage::Training<float>& training) {
-    camouflage::write_checkpoint(path("checkpoint.npz"), training.state(), settings_);
-    write_text(path("history.csv"), history_csv(training.history()));
+    if (ranks_.is_first()) write(training);
     saved_steps_ = training.steps_taken();
+    (void)ranks_.any(false);
   }
 
-  /// \throws Stopped after saving, when a signal arrives
+  void write(const camouflage::Training<float>& training) const {
+    camouflage::write_checkpoint(path("checkpoint.npz"), training.state(), settings_);
+    write_text(path("history.csv"), history_csv(training.history()));
+  }
+
+  /// \throws Stopped after saving, when a signal arrives at a rank
   void optimise(camouflage::Training<float>& training) {
     ProgressLine progress;
     const auto start = Clock::now();
@@ -148,7 +160,7 @@ class CamouflageRun {
       }
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       progress.show(step_text(training, first, images, seconds), training.finished());
-      if (StopSignal::arrived()) {
+      if (ranks_.any(StopSignal::arrived())) {
         save(training);
         throw Stopped{};
       }
@@ -219,6 +231,7 @@ class CamouflageRun {
     write(evaluate::shuffled_patches_name, "shuffled.png");
   }
 
+  const Ranks& ranks_ = Ranks::all();
   CamouflageOptions options_;
   Inputs inputs_;
   std::string resume_command_;

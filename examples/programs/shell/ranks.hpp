@@ -2,11 +2,10 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdlib>
-#include <cstring>
 #include <span>
-#include <string>
 #include <type_traits>
 #include <vector>
 #if defined(TAPESTRY_MPI)
@@ -37,6 +36,8 @@ class Ranks {
   /// From 0.
   [[nodiscard]] std::size_t index() const { return index_; }
   [[nodiscard]] bool is_first() const { return index_ == 0; }
+  /// Whether mpirun started this process, were it alone.
+  [[nodiscard]] bool is_under_mpirun() const { return is_under_mpirun_; }
 
   /// Overwrites the values with those of the first rank. Every rank calls this, with as many of them.
   template <class T>
@@ -62,6 +63,12 @@ class Ranks {
     return own;
   }
 
+  /// Whether it holds at any rank. Every rank calls this.
+  [[nodiscard]] bool any(bool here) const {
+    const auto everywhere = gathered(std::vector<char>{here});
+    return std::find(everywhere.begin(), everywhere.end(), char{1}) != everywhere.end();
+  }
+
   /// Where errors are told: a file descriptor.
   [[nodiscard]] int error_stream() const { return error_stream_; }
 
@@ -77,6 +84,7 @@ class Ranks {
 #if defined(TAPESTRY_MPI)
     if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr && std::getenv("PMI_SIZE") == nullptr) return;
     MPI_Init(nullptr, nullptr);
+    is_under_mpirun_ = true;
     int count = 1, index = 0;
     MPI_Comm_size(MPI_COMM_WORLD, &count);
     MPI_Comm_rank(MPI_COMM_WORLD, &index);
@@ -109,6 +117,7 @@ class Ranks {
   }
 
   std::size_t count_ = 1, index_ = 0;
+  bool is_under_mpirun_ = false;
   int error_stream_ = STDERR_FILENO;
 };
 

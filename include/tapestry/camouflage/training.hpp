@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -27,6 +28,15 @@ struct TrainingOptions {
   std::uint64_t seed = 1;
   optim::AdamSettings adam{};
   image::Conditions conditions{};  ///< what every step photographs its views under; none: as they are
+};
+
+/// Which views of every step a process looks at where several train one texture together, and how they tell
+/// each other what they found.
+struct SharedSteps {
+  std::size_t processes = 1;
+  std::size_t own = 0;  ///< of the processes, from 0
+  /// The values of all processes, one after the other; each calls it at the same time with as many.
+  std::function<std::vector<double>(const std::vector<double>&)> gathered;
 };
 
 /// Everything that changes while the texture is optimised. Two runs that agree in it and in their
@@ -74,6 +84,11 @@ class Training {
   /// The terms of every step so far.
   [[nodiscard]] const std::vector<ObjectiveTerms>& history() const { return state_.history; }
 
+  /// Shares the views of every step with processes that begin from the same state. Each view is then recorded
+  /// alone, and gradients are added in the minibatch's order: the same bits for any number of processes, one
+  /// included, while a training that is not shared records a minibatch at once and rounds otherwise.
+  void share(SharedSteps shared) { shared_ = std::move(shared); }
+
   /// A copy of everything a checkpoint needs.
   [[nodiscard]] TrainingState<T> state() const {
     TrainingState<T> state = state_;
@@ -96,11 +111,13 @@ class Training {
   ///         is then what it was before the step
   std::size_t step() {
     const auto views = next_batch();
-    const Array<T, 2> gradient = gradient_of(views);
+    const Array<T, 2> gradient =
+        shared_ ? shared_gradient_of(views) : gradient_of(views, next_session(views));
+    require_finite_terms(views);
     require_finite_gradient(gradient, views);
     const ScopedTimer timer(objective_.times().update);
     adam_.step(state_.parameter, gradient);
-    state_.history.push_back(objective_.terms());
+    state_.history.push_back(terms_);
     ++state_.step;
     return views.size();
   }
@@ -128,19 +145,49 @@ class Training {
     return draw_session<T>(views, options_.conditions, random, true);
   }
 
-  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
+  /// Leaves the terms in terms_.
+  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views,
+                                        const std::optional<PhotoSession>& session) {
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<T, 2> parameter = tape_.input(state_.parameter);
-    const auto session = next_session(views);
     const Variable<T> loss = objective_(parameter, views, session ? &*session : nullptr);
-    require_finite_terms(views);
+    terms_ = objective_.terms();
     tape_.reverse(loss);
     return parameter.adjoint();
   }
 
+  /// The mean over views of what gradient_of() each; a process is dealt every so many-th view.
+  [[nodiscard]] Array<T, 2> shared_gradient_of(const std::vector<ViewPointer>& views) {
+    constexpr std::array terms{
+        &ObjectiveTerms::iou,       &ObjectiveTerms::objectness, &ObjectiveTerms::classification,
+        &ObjectiveTerms::max_score, &ObjectiveTerms::smoothness, &ObjectiveTerms::total};
+    const auto session = next_session(views);
+    const std::size_t each = block_count(views.size(), shared_->processes);
+    const std::size_t width = terms.size() + state_.parameter.size();
+    std::vector<double> own;
+    for (std::size_t i = shared_->own; i < views.size(); i += shared_->processes) {
+      std::optional<PhotoSession> shot;
+      if (session) shot = PhotoSession{session->print, {session->shots[i]}};
+      const Array<T, 2> gradient = gradient_of({views[i]}, shot);
+      for (const auto term : terms) own.push_back(terms_.*term);
+      own.insert(own.end(), gradient.begin(), gradient.end());
+    }
+    own.resize(each * width);
+    const auto all = shared_->gathered(own);
+    Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
+    terms_ = {};
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const double* from = all.data() + (i % shared_->processes * each + i / shared_->processes) * width;
+      for (const auto term : terms) terms_.*term += *from++ / static_cast<double>(views.size());
+      for (std::size_t k = 0; k < gradient.size(); ++k)
+        gradient.data()[k] += static_cast<T>(*from++) / static_cast<T>(views.size());
+    }
+    return gradient;
+  }
+
   void require_finite_terms(const std::vector<ViewPointer>& views) const {
-    const auto& terms = objective_.terms();
+    const auto& terms = terms_;
     const std::array<std::pair<const char*, double>, 6> named{{{"iou", terms.iou},
                                                                {"objectness", terms.objectness},
                                                                {"classification", terms.classification},
@@ -172,6 +219,8 @@ class Training {
   TrainingOptions options_;
   optim::Adam<T> adam_;
   TrainingState<T> state_;
+  ObjectiveTerms terms_;  ///< of the last step
+  std::optional<SharedSteps> shared_;
   Tape<T> tape_;
   std::vector<std::size_t> order_;
   std::size_t epoch_of_order_ = 0;

@@ -127,7 +127,7 @@ class ProtocolMeasurement {
     for (std::size_t frame = 0; frame < protocol_.frames.size(); ++frame)
       if (outcomes_.state_of(frame) == FrameState::pending) pending.push_back(frame);
     for (std::size_t first = 0; first < pending.size(); first += ranks.count()) {
-      if (std::ranges::count(ranks.gathered(std::vector<char>{StopSignal::arrived()}), char{1}) > 0) {
+      if (ranks.any(StopSignal::arrived())) {
         save();
         throw Stopped{};
       }
