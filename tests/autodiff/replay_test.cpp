@@ -55,6 +55,27 @@ TEST_CASE("a replay has the values and gradients of the tape at other inputs", "
   }
 }
 
+TEST_CASE("a copy of a replay has values of its own, also where the recording took several windows",
+          "[autodiff][replay]") {
+  const std::vector<double> at = {0.5, -0.25, 1, 2}, elsewhere = {1.5, 0.75, -0.5, 1};
+  const auto gradient_of = [](Replay<double>& replay, const std::vector<double>& x) {
+    std::vector<double> gradient(4);
+    gradient.push_back(replay.gradient(x, gradient));
+    return gradient;
+  };
+  std::vector<double> first, second;
+  Replay<double> copy([](const auto* x) { return x[0]; }, at);
+  {
+    Replay<double> original(objective, at);
+    first = gradient_of(original, at);
+    copy = original;
+    second = gradient_of(original, elsewhere);
+    CHECK(gradient_of(copy, at) == first);
+  }
+  CHECK(gradient_of(copy, elsewhere) == second);  // what they share outlives the original
+  CHECK(gradient_of(copy, at) == first);
+}
+
 TEST_CASE("a replay refuses inputs for which a comparison comes out otherwise", "[autodiff][replay]") {
   const auto branch = [](const auto* x) {
     using S = std::remove_cvref_t<decltype(*x)>;

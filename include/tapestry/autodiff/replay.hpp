@@ -34,10 +34,9 @@ class Replay {
   template <class Function>
   Replay(const Function& function, std::span<const T> inputs, Guards guards = Guards::record)
       : input_count_(inputs.size()) {
-    const auto recorded = detail::record_function<1>(function, inputs, guards);
+    const auto recorded = detail::record_function<1>(function, inputs, guards, &program_);
     constant_ = recorded.constant;
-    statement_count_ = recorded.recording.statements.size();
-    program_ = detail::ReplayProgram<T>(recorded.recording, recorded.root);
+    program_.finish(recorded.recording, recorded.root);
   }
 
   /// The function's value at other inputs.
@@ -53,13 +52,13 @@ class Replay {
   T gradient(std::span<const T> inputs, std::span<T> gradient) {
     require_count("entries of the gradient", gradient.size());
     const T value = this->value(inputs);
-    program_.backward();
+    program_.backward(input_count_);
     std::copy_n(program_.adjoints() + 1, input_count_, gradient.begin());
     return value;
   }
 
   /// Formulas and comparisons recorded.
-  [[nodiscard]] std::size_t statement_count() const { return statement_count_; }
+  [[nodiscard]] std::size_t statement_count() const { return program_.statement_count(); }
   /// The pieces in which they are computed.
   [[nodiscard]] std::size_t run_count() const { return program_.run_count(); }
 
@@ -71,7 +70,6 @@ class Replay {
   }
 
   std::size_t input_count_;
-  std::size_t statement_count_ = 0;
   detail::ReplayProgram<T> program_;
   T constant_ = 0;
 };

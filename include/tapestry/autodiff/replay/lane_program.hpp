@@ -36,10 +36,10 @@ class LaneProgram {
       append(recording, recording.statements[order[place]], is_kept, is_needed, slot_of);
     }
     windows_.push_back(runs_.size());
-    values_.resize(std::size_t(slot_count_) * Lanes);
+    values_.resize(std::size_t(slot_count_) * Lanes, T(0));
     partials_.resize(std::size_t(partial_count_) * Lanes);
-    for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
-      if (is_kept[slot]) std::fill_n(values_.data() + slot_of[slot] * Lanes, Lanes, recording.slots[slot]);
+    for (const auto& given : recording.given)
+      std::fill_n(values_.data() + slot_of[given.slot] * Lanes, Lanes, given.value);
   }
 
   /// Values in all lanes of input i, which has slot i + 1.
@@ -97,8 +97,8 @@ class LaneProgram {
   /// Of each recorded slot, whether its value must outlive its window.
   static std::vector<bool> find_kept(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                      std::uint32_t root) {
-    std::vector<std::size_t> window_of(recording.slots.size(), order.size());
-    std::vector<bool> is_kept(recording.slots.size(), true);
+    std::vector<std::size_t> window_of(recording.slot_count(), order.size());
+    std::vector<bool> is_kept(recording.slot_count(), true);
     bool keeps_all = false;
     for (std::size_t place = 0; place < order.size(); ++place) {
       const auto& statement = recording.statements[order[place]];
@@ -129,7 +129,7 @@ class LaneProgram {
   /// Of each recorded slot that is not kept, whether the way backwards reads it, or what is computed from it.
   static std::vector<bool> find_needed(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                        const std::vector<bool>& is_kept) {
-    std::vector<bool> is_needed(recording.slots.size(), false);
+    std::vector<bool> is_needed(recording.slot_count(), false);
     for (std::size_t place = order.size(); place-- > 0;) {
       const auto& statement = recording.statements[order[place]];
       const bool again = statement.result != 0 && is_needed[statement.result];
@@ -145,9 +145,9 @@ class LaneProgram {
   /// Numbers the kept slots: first those that no statement computes.
   HugeVector<std::uint32_t> number_kept(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                         const std::vector<bool>& is_kept) {
-    std::vector<bool> is_result(recording.slots.size(), false);
+    std::vector<bool> is_result(recording.slot_count(), false);
     for (const auto& statement : recording.statements) is_result[statement.result] = true;
-    HugeVector<std::uint32_t> slot_of(recording.slots.size(), 0);
+    HugeVector<std::uint32_t> slot_of(recording.slot_count(), 0);
     for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
       if (slot == 0 || !is_result[slot]) slot_of[slot] = kept_count_++;
     first_result_ = kept_count_;

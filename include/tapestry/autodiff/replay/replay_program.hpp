@@ -2,140 +2,104 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <tapestry/autodiff/replay/replay_recording.hpp>
+#include <tapestry/autodiff/replay/replay_runs.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
-#include <utility>
+#include <tapestry/autodiff/tape/huge_page_allocator.hpp>
 #include <vector>
 
 namespace tapestry::detail {
 
-/// A recording made ready: statements of one operation side by side where that changes no result, so that few
-/// calls run them all. Slots are numbered anew: first those that no statement computes, then results.
+/// A recording made ready, a window at a time while it is made: statements of one operation side by side, so
+/// that few calls run them all. Slots are numbered anew: inputs from 1 on, then of each window what no
+/// statement computes, then results. Copies share what does not change.
 template <class T>
 class ReplayProgram {
  public:
-  ReplayProgram() = default;
+  /// Takes a window, and tells the recording the places of its slots.
+  void append(ReplayRecording<T>& recording, ReplayRuns<T>& runs) {
+    if (windows_.empty()) slot_count_ = static_cast<std::uint32_t>(recording.first_of_window);
+    const std::uint32_t first = slot_count_;
+    runs.make(recording, slot_count_, partial_count_);
+    for (const auto& given : recording.given) given_.push_back({recording.places[given.slot], given.value});
+    windows_.push_back({.runs = {lists_->runs.keep(runs.runs.data() + 1, runs.run_count), runs.run_count},
+                        .operands = lists_->operands.keep(runs.operands.data(), runs.operands.size()),
+                        .constants = lists_->constants.keep(runs.constants.data(), runs.constants.size()),
+                        .first_given = first,
+                        .given_count = static_cast<std::uint32_t>(recording.given.size())});
+    statement_count_ += recording.statements.size();
+    run_count_ += runs.run_count;
+  }
+
+  /// To be called behind the last window.
   /// \param root  a slot of the recording
-  ReplayProgram(const ReplayRecording<T>& recording, std::uint32_t root) {
-    HugeVector<std::uint32_t> slot_of = number_given(recording);
-    operands_.reserve(recording.operands.size());
-    constants_.reserve(recording.constants.size());
-    ReplayOrder<T> order(recording);
-    std::uint32_t next = first_result_;
-    for (auto window = order.next(); !window.empty(); window = order.next()) {
-      std::uint32_t result = next;
-      for (const std::uint32_t s : window)
-        if (const std::uint32_t slot = recording.statements[s].result; slot != 0) slot_of[slot] = next++;
-      const std::vector<char> is_in_chain = find_chains(recording, window, slot_of);
-      for (std::size_t i = 0; i < window.size(); ++i)
-        append(recording, recording.statements[window[i]], static_cast<bool>(is_in_chain[i]), slot_of,
-               result);
-    }
-    values_.resize(next);
-    for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
-      if (slot_of[slot] < first_result_) values_[slot_of[slot]] = recording.slots[slot];
+  void finish(const ReplayRecording<T>& recording, std::uint32_t root) {
+    values_.resize(slot_count_);
+    values_[0] = T(0);
+    for (const auto& given : given_) values_[given.slot] = given.value;
     partials_.resize(partial_count_);
-    root_ = slot_of[root];
+    root_ = recording.places[root];
   }
 
   [[nodiscard]] std::uint32_t root() const { return root_; }
   [[nodiscard]] T* values() { return values_.data(); }
   [[nodiscard]] const T* adjoints() const { return adjoints_.data(); }
-  [[nodiscard]] std::size_t run_count() const { return runs_.size(); }
+  [[nodiscard]] std::size_t statement_count() const { return statement_count_; }
+  [[nodiscard]] std::size_t run_count() const { return run_count_; }
 
   /// Computes all values from those of the inputs, and what a sweep needs.
   void forward() {
-    const ReplayArrays<T> arrays = this->arrays();
-    for (const auto& run : runs_) run.operation->forward(run, arrays);
+    for (const Window& window : windows_) {
+      const ReplayArrays<T> arrays = this->arrays(window);
+      for (const auto& run : window.runs) run.operation->forward(run, arrays);
+    }
   }
 
-  /// Computes all adjoints, that of the root being 1.
-  void backward() {
+  /// Computes all adjoints, that of the root being 1. Each run leaves those of its results zero.
+  void backward(std::size_t input_count) {
     adjoints_.resize(values_.size(), T(0));
-    std::fill_n(adjoints_.data(), first_result_, T(0));  // each run leaves those of its results zero
+    std::fill_n(adjoints_.data(), input_count + 1, T(0));
     adjoints_[root_] = T(1);
-    const ReplayArrays<T> arrays = this->arrays();
-    for (std::size_t i = runs_.size(); i-- > 0;)
-      if (const auto& run = runs_[i]; !is_single_zero(run)) run.operation->backward(run, arrays);
+    for (std::size_t w = windows_.size(); w-- > 0;) {
+      const Window& window = windows_[w];
+      const ReplayArrays<T> arrays = this->arrays(window);
+      // What reaches adjoints of constants is forgotten; that they are near soon saves more than it costs.
+      std::fill_n(adjoints_.data() + window.first_given, window.given_count, T(0));
+      for (std::size_t i = window.runs.size(); i-- > 0;)
+        if (const auto& run = window.runs[i]; !is_single_zero(run)) run.operation->backward(run, arrays);
+    }
   }
 
  private:
+  struct Window {
+    std::span<const ReplayRun<T>> runs;
+    const std::uint32_t* operands;
+    const T* constants;
+    std::uint32_t first_given, given_count;  ///< slots that no statement computes
+  };
+  /// What does not change once it is recorded, each in memory of its own for the sake of reading ahead.
+  struct Lists {
+    GrowingMemory runs{}, operands{}, constants{};
+  };
+
   [[nodiscard]] bool is_single_zero(const ReplayRun<T>& run) const {
     return run.count == 1 && run.operation->has_result && is_zero(adjoints_[run.result]);
   }
 
-  [[nodiscard]] ReplayArrays<T> arrays() {
-    return {values_.data(), adjoints_.data(), operands_.data(), constants_.data(), partials_.data(), nullptr};
+  [[nodiscard]] ReplayArrays<T> arrays(const Window& window) {
+    return {values_.data(), adjoints_.data(), window.operands, window.constants, partials_.data(), nullptr};
   }
 
-  using Recording = ReplayRecording<T>;
-
-  /// Numbers the slots that no statement computes; others are 0.
-  HugeVector<std::uint32_t> number_given(const Recording& recording) {
-    HugeVector<std::uint32_t> slot_of(recording.slots.size(), 0);
-    for (const auto& statement : recording.statements) slot_of[statement.result] = 1;  // is computed
-    for (std::size_t slot = 0; slot < slot_of.size(); ++slot)
-      slot_of[slot] = slot == 0 || slot_of[slot] == 0 ? first_result_++ : 0;
-    return slot_of;
-  }
-
-  /// \param result  slot of the next result
-  void append(const Recording& recording, const typename Recording::Statement& statement, bool is_in_chain,
-              const HugeVector<std::uint32_t>& slot_of, std::uint32_t& result) {
-    const auto& operation = *statement.operation;
-    if (runs_.empty() || runs_.back().operation != &operation || runs_.back().is_chain != is_in_chain)
-      runs_.push_back({.operation = &operation,
-                       .count = 0,
-                       .result = result,
-                       .operand = static_cast<std::uint32_t>(operands_.size()),
-                       .constant = static_cast<std::uint32_t>(constants_.size()),
-                       .partial = partial_count_,
-                       .is_chain = is_in_chain});
-    ++runs_.back().count;
-    result += operation.has_result;
-    for (std::size_t i = 0; i < operation.operand_count; ++i)
-      operands_.push_back(slot_of[recording.operands[statement.first_operand + i]]);
-    for (std::size_t i = 0; i < operation.constant_count; ++i)
-      constants_.push_back(recording.constants[statement.first_constant + i]);
-    partial_count_ += static_cast<std::uint32_t>(operation.partial_count);
-  }
-
-  /// Whether each statement of a window is one of several in a chain.
-  static std::vector<char> find_chains(const Recording& recording, std::span<const std::uint32_t> window,
-                                       const HugeVector<std::uint32_t>& slot_of) {
-    constexpr std::size_t shortest = 8;
-    std::vector<char> is_in_chain(window.size(), false);
-    const auto operation = [&](std::size_t i) { return recording.statements[window[i]].operation; };
-    for (std::size_t begin = 0, end = 0; begin < window.size(); begin = end + 1) {
-      for (end = begin; end < window.size() && operation(end) == operation(begin); ++end)
-        if (!continues_chain(recording, window[end], slot_of)) break;
-      if (end - begin >= shortest)
-        for (std::size_t i = begin; i < end; ++i) is_in_chain[i] = true;
-      if (end > begin) --end;
-    }
-    return is_in_chain;
-  }
-
-  static bool continues_chain(const Recording& recording, std::size_t s,
-                              const HugeVector<std::uint32_t>& slot_of) {
-    const auto& statement = recording.statements[s];
-    if (!statement.operation->can_chain) return false;
-    const std::uint32_t before = slot_of[statement.result] - 1;
-    for (std::size_t i = 0; i < statement.operation->operand_count; ++i)
-      if ((slot_of[recording.operands[statement.first_operand + i]] == before) != (i == 0)) return false;
-    return true;
-  }
-
-  HugeVector<ReplayRun<T>> runs_;
-  HugeVector<std::uint32_t> operands_;
-  HugeVector<T> constants_;
+  std::shared_ptr<Lists> lists_ = std::make_shared<Lists>();
+  std::vector<Window> windows_;
+  std::vector<typename ReplayRecording<T>::Given> given_;  ///< slots here
   HugeVector<T> partials_;
   HugeVector<T> values_;
   HugeVector<T> adjoints_;
-  std::uint32_t partial_count_ = 0;
-  std::uint32_t first_result_ = 0;
-  std::uint32_t root_ = 0;
+  std::size_t statement_count_ = 0, run_count_ = 0;
+  std::uint32_t slot_count_ = 0, partial_count_ = 0, root_ = 0;
 };
 
 }  // namespace tapestry::detail

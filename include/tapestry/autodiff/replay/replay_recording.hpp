@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <tapestry/autodiff/replay/growing_memory.hpp>
 #include <tapestry/autodiff/tape/huge_page_allocator.hpp>
 #include <unordered_map>
 #include <utility>
@@ -58,7 +59,11 @@ struct ReplayOperation {
   bool reads_operands = false;  ///< on the way backwards
 };
 
-/// A recording in the order in which it ran.
+/// A window of statements is small enough for what it computes to stay near.
+inline constexpr std::size_t replay_window = 4096;
+
+/// A recording, or its last window, in the order in which it ran. Its slots, counted from 1 on, are inputs,
+/// constants and results as they came.
 template <class T>
 struct ReplayRecording {
   struct Statement {
@@ -66,11 +71,40 @@ struct ReplayRecording {
     std::uint32_t first_operand;
     std::uint32_t first_constant;
     std::uint32_t result;  ///< its slot; 0 if it has none
+    std::uint32_t depth;   ///< how many of its window must run one after another before it
   };
-  HugeVector<T> slots{T(0)};  ///< values, from slot 1 on: inputs, constants and results as they came
-  HugeVector<Statement> statements{};
-  HugeVector<std::uint32_t> operands{};
-  HugeVector<T> constants{};
+  struct Given {
+    std::uint32_t slot;
+    T value;
+  };
+  /// Of slots of the window their depths; of others, what ReplayProgram has written.
+  GrowingArray<std::uint32_t> places{};
+  std::size_t first_of_window = 0;  ///< slot
+  std::vector<Given> given{};       ///< slots that no statement computes, but for inputs
+  GrowingArray<Statement> statements{};
+  GrowingArray<std::uint32_t> operands{};
+  GrowingArray<T> constants{};
+
+  [[nodiscard]] std::size_t slot_count() const { return places.size(); }
+  std::uint32_t append_slot(std::uint32_t depth) {
+    *places.append(1) = depth;
+    return static_cast<std::uint32_t>(places.size() - 1);
+  }
+  [[nodiscard]] std::uint32_t depth_of(std::uint32_t slot) const {
+    return slot < first_of_window ? 0 : places[slot];
+  }
+  /// Slot 0, which is of none, and those of so many inputs: their places are these.
+  void append_inputs(std::size_t count) {
+    std::uint32_t* const first = places.append(count + 1);
+    std::iota(first, first + count + 1, 0U);
+    first_of_window = count + 1;
+  }
+  void clear_window() {
+    given.clear();
+    statements.clear();
+    operands.clear();
+    constants.clear();
+  }
 };
 
 /// Numbers the operations of a recording in the order in which they come.
@@ -95,42 +129,28 @@ class OperationNumbers {
   std::unordered_map<const ReplayOperation<T>*, std::uint32_t> numbers_of_all_;
 };
 
-/// A window of statements is small enough for what it computes to stay near.
-inline constexpr std::size_t replay_window = 4096;
-
 /// The order in which statements run: within a window, they go by their depth, then by their operation.
 template <class T>
 class ReplayOrder {
  public:
-  explicit ReplayOrder(const ReplayRecording<T>& recording)
-      : recording_(recording), depth_of_slot_(recording.slots.size(), 0) {}
-
-  /// The statements of the next window, until they are asked for again; none when there is no more.
-  [[nodiscard]] std::span<const std::uint32_t> next() {
-    const std::size_t begin = end_;
-    end_ = std::min(begin + replay_window, recording_.statements.size());
-    sort(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end_));
-    return {order_.data(), end_ - begin};
+  /// Places in `window`, until it is asked again.
+  [[nodiscard]] std::span<const std::uint32_t> of(
+      std::span<const typename ReplayRecording<T>::Statement> window) {
+    std::uint32_t depths = 0;
+    for (std::size_t i = 0; i < window.size(); ++i) {
+      depth_[i] = window[i].depth;
+      depths = std::max(depths, depth_[i] + 1);
+      operation_[i] = operations_.of(window[i].operation);
+    }
+    // By counting, first by operation, then by depth.
+    std::iota(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(window.size()), 0U);
+    const auto count = static_cast<std::uint32_t>(window.size());
+    count_out(order_.data(), by_operation_.data(), count, operation_.data(), operations_.count());
+    count_out(by_operation_.data(), order_.data(), count, depth_.data(), depths);
+    return {order_.data(), window.size()};
   }
 
  private:
-  /// Sorts by counting, first by operation, then by depth.
-  void sort(std::uint32_t begin, std::uint32_t end) {
-    std::uint32_t depths = 0;
-    for (std::uint32_t s = begin; s < end; ++s) {
-      depth_[s - begin] = depth_of(recording_.statements[s]);
-      depths = std::max(depths, depth_[s - begin] + 1);
-      operation_[s - begin] = operations_.of(recording_.statements[s].operation);
-    }
-    std::iota(by_operation_.begin(), by_operation_.begin() + (end - begin), 0U);
-    std::uint32_t* const order = order_.data();
-    count_out(by_operation_.data(), order, end - begin, operation_.data(), operations_.count());
-    std::copy_n(order, end - begin, by_operation_.data());
-    count_out(by_operation_.data(), order, end - begin, depth_.data(), depths);
-    for (std::uint32_t i = 0; i < end - begin; ++i) order[i] += begin;
-    for (std::uint32_t s = begin; s < end; ++s) depth_of_slot_[recording_.statements[s].result] = 0;
-  }
-
   /// Writes so many places to `to` in the order of their keys, equal ones as they are in `from`.
   void count_out(const std::uint32_t* from, std::uint32_t* to, std::uint32_t count, const std::uint32_t* keys,
                  std::uint32_t key_count) {
@@ -140,20 +160,8 @@ class ReplayOrder {
     for (std::uint32_t i = 0; i < count; ++i) to[begins_[keys[from[i]]]++] = from[i];
   }
 
-  [[nodiscard]] std::uint32_t depth_of(const typename ReplayRecording<T>::Statement& statement) {
-    std::uint32_t depth = 0;
-    const std::uint32_t* const operands = recording_.operands.data() + statement.first_operand;
-    for (std::size_t i = 0; i < statement.operation->operand_count; ++i)
-      depth = std::max(depth, depth_of_slot_[operands[i]]);
-    if (statement.result != 0) depth_of_slot_[statement.result] = depth + 1;
-    return depth;
-  }
-
-  const ReplayRecording<T>& recording_;
-  HugeVector<std::uint32_t> depth_of_slot_;
   OperationNumbers<T> operations_;
   std::array<std::uint32_t, replay_window> depth_, operation_, by_operation_, order_;
-  std::size_t end_ = 0;
   std::vector<std::uint32_t> begins_;
 };
 
@@ -162,9 +170,13 @@ template <class T>
 [[nodiscard]] HugeVector<std::uint32_t> replay_order(const ReplayRecording<T>& recording) {
   HugeVector<std::uint32_t> all;
   all.reserve(recording.statements.size());
-  ReplayOrder<T> order(recording);
-  for (auto window = order.next(); !window.empty(); window = order.next())
-    all.insert(all.end(), window.begin(), window.end());
+  ReplayOrder<T> order;
+  const std::span<const typename ReplayRecording<T>::Statement> statements(recording.statements.data(),
+                                                                           recording.statements.size());
+  for (std::size_t begin = 0; begin < statements.size(); begin += replay_window)
+    for (const std::uint32_t s :
+         order.of(statements.subspan(begin, std::min(replay_window, statements.size() - begin))))
+      all.push_back(static_cast<std::uint32_t>(begin) + s);
   return all;
 }
 

@@ -24,8 +24,19 @@ namespace detail {
 template <std::floating_point T, std::size_t Lanes>
 struct ReplayRecorder {
   ReplayRecording<T> recording{};
+  ReplayProgram<T>* program = nullptr;  ///< takes each window
+  ReplayRuns<T> runs;
   std::uint32_t generation = next_generation();
   Guards guards = Guards::record;
+
+  /// Called behind every replay_window statements, and at the end.
+  void end_window() {
+    if (program != nullptr) {
+      program->append(recording, runs);
+      recording.clear_window();
+    }
+    recording.first_of_window = recording.slot_count();
+  }
   static inline constinit thread_local ReplayRecorder* active = nullptr;
 };
 
@@ -98,28 +109,53 @@ class Replayable {
 
 namespace detail {
 
-/// Takes a formula apart, onto a recording. A passive variable becomes a slot that keeps its value.
+/// Takes formulas apart, onto a recording. A passive variable becomes a slot that keeps its value.
 template <class T, std::size_t Lanes>
-struct RecordedLeaves {
-  ReplayRecorder<T, Lanes>& recorder;
-  std::size_t operand_count = 0;
-  std::size_t constant_count = 0;
+class RecordedLeaves {
+ public:
+  /// \param variables, constants  in the formulas
+  RecordedLeaves(ReplayRecorder<T, Lanes>& recorder, std::size_t variables, std::size_t constants)
+      : recorder_(recorder),
+        first_operand_(static_cast<std::uint32_t>(recorder.recording.operands.size())),
+        first_constant_(static_cast<std::uint32_t>(recorder.recording.constants.size())),
+        operand_(recorder.recording.operands.append(variables)),
+        constant_(recorder.recording.constants.append(constants)) {}
 
-  void add_constant(T value) {
-    recorder.recording.constants.push_back(value);
-    ++constant_count;
+  [[gnu::always_inline]] void add_constant(T value) { *constant_++ = value; }
+  [[gnu::always_inline]] void add_variable(T value, Link link) {
+    if (link.generation() != recorder_.generation) [[unlikely]]
+      link = append_passive(value, link);
+    depth_ = std::max(depth_, recorder_.recording.depth_of(link.index()));
+    *operand_++ = link.index();
   }
-  void add_variable(T value, Link link) {
-    auto& recording = recorder.recording;
-    if (link.is_active() && link.generation() != recorder.generation)
+  /// One statement of all that was added.
+  void finish(const ReplayOperation<T>* operation, std::uint32_t result) {
+    auto& recording = recorder_.recording;
+    *recording.statements.append(1) = {operation, first_operand_, first_constant_, result, depth_};
+    if (recording.statements.size() % replay_window == 0) [[unlikely]]
+      recorder_.end_window();
+  }
+  /// The same, and its result.
+  [[nodiscard]] Link finish_result(const ReplayOperation<T>* operation) {
+    const std::uint32_t result = recorder_.recording.append_slot(depth_ + 1);
+    finish(operation, result);
+    return Link(result, recorder_.generation);
+  }
+
+ private:
+  [[gnu::noinline]] Link append_passive(T value, Link link) {
+    if (link.is_active())
       throw DomainError("Replay: a variable of another recording, or of one that has ended");
-    if (!link.is_active()) {
-      link = Link(static_cast<std::uint32_t>(recording.slots.size()), recorder.generation);
-      recording.slots.push_back(value);
-    }
-    recording.operands.push_back(link.index());
-    ++operand_count;
+    auto& recording = recorder_.recording;
+    recording.given.push_back({recording.append_slot(0), value});
+    return Link(recording.given.back().slot, recorder_.generation);
   }
+
+  ReplayRecorder<T, Lanes>& recorder_;
+  std::uint32_t first_operand_, first_constant_;
+  std::uint32_t* operand_;
+  T* constant_;
+  std::uint32_t depth_ = 0;
 };
 
 /// What a recording says of a statement that is Scalar to one lane and LaneSweeps to several.
@@ -140,16 +176,9 @@ Link record_replayable(const E& formula) {
   constexpr std::size_t lanes = LeafCounts<E>::lanes;
   ReplayRecorder<T, lanes>* const recorder = ReplayRecorder<T, lanes>::active;
   if (recorder == nullptr) throw DomainError("Replay: a variable of a recording that has ended");
-  auto& recording = recorder->recording;
-  const auto first_operand = static_cast<std::uint32_t>(recording.operands.size());
-  const auto first_constant = static_cast<std::uint32_t>(recording.constants.size());
-  RecordedLeaves<T, lanes> leaves{*recorder};
+  RecordedLeaves<T, lanes> leaves(*recorder, LeafCounts<E>::variables, LeafCounts<E>::constants);
   formula.write(leaves);
-  const Link link(static_cast<std::uint32_t>(recording.slots.size()), recorder->generation);
-  recording.slots.push_back(formula.value());
-  recording.statements.push_back({replay_operation<ReplayStatement<E>, LaneStatement<E>>(), first_operand,
-                                  first_constant, link.index()});
-  return link;
+  return leaves.finish_result(replay_operation<ReplayStatement<E>, LaneStatement<E>>());
 }
 
 }  // namespace detail
@@ -168,16 +197,12 @@ void observe_comparison(const X& x, const Y& y, std::partial_ordering) {
   Recorder* const recorder = Recorder::active;
   if (recorder == nullptr || recorder->guards == Guards::ignore) return;
   if (!left.is_active() && !right.is_active()) return;
-  auto& recording = recorder->recording;
-  const auto first_operand = static_cast<std::uint32_t>(recording.operands.size());
-  const auto first_constant = static_cast<std::uint32_t>(recording.constants.size());
-  detail::RecordedLeaves<T, lanes> leaves{*recorder};
+  using Guard = detail::ReplayGuard<Left, Right>;
+  detail::RecordedLeaves<T, lanes> leaves(*recorder, Guard::variables, Guard::constants);
   left.write(leaves);
   right.write(leaves);
   leaves.add_constant(detail::ComparedAs::value(left.value(), right.value()));
-  recording.statements.push_back(
-      {detail::replay_operation<detail::ReplayGuard<Left, Right>, detail::LaneGuard<Left, Right>>(),
-       first_operand, first_constant, 0});
+  leaves.finish(detail::replay_operation<Guard, detail::LaneGuard<Left, Right>>(), 0);
 }
 
 }  // namespace tapestry

@@ -38,6 +38,7 @@ class PageMemory {
 };
 
 /// Of arrays that are walked through at random: on small pages, finding the page costs more than the load.
+/// Numbers that are given no value have none.
 template <class T>
 struct HugePageAllocator {
   using value_type = T;
@@ -47,6 +48,14 @@ struct HugePageAllocator {
   [[nodiscard]] T* allocate(std::size_t count) {
     std::size_t size = count * sizeof(T);
     return reinterpret_cast<T*>(allocate_pages(size));
+  }
+  template <class U, class... Arguments>
+  void construct(U* place, Arguments&&... arguments) {
+    if constexpr (sizeof...(Arguments) == 0) {
+      ::new (static_cast<void*>(place)) U;
+    } else {
+      ::new (static_cast<void*>(place)) U{std::forward<Arguments>(arguments)...};
+    }
   }
   void deallocate(T* memory, std::size_t) noexcept { std::free(memory); }
   template <class U>
