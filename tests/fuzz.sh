@@ -8,7 +8,7 @@ seconds=${1:?"how many seconds a target?"}
 shift
 .ci/packages tests
 version=$(clang++-14 -dumpversion 2>/dev/null || clang++ -dumpversion)
-.ci/packages fuzz "${version%%.*}"
+.ci/packages sanitizers "${version%%.*}"
 cmake --preset fuzz -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
 cmake --build --preset fuzz --target fuzz
 cd build/fuzz

@@ -1,17 +1,14 @@
 #!/usr/bin/env bash
-# Builds everything and runs every test, on a Debian 12 or newer that need only have git: the library's tests with
-# sanitizers, the optimised programs with the tests that run them, and the vector kernels as clang optimises them.
+# Builds everything and runs every test, on a Debian 12 or newer that need only have git: the optimised programs and tests by
+# g++, the library's tests with clang's sanitizers, and the vector kernels as clang optimises them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 .ci/packages tests
+version=$(clang++-14 -dumpversion 2>/dev/null || clang++ -dumpversion)
+.ci/packages sanitizers "${version%%.*}"
 jobs=$(nproc)
 
-presets=(release check)
-if command -v clang++-14 clang++ >/dev/null; then
-  presets+=(clang)
-else
-  echo "no clang: its optimised kernels are not tested"
-fi
+presets=(release check clang)
 for preset in "${presets[@]}"; do
   cmake --preset "$preset" -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
   cmake --build --preset "$preset" --parallel "$jobs"
