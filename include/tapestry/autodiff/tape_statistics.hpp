@@ -30,7 +30,7 @@ struct TapeStatistics {
   std::vector<Row> operations;  ///< those with a pullback, array inputs included, the most frequent first
   std::vector<Row> labels;  ///< of each label what was recorded under it, in the order of their beginnings
 
-  /// A table. Needs <ostream>.
+  /// A table; the header `ostream` must be included.
   template <class Character, class Traits>
   friend std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, Traits>& out,
                                                            const TapeStatistics& statistics) {
