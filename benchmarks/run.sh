@@ -14,6 +14,6 @@ name=$1
 shift
 
 .ci/packages benchmarks
-cmake --preset release -DCMAKE_MESSAGE_LOG_LEVEL=WARNING -DTAPESTRY_BUILD_BENCHMARKS=ON -DTAPESTRY_BENCH_PEERS=ON
+cmake --preset release -DTAPESTRY_BUILD_TESTS=OFF -DTAPESTRY_BENCH_PEERS=ON -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
 cmake --build --preset release --parallel "$(nproc)" --target "${name}_benchmark"
 exec "build/release/benchmarks/$name" "$@"

@@ -14,8 +14,13 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
     "libeigen3-dev, libxtensor-dev, libtinyobjloader-dev, libstb-dev, libprotozero-dev, zlib1g-dev, nlohmann-json3-dev, libturbojpeg0-dev")
-find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)  # finds the libraries that the programs are linked with
-if(DPKG_SHLIBDEPS AND TAPESTRY_BUILD_EXAMPLES)
-  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)  # finds the libraries that the programs are linked with, by file
+find_program(FILE_UTILITY file)
+if(TAPESTRY_BUILD_EXAMPLES)
+  if(DPKG_SHLIBDEPS AND FILE_UTILITY)
+    set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  else()
+    message(STATUS "A Debian package made here states no dependencies: that needs dpkg-dev and file")
+  endif()
 endif()
 include(CPack)

@@ -6,6 +6,6 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 .ci/packages programs
 
-cmake --preset release -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
+cmake --preset release -DTAPESTRY_BUILD_TESTS=OFF -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
 cmake --build --preset release --parallel "$(nproc)" --target camouflage
 exec build/release/examples/camouflage "$@"

@@ -4,8 +4,9 @@
 #   hard_examples.sh OUTPUT RUN [COMMON]
 # OUTPUT  folder for everything; the table is OUTPUT/hard_examples.md
 # RUN     folder of a camouflage that was optimised on frames of a folder, train and test
-# COMMON  options of camouflage that RUN was made with, its frames, mesh and detector, one argument
-# Paths must have no spaces. In the environment: FURTHER (weights of further detectors whose failures count and that measure,
+# COMMON  options of camouflage that RUN was made with, its mesh, detector, texels and so on, one argument; this script adds
+#         --frames, --start, --epochs, --seed and --output
+# Paths must have no spaces and no commas. In the environment: FURTHER (weights of further detectors whose failures count and that measure,
 # too), EPOCHS (over the hard frames, 3), SEED. What is there is not done again, so that an interrupted table goes on.
 set -euo pipefail
 export LC_ALL=C  # numbers with points
@@ -20,12 +21,23 @@ read -ra further <<<"${FURTHER:-}"
 frames=$(sed -n 's/^ *"frames": "\(.*\)",$/\1/p' "$run/manifest.json" | head -n 1)
 [ -d "$frames/train" ] && [ -d "$frames/test" ] || { echo "error: $run was not optimised on a folder with train and test" >&2; exit 4; }
 
+for option in frames start epochs seed output; do
+  [[ " ${common[*]} " != *" --$option"[\ =]* ]] || { echo "error: --$option is this script's to give, see the head of it" >&2; exit 2; }
+done
+frame_options=()
+[[ " ${common[*]} " != *" --mask file "* && " ${common[*]} " != *" --mask=file "* ]] || frame_options=(--mask file)
+
+mkdir -p "$output"
+settings="$run ${common[*]}; further ${further[*]}; ${EPOCHS:-3} passes, seed ${SEED:-1}, $(sha256sum <"$run/texture.npz")"
+[ -e "$output/settings" ] || printf '%s\n' "$settings" >"$output/settings"
+[ "$(cat "$output/settings")" = "$settings" ] ||
+  { printf 'error: %s holds a table of other settings: %s; found %s\n' "$output" "$(cat "$output/settings")" "$settings" >&2; exit 7; }
+
 measure() { # FOLDER RUN FRAMES
-  [ -e "$1/digital.csv" ] || "$programs/evaluate" --run "$2" --protocol digital --controls matched --frames "$3" \
+  [ -e "$1/photographs.csv" ] || "$programs/evaluate" --run "$2" --protocol digital --controls matched --frames "$3" \
     ${further[@]:+--further-weights "${further[@]}"} --output "$1" >"$output/printed.txt"
 }
 
-mkdir -p "$output"
 measure "$output/train" "$run" "$frames/train"
 if [ ! -e "$output/hard/done" ]; then
   rm -rf "$output/hard" "$output/chance"
@@ -38,7 +50,12 @@ if [ ! -e "$output/hard/done" ]; then
       END { for (i = 1; i <= n; i++) { j = i + int(rand() * (NR - i + 1)); t = path[i]; path[i] = path[j]; path[j] = t; print path[i] } }' |
     sort >"$output/chance.txt"
   for name in hard chance; do
-    while read -r path; do ln "$path" "$output/$name/train/" 2>/dev/null || cp "$path" "$output/$name/train/"; done <"$output/$name.txt"
+    while read -r path; do
+      files=("$path")
+      stem=$(basename "$path" .npz)
+      [ ${#frame_options[@]} -eq 0 ] || files+=("$(dirname "$path")/mask${stem#data}.png")
+      ln "${files[@]}" "$output/$name/train/" 2>/dev/null || cp "${files[@]}" "$output/$name/train/"
+    done <"$output/$name.txt"
     ln -s "$(cd "$frames/test" && pwd)" "$output/$name/test"
   done
   touch "$output/hard/done"

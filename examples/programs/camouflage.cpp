@@ -63,7 +63,10 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
   const RunFolder folder(options.output, is_new);
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile
-  const std::string resume = resume_line(app, program, options, settings_json(options));
+  const auto& ranks = Ranks::all();
+  const std::string resume =
+      (ranks.is_under_mpirun() ? "mpirun -n " + std::to_string(ranks.count()) + " " : std::string()) +
+      resume_line(app, program, options, settings_json(options));
   return CamouflageRun(std::move(options), std::move(inputs), resume).execute();
 }
 

@@ -149,8 +149,7 @@ int run(const CLI::App& app, Options& options) {
   if (options.threads > 0) limit_threads(options.threads);
   if (!options.protocol.protocol.empty())
     return evaluate_protocol({options.protocol, options.scene, options.detector,
-                              options.clean_only ? "" : options.run, options.other_frames, options.seed,
-                              options.output});
+                              options.clean_only ? "" : options.run, options.seed, options.output});
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;

@@ -148,8 +148,9 @@ scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle
 std::vector<std::string> photographs(const std::string& folder) {
   auto paths = io::listed_paths(folder, io::has_picture_name);
   if (paths.size() < 2)
-    throw FileError(ErrorKind::mismatch, {folder, "", "too few photographs to hold some out",
-                                          "at least 2 (.png, .jpg)", std::to_string(paths.size())});
+    throw FileError(ErrorKind::mismatch,
+                    {folder, "", "too few photographs to hold some out",
+                     std::string("at least 2 (") + io::picture_endings + ")", std::to_string(paths.size())});
   return paths;
 }
 

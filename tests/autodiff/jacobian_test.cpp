@@ -166,6 +166,31 @@ TEST_CASE("a pullback that throws leaves a tape that can be swept", "[autodiff][
   CHECK(x.adjoint()(0) == 1);
 }
 
+TEST_CASE("adjoints of arrays are those of the last sweep of several roots", "[autodiff][jacobian]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto a = tape.input(tapestry::Array<double, 1>{1.0, 2.0});
+  const Variable<double> x = tape.input(3.0);
+  const auto sum_of_squares = tapestry::record_scalar(
+      5.0,
+      [](double adjoint, tapestry::Array<double, 1>* by_a) {
+        (*by_a)(0) += 2 * adjoint;
+        (*by_a)(1) += 4 * adjoint;
+      },
+      a);
+  const std::vector<Variable<double>> roots{sum_of_squares, x * x};
+  AdjointVectors<double, 8> first;
+  first.reverse(tape, roots);
+  const auto& of_sum = first.of(a, 0);
+  CHECK(first.of(a, 1) == tapestry::Array<double, 1>{0.0, 0.0});  // which no pullback has reached
+  CHECK(of_sum == tapestry::Array<double, 1>{2.0, 4.0});
+  AdjointVectors<double, 2> second;
+  second.reverse(tape, roots);
+  CHECK(second.of(a, 0) == tapestry::Array<double, 1>{2.0, 4.0});
+  CHECK_THROWS_WITH(first.of(a, 5), contains("those of a later sweep"));
+  CHECK(first.of(x)[1] == 6);  // variables' own
+}
+
 TEST_CASE("in a sweep of several roots each is alone", "[autodiff][jacobian]") {
   Tape<double> tape;
   const auto scope = tape.activate();

@@ -275,6 +275,8 @@ TEST_CASE("bad BMP, PGM and PPM pictures are refused", "[io][image][bad_input]")
     check_refused(bad.kind, bad.text, [&] { (void)io::read_image(path); });
     check_refused(bad.kind, "a.png:", [&] { (void)io::read_mask(path); });
   }
+  for (const char* part : {"", "P", "P4 1 1\n."})
+    check_refused(malformed, "not a binary PGM", [&] { (void)io::parse_pnm(part, "a.pgm"); });
   for (const std::string& good :
        {bmp({.bits = 8, .palette = palette, .rows = row}), std::string("P6 1 1 255\n...")})  // every cut
     for (std::size_t length = 3; length < good.size(); ++length) {

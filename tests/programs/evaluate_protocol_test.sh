@@ -102,7 +102,8 @@ expect_same_report digital digital1 digital
 expect_same digital/photographs.csv digital1/photographs.csv
 kill_until_measured digital2 "${photographs[@]}" --quick
 expect_same_report digital digital2 digital
-for words in 'effect beyond matched noise' 'P@0.5 by confidence threshold' 'at most 20 photographs' 'paired bootstrap' 'seed 1'; do
+for words in 'effect beyond matched noise' 'P@0.5 by confidence threshold' 'at most 20 photographs' 'paired bootstrap' 'seed 1' \
+  'optimised on 1 of these very photographs'; do
   for file in command.out digital/digital.md digital/digital.html; do
     if [ "$file" = command.out ]; then "$evaluate" "${photographs[@]}" --quick --output digital >command.out 2>&1; fi
     grep -qF -- "$words" "$file" && pass || fail "$file says nothing of '$words'"
@@ -120,6 +121,7 @@ awk -F , 'NR == FNR { if (FNR > 1) { found[$1] = $3; sure[$1] = $7 } next } FNR 
     if (!($3 in found) || found[$3] != $7 || (sure[$3] - $11) ^ 2 > 1e-12) exit 1 } END { exit rows != 12 }' \
   plainly/metrics.csv digital/digital.csv && pass || fail "digital.csv differs from what evaluate says without a protocol"
 expect_exit 0 "the plain car in photographs" "$evaluate" --protocol digital --clean-only --quick --output plain_digital
+grep -q 'was optimised on' plain_digital/digital.md && fail "a plain car that was optimised" || pass
 [ "$(wc -l <plain_digital/digital.csv)" -eq 3 ] && pass || fail "more than the clean car and the photograph were measured"
 expect_exit 2 "a background of photographs" "$evaluate" --protocol digital --clean-only --background 1 1 1
 expect_error_line '^error: --background has no part in --protocol digital'

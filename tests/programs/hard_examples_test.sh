@@ -21,6 +21,8 @@ cp table/hard_examples.md before.md
 rm -r table/after-hard table/hard_examples.md
 expect_exit 0 "what was interrupted goes on" table
 expect_same table/hard_examples.md before.md
+expect_exit 7 "another number of passes" env EPOCHS=2 bash "$hard_examples" table run "$common"
+expect_exit 2 "frames twice" bash "$hard_examples" other run "--frames own $common"
 expect_exit 3 "no run" bash "$hard_examples" none own "$common"
 expect_exit 0 "a camouflage of frames that are not divided" "$programs/camouflage" $common --frames own/test --epochs 1 --output whole
 expect_exit 4 "a run without a folder of training" bash "$hard_examples" none whole "$common"

@@ -76,6 +76,8 @@ kill_last_rank "$process"
 wait "$process"
 [ $? -ne 0 ] && pass || fail "the death of a rank was not seen"
 [ -e dead/report.html ] && fail "the run ended before its rank was killed" || pass
+expect_exit 7 "going on without mpirun" "$camouflage" --resume --output dead
+expect_error_line 'dead: cannot resume, it was begun under mpirun'
 expect_exit 0 "going on with three" mpirun -n 3 "${here[@]}" "$camouflage" --resume --output dead --threads 1
 expect_exit 0 "the same in one go" mpirun -n 1 "${here[@]}" "$camouflage" "${paint[@]}" --epochs 30 --output whole
 expect_same_run whole dead

@@ -198,6 +198,18 @@ TEST_CASE("a view that is drawn once gives picture and gradient the same bits, a
     CHECK(gradient_of(raster::BoundaryIntegral{}) == scene.gradient(weights));
     CHECK(gradient_of(raster::InteriorOnly{}) == scene.gradient(weights, raster::InteriorOnly{}));
     CHECK_THROWS_AS(gradient_of(raster::BoundaryIntegral{2}), tapestry::ShapeError);
+    auto moved = scene;
+    const auto of_moved = raster::drawn_view(moved, Camera{}, side, side, 4);
+    moved.mesh.positions[3][0] += 0.7;
+    std::vector<Vector3> sum(mesh.positions.size(), Vector3{0, 0, 0});
+    CHECK_THROWS_AS(raster::vertex_adjoint(moved.surface(), of_moved, weights, sum), tapestry::DomainError);
+    CHECK_THROWS_WITH(
+        raster::render_textured(moved, of_moved, moved.light, moved.texels),
+        contains("render_textured: the view was drawn of another mesh, before its positions moved"));
+    auto other = scene;
+    other.layout = layout.kind == raster::TextureKind::cube ? tapestry::test::vertex : tapestry::test::cube;
+    other.texels = tapestry::zeros<double, 2>({raster::stored_texel_count(other.layout, other.mesh), 3});
+    CHECK_THROWS_AS(raster::render_textured(other, view, other.light, other.texels), tapestry::DomainError);
     std::vector<Vector3> gradient(mesh.positions.size());
     const Scene<raster::Light> copy{mesh, layout, tapestry::test::warm};
     CHECK_THROWS_AS(raster::vertex_adjoint(copy.surface(), view, weights, gradient), tapestry::ShapeError);
@@ -267,6 +279,16 @@ TEST_CASE("the edges of a mesh say how their two faces run along them", "[raster
   };
   CHECK(is_closed({{0, 1, 2}, {0, 2, 6}, {0, 6, 1}, {1, 6, 2}}));
   CHECK(is_closed({{4, 1, 5}, {0, 2, 6}, {0, 6, 1}, {1, 6, 2}}));
+  mesh.positions.insert(mesh.positions.end(), {{7, 7, 7}, {8, 7, 7}, {7, 8, 7}, {7, 7, 8}});
+  const auto p = static_cast<std::int32_t>(mesh.positions.size()) - 4;
+  CHECK_FALSE(is_closed({{0, 1, 2},
+                         {0, 2, 6},
+                         {0, 6, 1},
+                         {1, 6, 2},  // two pieces
+                         {p, p + 1, p + 2},
+                         {p, p + 2, p + 3},
+                         {p, p + 3, p + 1},
+                         {p + 1, p + 3, p + 2}}));
   CHECK_FALSE(is_closed({{0, 1, 2}, {0, 2, 6}, {0, 6, 1}, {1, 2, 6}}));
   CHECK_FALSE(is_closed({{0, 1, 2}, {0, 2, 6}, {0, 6, 1}}));
 }

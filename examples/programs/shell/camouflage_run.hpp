@@ -67,9 +67,9 @@ class CamouflageRun {
     const auto start = Clock::now();
     print_warnings(inputs_.warnings);
     inputs_.warnings.clear();
-    const auto usable_train = views_with_car(train_, inputs_.warnings);
+    const auto usable_train = prepared(train_);
     auto& test = test_store();
-    const auto usable_test = inputs_.frames.held_out ? views_with_car(test, inputs_.warnings) : usable_train;
+    const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;
     print_warnings(inputs_.warnings);
     if (usable_train.empty() || usable_test.empty())
       throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
@@ -117,14 +117,33 @@ class CamouflageRun {
     return paths;
   }
 
-  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
+  /// The views that show the car. Ranks stop together.
+  /// \throws Stopped when a signal has arrived at a rank
+  std::vector<std::size_t> prepared(camouflage::ViewStore<float>& store) {
+    std::vector<std::size_t> usable;
+    bool stopped = false;
+    try {
+      usable = views_with_car(store, inputs_.warnings);
+    } catch (const Stopped&) {
+      stopped = true;
+    }
+    if (ranks_.any(stopped)) throw Stopped{};
+    return usable;
+  }
+
+  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees. Steps that ranks share
+  /// round otherwise than those of one process, so that a run is not gone on with in the other way.
   void open_folder() {
-    const Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
-                                        inputs_.frames.held_out, input_paths());
+    Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
+                                  inputs_.frames.held_out, input_paths());
     settings_ = identity_text(manifest);
-    if (options_.resume)
+    if (ranks_.is_under_mpirun()) manifest["mpirun"] = true;
+    if (options_.resume) {
       require_same_inputs(manifest, options_.output);
-    else if (ranks_.is_first())
+      if (read_manifest(options_.output).value("mpirun", false) != ranks_.is_under_mpirun())
+        throw Error(ErrorKind::in_use, options_.output + ": cannot resume, it was begun " +
+                                           (ranks_.is_under_mpirun() ? "without mpirun" : "under mpirun"));
+    } else if (ranks_.is_first())
       write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
   }
 

@@ -205,8 +205,12 @@ inline std::vector<std::string> input_paths(const SceneSettings& scene, const De
   for (const auto& optional :
        {detector.cfg, detector.weights, detector.detector, detector.names, scene.faces})
     if (!optional.empty()) paths.push_back(optional);
+  const std::size_t first_frame = paths.size();
   paths.insert(paths.end(), frames.test.begin(), frames.test.end());
   if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
+  if (scene.mask == "file")
+    for (std::size_t i = first_frame, end = paths.size(); i < end; ++i)
+      paths.push_back(mask_path_of(paths[i]));
   return paths;
 }
 

@@ -3,9 +3,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <climits>
 #include <cstddef>
 #include <cstdlib>
 #include <span>
+#include <string>
+#include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <vector>
 #if defined(TAPESTRY_MPI)
@@ -113,6 +116,9 @@ class Ranks {
 
   template <class T>
   static int bytes_of(std::span<T> values) {
+    if (values.size_bytes() > INT_MAX)
+      throw Error(ErrorKind::limit, "mpirun: ranks exchange at most 2 GiB at a time, not " +
+                                        std::to_string(values.size_bytes()) + " bytes");
     return static_cast<int>(values.size_bytes());
   }
 

@@ -23,10 +23,8 @@ class StopSignal {
     if (arrived()) throw Stopped{};
   }
 
-  /// 128 + the signal's number: 130 for Ctrl-C, 143 for SIGTERM.
-  [[nodiscard]] static int exit_code() {
-    return 128 + (received == SIGHUP ? SIGTERM : static_cast<int>(received));
-  }
+  /// 128 + the signal's number: 130 for Ctrl-C, 143 for SIGTERM, also where another rank got the signal.
+  [[nodiscard]] static int exit_code() { return 128 + (received == SIGINT ? SIGINT : SIGTERM); }
 
  private:
   static void remember(int signal) {

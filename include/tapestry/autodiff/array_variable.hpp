@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <tapestry/autodiff/arrays/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
@@ -91,7 +92,7 @@ class ArrayAdjoint {
   Extents<Rank> extents_;
   std::shared_ptr<ArrayMemory<T>> memory_;
   Lane single_;
-  std::vector<Lane> several_;  // from lane 1 on
+  std::deque<Lane> several_;  // from lane 1 on; what is read of one stays where it is
   bool is_detached_ = false;
 };
 

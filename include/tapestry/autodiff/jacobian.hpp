@@ -37,6 +37,7 @@ template <std::floating_point T, std::size_t Width, class LaneOf>
 void sweep_vectors(TapeState<T>& state, std::span<const Variable<T>> roots,
                    const std::span<const Variable<T>>* kept, VectorAdjoints<T, Width>& adjoints,
                    LaneOf lane_of) {
+  ++state.vector_sweeps;
   std::size_t last = 0;
   for (const Variable<T>& root : roots) {
     state.require_own_if_active(root.link());
@@ -107,8 +108,8 @@ class AdjointVectors {
   }
 
   /// d roots[k] / d array, of the extents of the ArrayVariable's value; zeros if k is no root. Array adjoints
-  /// are kept on the tape: they are those of its last sweep of several roots, whosever it was. \throws
-  /// DomainError as for variables, or if k is not below Width
+  /// are kept on the tape, until its next sweep of several roots.
+  /// \throws DomainError as for variables, if k is not below Width, or if the tape was swept so again
   template <class ArrayOnTape>
   requires requires(const ArrayOnTape& array) { array.shared_adjoint(); }
   [[nodiscard]] const auto& of(const ArrayOnTape& array, std::size_t k) const {
@@ -117,6 +118,8 @@ class AdjointVectors {
                         std::to_string(Width));
     if (!array.is_active()) return array.adjoint();
     require_swept(array.link());
+    if (state_->vector_sweeps != sweep_)
+      throw DomainError("AdjointVectors: array adjoints are those of a later sweep of several roots");
     return array.shared_adjoint()->read_lane(k + 1);
   }
 
@@ -137,11 +140,13 @@ class AdjointVectors {
     detail::sweep_vectors<T, Width>(*state, roots, kept, adjoints_, [](std::size_t k) { return k; });
     state_ = state;
     generation_ = state->next.generation();
+    sweep_ = state->vector_sweeps;
   }
 
   detail::VectorAdjoints<T, Width> adjoints_;
   detail::Shared<detail::TapeState<T>> state_;
   std::uint32_t generation_ = 0;
+  std::uint64_t sweep_ = 0;  ///< of all of the tape's sweeps of several roots, the last one here
 };
 
 /// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. Where the tape holds

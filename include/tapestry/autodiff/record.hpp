@@ -7,7 +7,6 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tuple>
-#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -71,7 +70,7 @@ class ArrayRecord final : public ArrayResultRecord<T, Rank> {
         pullback_(std::move(pullback)),
         slots_(std::move(slots)...) {}
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
+  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
 
  private:
   void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
@@ -94,7 +93,7 @@ class ScalarRecord final : public TapeRecord<T> {
     pull_back_slots(pullback_, adjoint, slots_, adjoints);
   }
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
+  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
 
  private:
   Pullback pullback_;
@@ -122,7 +121,7 @@ class ArraysRecord final : public TapeRecord<T> {
     pull_back_slots(pullback_, touched, slots_, scalar_adjoints);
   }
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
+  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
   void forget_adjoint() noexcept override {
     for (const auto& adjoint : adjoints_) adjoint->forget();
   }
@@ -140,7 +139,7 @@ class MarkRecord final : public TapeRecord<T> {
   explicit MarkRecord(Callback passed) : passed_(std::move(passed)) {}
   void pull_back(T*, std::size_t) override { passed_(); }
   void list_inputs(std::vector<std::uint32_t>&) const override {}
-  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Callback); }
+  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Callback>(); }
 
  private:
   Callback passed_;

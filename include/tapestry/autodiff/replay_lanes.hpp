@@ -23,14 +23,14 @@ namespace tapestry {
 ///   ReplayLanes<double> replay(f, start);               // calls f once, with Replayable<double, 8>
 ///   auto values = replay.gradients(inputs, gradients);  // of inputs.size() / start.size() inputs
 ///
-/// Each input has the same bits whatever the others are, how many lanes there are, and which instructions the
-/// processor has: a comparison that comes out otherwise, a NaN or an overflow of one is of no matter to the
-/// others. exp, log, log1p and tanh are the library's own, of vectors: right to 1 unit of the last place,
-/// tanh to 2.5, and at infinities, NaN and denormal numbers as those of C; sigmoid, softplus and logsumexp
-/// are made of them. Other functions are those of C. A computation without these has the bits of Replay, one
-/// with them those of Replay but for roundings. With flags that let a compiler fuse products and sums, such
-/// as -march=native, last bits may differ. Cheap results are not kept but computed again on the way
-/// backwards. One ReplayLanes serves one thread at a time.
+/// Each input has the same bits whatever the others are, how many lanes there are, and which instructions an
+/// x86-64 processor has: a comparison that comes out otherwise, a NaN or an overflow of one is of no matter
+/// to the others. exp, log, log1p and tanh are the library's own, of vectors: right to 1 unit of the last
+/// place, tanh to 2.5, and at infinities, NaN and denormal numbers as those of C; sigmoid, softplus and
+/// logsumexp are made of them. Other functions are those of C. A computation without these has the bits of
+/// Replay, one with them those of Replay but for roundings. With flags that let a compiler fuse products and
+/// sums, such as -march=native, last bits may differ. Cheap results are not kept but computed again on the
+/// way backwards. One ReplayLanes serves one thread at a time.
 template <std::floating_point T, std::size_t Lanes = 8>
 class ReplayLanes {
   static_assert(Lanes > 1 && Lanes <= 64, "2 to 64 lanes; Replay is for one");

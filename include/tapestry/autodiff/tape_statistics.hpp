@@ -135,7 +135,7 @@ template <class T>
         inputs.clear();
         operation.list_inputs(inputs);
         operands = inputs.size();
-        detail::count_in(by_name[detail::operation_name(operation.operation().name())], operands, bytes);
+        detail::count_in(by_name[detail::operation_name(operation.operation())], operands, bytes);
       } else {
         detail::count_in(by_operands[operands < 4 ? operands : operands < 8 ? 4 : 5], operands, bytes);
       }

@@ -163,26 +163,28 @@ class Training {
         &ObjectiveTerms::iou,       &ObjectiveTerms::objectness, &ObjectiveTerms::classification,
         &ObjectiveTerms::max_score, &ObjectiveTerms::smoothness, &ObjectiveTerms::total};
     const auto session = next_session(views);
-    const std::size_t each = block_count(views.size(), shared_->processes);
     const std::size_t width = terms.size() + state_.parameter.size();
-    std::vector<double> own;
-    for (std::size_t i = shared_->own; i < views.size(); i += shared_->processes) {
-      std::optional<PhotoSession> shot;
-      if (session) shot = PhotoSession{session->print, {session->shots[i]}};
-      const Array<T, 2> gradient = gradient_of({views[i]}, shot);
-      for (const auto term : terms) own.push_back(terms_.*term);
-      own.insert(own.end(), gradient.begin(), gradient.end());
-    }
-    own.resize(each * width);
-    const auto all = shared_->gathered(own);
     Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
-    terms_ = {};
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const double* from = all.data() + (i % shared_->processes * each + i / shared_->processes) * width;
-      for (const auto term : terms) terms_.*term += *from++ / static_cast<double>(views.size());
-      for (std::size_t k = 0; k < gradient.size(); ++k)
-        gradient.data()[k] += static_cast<T>(*from++) / static_cast<T>(views.size());
+    ObjectiveTerms mean{};
+    for (std::size_t first = 0; first < views.size(); first += shared_->processes) {
+      std::vector<double> own;
+      if (const std::size_t i = first + shared_->own; i < views.size()) {
+        std::optional<PhotoSession> shot;
+        if (session) shot = PhotoSession{session->print, {session->shots[i]}};
+        const Array<T, 2> of_view = gradient_of({views[i]}, shot);
+        for (const auto term : terms) own.push_back(terms_.*term);
+        own.insert(own.end(), of_view.begin(), of_view.end());
+      }
+      own.resize(width);
+      const auto all = shared_->gathered(own);
+      const double* from = all.data();
+      for (std::size_t i = first; i < std::min(first + shared_->processes, views.size()); ++i) {
+        for (const auto term : terms) mean.*term += *from++ / static_cast<double>(views.size());
+        for (std::size_t k = 0; k < gradient.size(); ++k)
+          gradient.data()[k] += static_cast<T>(*from++) / static_cast<T>(views.size());
+      }
     }
+    terms_ = mean;
     return gradient;
   }
 

@@ -27,6 +27,9 @@ template <std::predicate<const std::filesystem::path&> Accepts>
   return paths;
 }
 
+/// How names of pictures that can be read end, for messages.
+inline constexpr const char* picture_endings = ".png, .jpg, .jpeg, .bmp, .pgm, .ppm or .pnm";
+
 /// Whether a name ends as that of a picture that can be read.
 [[nodiscard]] inline bool has_picture_name(const std::filesystem::path& path) {
   std::string extension = path.extension().string();

@@ -62,9 +62,11 @@ class PnmHeader {
 /// whole one. Source: Netpbm, formats pgm(5) and ppm(5).
 ///
 /// \param path  for messages
-/// \throws FileError: malformed (cut, a sample above the greatest), limit (over 16,384 a side or 64 Mpx)
+/// \throws FileError: malformed (another format, cut, a sample above the greatest), limit (over 16,384 a side
+/// or 64 Mpx)
 [[nodiscard]] inline PictureSamples parse_pnm(std::string_view file, const std::string& path) {
   detail::PnmHeader header(file, path);
+  if (!is_pnm(file)) header.fail(0, "not a binary PGM or PPM picture");
   PictureSamples picture;
   picture.channels = file[1] == '6' ? 3 : 1;
   picture.width = header.number();

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragments.hpp>
@@ -148,6 +150,26 @@ template <class Lighting>
 /// Cubes are looked up at every sample.
 [[nodiscard]] inline FragmentGrain grain_of(const TextureLayout& layout) {
   return layout.kind == TextureKind::cube ? FragmentGrain::sample : FragmentGrain::face;
+}
+
+/// \throws DomainError unless a view that keeps its fragments is of this body as it is now
+inline void require_view_of(const char* operation, const PaintedMesh& body, const FragmentBands& view) {
+  if (!view.kept_grain()) return;
+  const geometry::Mesh& drawn = view.mesh();
+  bool fits = *view.kept_grain() == grain_of(body.layout) &&
+              drawn.positions.size() == body.mesh.positions.size() &&
+              (&drawn == &body.mesh || drawn.faces == body.mesh.faces);
+  if (fits) {
+    const auto now = positions_in_view(body.mesh, view.camera());
+    const auto is_near = [](const geometry::Vector3& a, const geometry::Vector3& b) {
+      return !(geometry::length(geometry::subtract(a, b)) > 1e-9 * (1 + geometry::length(a)));
+    };
+    fits = std::equal(now.begin(), now.end(), view.positions_view().begin(), is_near);
+  }
+  if (!fits)
+    throw DomainError(std::string(operation) +
+                      ": the view was drawn of another mesh, before its positions moved, or for another kind "
+                      "of texture; draw it anew");
 }
 
 }  // namespace tapestry::raster::detail

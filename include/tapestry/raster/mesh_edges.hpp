@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -30,8 +31,8 @@ struct MeshEdges {
   /// −1 if alike, doubled at a seam, where they have positions of their own; 0 for other edges.
   std::vector<std::int8_t> way;
   std::size_t face_count = 0;
-  /// Whether each edge has two faces, which run along it in opposite ways: a surface without borders that has
-  /// one side outwards.
+  /// Whether each edge has two faces, which run along it in opposite ways, and all faces hang together: one
+  /// surface without borders that has one side outwards.
   bool is_closed = false;
 
   [[nodiscard]] std::size_t size() const { return begin.size() - 1; }
@@ -77,6 +78,26 @@ namespace detail {
   const bool is_seam = end(0, 0) != end(1, is_alike ? 0 : 1) || end(0, 1) != end(1, is_alike ? 1 : 0);
   return static_cast<std::int8_t>((is_alike ? -1 : 1) * (is_seam ? 2 : 1));
 }
+
+/// Whether all faces hang together by edges.
+[[nodiscard]] inline bool is_one_piece(const MeshEdges& edges) {
+  std::vector<std::int32_t> parent(edges.face_count);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root_of = [&](std::int32_t face) {
+    const auto at = [&](std::int32_t i) -> std::int32_t& { return parent[static_cast<std::size_t>(i)]; };
+    while (at(face) != face) face = at(face) = at(at(face));
+    return face;
+  };
+  std::size_t pieces = edges.face_count;
+  for (std::size_t edge = 0; edge < edges.size(); ++edge)
+    for (const HalfEdge& half_edge : edges.of(edge)) {
+      const std::int32_t a = root_of(edges.of(edge).front().face), b = root_of(half_edge.face);
+      if (a == b) continue;
+      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      --pieces;
+    }
+  return pieces == 1;
+}
 }  // namespace detail
 
 /// \pre every corner of every face exists, see require_corners()
@@ -86,7 +107,6 @@ namespace detail {
     HalfEdge half_edge;
   };
   MeshEdges edges;
-  edges.face_count = mesh.faces.size();
   edges.welded = welded_positions(mesh);
   const auto ends_of = [&](std::size_t face, std::size_t corner) {
     const auto end = [&](std::size_t k) {
@@ -130,7 +150,10 @@ namespace detail {
   edges.way.resize(edges.size());
   for (std::size_t edge = 0; edge < edges.size(); ++edge)
     edges.way[edge] = detail::way_of(mesh, edges, edges.of(edge));
-  edges.is_closed = std::all_of(edges.way.begin(), edges.way.end(), [](std::int8_t way) { return way > 0; });
+  edges.face_count = mesh.faces.size();
+  edges.is_closed =
+      std::all_of(edges.way.begin(), edges.way.end(), [](std::int8_t way) { return way > 0; }) &&
+      detail::is_one_piece(edges);
   return edges;
 }
 

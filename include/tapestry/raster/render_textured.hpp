@@ -99,11 +99,14 @@ class TexelQueue {
 /// \param body       of the view's mesh
 /// \param fragments  of a layout of the same kind as the body's
 /// \param texels     [texel_count, 3]
-/// \throws as texture_operator(), and ShapeError if texels does not fit the layout
+/// \throws as texture_operator(), ShapeError if texels does not fit the layout, and DomainError if the view
+/// is
+///         of another mesh, of positions that have moved since, or for another kind of texture
 template <std::floating_point T, LightModel Model>
 [[nodiscard]] TexturedPicture<T> render_textured(const PaintedMesh& body, const FragmentBands& fragments,
                                                  const Model& light, const Array<T, 2>& texels) {
   detail::require_layout("render_textured", body);
+  detail::require_view_of("render_textured", body, fragments);
   require_shape("render_textured", "texels", texels, {stored_texel_count(body.layout, body.mesh), 3});
   const auto lighting = prepare(body.mesh, fragments.camera(), light);
   const auto shader = detail::make_shader(body, lighting, fragments, fragments.camera(), fragments.height(),

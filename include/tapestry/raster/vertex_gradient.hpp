@@ -85,12 +85,16 @@ auto pixel_adjoint(const Array<T, Rank>& adjoint) {
                    size(mesh.positions.size(), mesh.faces.size()));
 }
 
-/// Leaves out the faces of a closed mesh that turn their inner side to the camera, if the picture's samples
-/// show no inner side: they are behind others, and so are the edges between them. Samples do show one where
-/// the camera is inside, or the mesh is cut by near or has been turned inside out.
+/// Leaves out the faces of one closed surface that turn their inner side to the camera, if the picture's
+/// samples show no inner side: they are behind others, and so are the edges between them. Not where near may
+/// cut the surface open. It takes the surface for one that does not pass through itself.
 inline void leave_out_inner_sides(const MeshEdges& edges, const std::vector<std::int32_t>& seen,
-                                  FacesInView& faces) {
+                                  const std::vector<geometry::Vector3>& positions_view,
+                                  const geometry::Camera& camera, FacesInView& faces) {
   if (!edges.is_closed || seen.empty()) return;
+  if (std::any_of(positions_view.begin(), positions_view.end(),
+                  [&](const geometry::Vector3& position) { return !(position[2] > camera.near); }))
+    return;
   const int shown = faces.winding(seen.front());
   const bool shows_one_side =
       std::all_of(seen.begin(), seen.end(), [&](std::int32_t face) { return faces.winding(face) == shown; });
@@ -109,7 +113,7 @@ void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
                     const std::vector<std::int32_t>& seen, bool has_intersections,
                     std::vector<geometry::Vector3>& positions_adjoint) {
   FacesInView faces(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
-  leave_out_inner_sides(edges, seen, faces);
+  leave_out_inner_sides(edges, seen, positions_view, camera, faces);
   FaceField field(faces, camera);
   const double longest_piece = 1 / static_cast<double>(samples_per_axis);
   const BoundaryScene scene{mesh,   edges,  positions_view,         field,
@@ -210,7 +214,8 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
 
 /// The same for a view that is drawn, as that of its picture, see drawn_view(): it is not drawn again.
 /// \param view  of the surface's mesh, of the adjoint's size and of the model's samples
-/// \throws ShapeError also if the view is of another size or other samples
+/// \throws ShapeError also if the view is of another size or other samples; DomainError if positions have
+///         moved since it was drawn, or the kind of texture is another
 template <std::floating_point T, class Model, class Gradient = BoundaryIntegral>
 requires(!std::same_as<Gradient, NeuralMeshRenderer>) void vertex_adjoint(
     const Surface<T, Model>& surface, const FragmentBands& view, const Array<T, 3>& render_adjoint,
@@ -221,6 +226,7 @@ requires(!std::same_as<Gradient, NeuralMeshRenderer>) void vertex_adjoint(
     throw ShapeError("vertex_adjoint: expected a view of the surface's mesh with " +
                      std::to_string(model.samples_per_axis) + " samples an axis, found " +
                      std::to_string(view.samples_per_axis()) + " or another mesh");
+  detail::require_view_of("vertex_adjoint", surface.body, view);
   detail::add_motion(surface, view, render_adjoint, {&positions_adjoint, &positions_adjoint}, model);
 }
 

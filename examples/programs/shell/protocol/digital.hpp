@@ -20,7 +20,7 @@ namespace detail {
 /// A cell for each detector, which looks at every photograph, one detector after the other.
 inline Protocol photograph_protocol(std::string name, std::string title, const ProtocolSubject& subject) {
   Protocol protocol{
-      std::move(name), std::move(title), {"frames", {"held out"}, "detector", subject.detectors}, {}};
+      std::move(name), std::move(title), {"frames", {"photographs"}, "detector", subject.detectors}, {}};
   for (std::size_t column = 0; column < subject.detectors.size(); ++column)
     for (std::size_t i = 0; i < subject.frame_count; ++i) {
       protocol.frames.emplace_back();
@@ -67,7 +67,7 @@ inline Panel texture_panel(const ProtocolResult& result, const std::string& titl
 }
 
 inline Figure texture_figure(const Protocol&, const ProtocolResult& result) {
-  Figure figure{"How often detectors find the car in held-out photographs", {}, {490, 64, ""}, 2};
+  Figure figure{"How often detectors find the car in photographs", {}, {490, 64, ""}, 2};
   for (const auto& section : result.sections) {
     std::vector<TextureBar> bars;
     for (const auto& [rate, confidence, success] : section.cell.textures)
@@ -86,7 +86,7 @@ inline Figure texture_figure(const Protocol&, const ProtocolResult& result) {
 /// FCA's table 1: how often detectors find the car in photographs, untouched, clean, camouflaged and with
 /// every control.
 inline Protocol digital_protocol(const ProtocolSettings&, std::uint64_t, const ProtocolSubject& subject) {
-  Protocol protocol = detail::photograph_protocol("digital", "Held-out photographs", subject);
+  Protocol protocol = detail::photograph_protocol("digital", "Photographs", subject);
   protocol.notes = {
       protocol.bare_name +
       ": the untouched photograph; clean: the car in its own colours, rendered and laid over it "

@@ -15,6 +15,8 @@
 
 #include "../inputs.hpp"
 #include "../program.hpp"
+#include "../run_folder.hpp"
+#include "../run_manifest.hpp"
 #include "../run_texture.hpp"
 #include "../settings.hpp"
 #include "protocols.hpp"
@@ -26,10 +28,10 @@ struct ProtocolRequest {
   ProtocolSettings settings;
   SceneSettings scene;
   DetectorSettings detector;
-  std::string run;        ///< folder of the camouflage; empty: the plain car alone
-  bool held_out = false;  ///< whether its photographs are others than those it was optimised on
+  std::string run;  ///< folder of the camouflage; empty: the plain car alone
   std::uint64_t seed = 1;
-  std::string output;  ///< folder; nothing is written when empty
+  std::string output;          ///< folder; nothing is written when empty
+  std::size_t trained_on = 0;  ///< of its photographs, those that the camouflage was optimised on
 };
 
 namespace detail {
@@ -59,6 +61,20 @@ inline std::string detector_name(const std::string& weights) {
   return name;
 }
 
+/// Of these photographs those that the camouflage in a folder was optimised on, by their bytes.
+inline std::size_t trained_on(const std::string& run, const std::vector<std::string>& photographs) {
+  const Json manifest = read_manifest(run);
+  std::vector<std::string> hashes;
+  for (const auto& input : manifest["inputs"])
+    if (!manifest.value("held_out", false) ||
+        fs::path(input["path"].get<std::string>()).parent_path().filename() == "train")
+      hashes.push_back(input.value("sha256", std::string()));
+  const Json own = input_hashes(photographs);
+  return static_cast<std::size_t>(std::ranges::count_if(own, [&](const Json& photograph) {
+    return std::ranges::find(hashes, photograph.value("sha256", std::string())) != hashes.end();
+  }));
+}
+
 inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inputs) {
   const auto& settings = request.settings;
   if (is_on_photographs(settings.protocol)) {
@@ -70,7 +86,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     inputs.posed = loaded.frames.posed;
     inputs.photo_light = std::move(loaded.photo_light);
     inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
-    request.held_out = request.held_out || loaded.frames.held_out;
+    if (!request.run.empty()) request.trained_on = trained_on(request.run, inputs.photographs);
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
     for (const auto& path : settings.further_weights) {
       inputs.detectors.push_back(load_further_detector("--further-weights", path, request.detector, layers));

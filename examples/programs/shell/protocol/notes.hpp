@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
@@ -40,9 +41,9 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
         "view is " +
         number(evaluate::protocol_half_fov_deg) +
         " degrees. The paper states neither; its pictures fit both.");
-  else if (!request.held_out && !request.run.empty())
-    notes.push_back(
-        "The camouflage was optimised on these very photographs: this says nothing about others.");
+  else if (request.trained_on > 0)
+    notes.push_back("The camouflage was optimised on " + std::to_string(request.trained_on) +
+                    " of these very photographs: this says nothing about others.");
   return notes;
 }
 
@@ -63,6 +64,11 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
         "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by "
         "paired bootstrap (BCa, " +
         std::to_string(evaluate::BootstrapSettings{}.resamples) + " resamples) over frames.");
+  const auto has_few = [](const auto& section) {
+    return section.cell.measured > 0 && section.cell.measured < 20;
+  };
+  if (result.has_camouflage && std::ranges::any_of(result.sections, has_few))
+    notes.push_back("Intervals by bootstrap of fewer than 20 frames are too narrow.");
   std::string input = "Input";
   for (const auto& [detector, class_index] : inputs.detectors)
     input += (input == "Input" ? " " : ", ") + std::to_string(detector.network->input_width()) + "x" +

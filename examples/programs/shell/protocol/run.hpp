@@ -52,6 +52,8 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   if (!request.run.empty()) options["controls"] = request.settings.controls;
   options["seed"] = request.seed;
   auto paths = input_paths(request.scene, request.detector, {});
+  if (on_photographs && request.scene.mask == "file")
+    for (const auto& photograph : inputs.photographs) paths.push_back(mask_path_of(photograph));
   for (const auto* more : {&inputs.photographs, &request.settings.further_weights})
     paths.insert(paths.end(), more->begin(), more->end());
   if (!request.run.empty()) paths.push_back(request.run + "/texture.npz");

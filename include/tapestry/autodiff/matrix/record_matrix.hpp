@@ -9,7 +9,6 @@
 #include <tapestry/core/array.hpp>
 #include <tuple>
 #include <type_traits>
-#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -84,7 +83,7 @@ class EntriesRecord final : public TapeRecord<T> {
     pull_back_slots(pullback_, value_adjoint, slots_, adjoints);
   }
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const std::type_info& operation() const noexcept override { return typeid(Pullback); }
+  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
 
  private:
   Eigen::Index rows_, columns_;

@@ -5,6 +5,17 @@
 #include <vector>
 
 namespace tapestry {
+namespace detail {
+/// As the compiler mangles it; empty where types have no names, with -fno-rtti.
+template <class Type>
+[[nodiscard]] const char* type_name() noexcept {
+#if defined(__cpp_rtti)
+  return typeid(Type).name();
+#else
+  return "";
+#endif
+}
+}  // namespace detail
 
 /// An operation on the tape that is more than a list of partial derivatives: its pullback.
 /// record.hpp makes these from a callable; derive from it only for what that cannot express.
@@ -22,8 +33,14 @@ class TapeRecord {
   /// Appends the statements of all its active inputs, in any order. A sweep of several roots fills the
   /// adjoints of these alone, of `statement` and of its results before it calls pull_back().
   virtual void list_inputs(std::vector<std::uint32_t>& statements) const = 0;
-  /// What tape_statistics() names it by: of an operation with a callable, the callable's type.
-  [[nodiscard]] virtual const std::type_info& operation() const noexcept { return typeid(*this); }
+  /// What tape_statistics() names it by: of an operation with a callable, the callable's type, mangled.
+  [[nodiscard]] virtual const char* operation() const noexcept {
+#if defined(__cpp_rtti)
+    return typeid(*this).name();
+#else
+    return "";
+#endif
+  }
   /// Called before each reverse sweep: adjoints held by the record are zero again.
   virtual void forget_adjoint() noexcept {}
 };

@@ -189,6 +189,7 @@ class TapeState : public TapeDiagnosis {
     if (is_sweeping_) throw DomainError(std::string(operation) + ": called from within reverse()");
   }
 
+  std::uint64_t vector_sweeps = 0;         ///< of several roots, so far
   TapeAttachment* array_memory = nullptr;  ///< owned: of the arrays on this tape; see arrays/array_memory.hpp
 
  private:

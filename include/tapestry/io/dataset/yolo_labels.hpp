@@ -103,12 +103,12 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
 
 }  // namespace detail
 
-/// Reads a folder of pictures (.png, .jpg, .jpeg), or its folder images, in order of their names, each with
+/// Reads a folder of pictures, or its folder images, in order of their names, each with
 /// labels as parse_yolo_labels() reads them, in a .txt beside it or, for .../images/a.png, in
 /// .../labels/a.txt. A picture without labels is empty; a warning says how many.
 ///
-/// \throws FileError  malformed (a folder that cannot be listed), mismatch (no pictures, or none with
-/// labels);
+/// \throws FileError  malformed (a folder that cannot be listed), mismatch (no pictures, none with labels,
+///                    or two of one name);
 ///                    further as parse_yolo_labels() and read_text_file()
 [[nodiscard]] inline Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
   namespace fs = std::filesystem;
@@ -117,7 +117,13 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
   const std::string from = fs::is_directory(images, ignored) ? images : folder;
   const auto paths = listed_paths(from, has_picture_name);
   if (paths.empty())
-    throw FileError(ErrorKind::mismatch, {from, "", "no pictures", ".png, .jpg or .jpeg files", "none"});
+    throw FileError(ErrorKind::mismatch,
+                    {from, "", "no pictures", std::string(picture_endings) + " files", "none"});
+  const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
+  const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // their order is that of names
+  if (twin != paths.end())
+    throw FileError(ErrorKind::mismatch, {*twin, "", "two pictures would have the same labels", "other names",
+                                          in_quotes(fs::path(twin[1]).filename().string())});
   Dataset dataset;
   std::size_t labelled = 0;
   for (const auto& path : paths)
