@@ -44,6 +44,7 @@ const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
                                            {"hessian-product", "autodiff_tapestry"},
                                            {"replay", "autodiff_tapestry"},
                                            {"replay-unguarded", "autodiff_tapestry"},
+                                           {"replay-recording", "autodiff_tapestry"},
                                            {"replay-8-lanes", "autodiff_tapestry", 1, 1e-6, 8},
                                            {"array", "autodiff_tapestry"},
                                            {"array-float", "autodiff_tapestry", 1, 1e-2},
@@ -52,7 +53,8 @@ const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
                                            {"dual", "autodiff_tapestry"},
                                            {"compressed", "autodiff_tapestry"},
                                            {"peer:adolc", "autodiff_adolc"},
-                                           {"peer:adolc-fresh", "autodiff_adolc"}};
+                                           {"peer:adolc-fresh", "autodiff_adolc"},
+                                           {"peer:sacado", "autodiff_sacado"}};
 
 /// Whether there is such a variant: long recurrences have no array form, Jacobians have other ways.
 [[nodiscard]] bool applies(const Variant& variant, const std::string& objective) {
@@ -63,6 +65,7 @@ const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
   if (objective == BundleJacobian::name)
     return is_of_jacobians || is_one_of(variant.name, {"plain", "hand", "peer:adolc-fresh"}) ||
            (variant.name == "scalar" && variant.threads == 1);
+  if (variant.name == "peer:sacado" && objective == HandTracking::name) return false;  // see its worker
   if (objective == FloatSum::name) return is_one_of(variant.name, {"plain", "naive-float", "array-float"});
   if (variant.name == "naive-float") return false;
   if (variant.name == "array-library-exp") return objective == Softmax::name;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
@@ -134,6 +135,24 @@ class ReplayedRecording final : public Computation {
  private:
   std::vector<double> x_;
   Replay<double> replay_;
+};
+
+/// Makes a recording to replay, in memory that is asked for anew.
+template <class Objective>
+class MadeRecording final : public Computation {
+ public:
+  explicit MadeRecording(const Objective& objective) : objective_(objective), x_(objective.start()) {
+    gradient_.resize(x_.size());
+  }
+  void run() override {
+    replay_.emplace([&](const auto* x) { return objective_(x); }, x_);
+  }
+  void finish() override { value_ = replay_->gradient(x_, gradient_); }
+
+ private:
+  Objective objective_;
+  std::vector<double> x_;
+  std::optional<Replay<double>> replay_;
 };
 
 /// Evaluates a recording for 8 inputs at once, all of them the same.

@@ -46,6 +46,7 @@ Made make_variant(const Objective& objective, const std::string& variant, std::p
     using Replayed = ReplayedRecording<Objective>;
     if (variant == "replay") return std::make_unique<Replayed>(objective, Guards::record);
     if (variant == "replay-unguarded") return std::make_unique<Replayed>(objective, Guards::ignore);
+    if (variant == "replay-recording") return std::make_unique<MadeRecording<Objective>>(objective);
     if (variant == "replay-8-lanes") return std::make_unique<ReplayedLanes<Objective>>(objective);
     return make_array(objective, variant);
   }
