@@ -180,7 +180,7 @@ TEST_CASE("a JPEG with changed bytes is read or refused, and nothing worse", "[i
     std::string file = good;
     for (int change = 0; change < 3; ++change)
       file[3 + static_cast<std::size_t>(random.uniform(0, 1) * static_cast<double>(file.size() - 4))] =
-          static_cast<char>(random.uniform(0, 256));
+          static_cast<char>(static_cast<unsigned char>(random.uniform(0, 256)));
     try {
       (void)io::parse_jpeg(file, "a.jpg");
     } catch (const tapestry::FileError&) {

@@ -120,6 +120,7 @@ TEST_CASE("N25: lists and folders without pictures or labels are refused", "[io]
   CHECK_THROWS_WITH(io::read_yolo_folder(folder.path("absent"), 1), contains("cannot list the folder"));
   std::filesystem::create_directories(folder.path("empty"));
   CHECK_THROWS_WITH(io::read_yolo_folder(folder.path("empty"), 1), contains("no pictures"));
+  std::filesystem::create_directories(folder.path("twins"));
   folder.write("twins/a.jpg", "");
   folder.write("twins/a.png", "");
   CHECK_THROWS_WITH(io::read_yolo_folder(folder.path("twins"), 1),

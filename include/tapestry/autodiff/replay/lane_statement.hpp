@@ -126,11 +126,17 @@ struct LaneStatement {
     }
   };
 
+  /// Those of statement i; null where they are not kept.
+  [[nodiscard, gnu::always_inline]] static inline T* partials_of(const Run& run, const Arrays& arrays,
+                                                                 std::size_t i) {
+    return keeps_partials ? arrays.partials + (run.partial + i * variables) * lanes : nullptr;
+  }
+
   [[gnu::always_inline]] static inline void forward(const Run& run, const Arrays& arrays) {
     for (std::size_t i = 0, count = run.count; i < count; ++i) {
       const Places places(run, arrays, i);
       T* const results = arrays.values + (run.result + i) * lanes;
-      T* const partials = arrays.partials + (run.partial + i * variables) * lanes;
+      T* const partials = partials_of(run, arrays, i);
       for_each_lane<lanes>([=](std::size_t lane) {
         const Formula formula = places.formula(lane);
         if constexpr (keeps_partials) {
@@ -146,7 +152,7 @@ struct LaneStatement {
   [[gnu::always_inline]] static inline void backward(const Run& run, const Arrays& arrays) {
     for (std::size_t i = run.count; i-- > 0;) {
       const Places places(run, arrays, i);
-      const T* const partials = arrays.partials + (run.partial + i * variables) * lanes;
+      const T* const partials = partials_of(run, arrays, i);
       T* const results = arrays.adjoints + (run.result + i) * lanes;
       std::array<std::array<T, lanes>, variables> pushed;
       auto* const out = pushed.data();
