@@ -16,7 +16,7 @@ for key in photo clean adversarial controls "matched noise" shuffled random blue
 done
 
 # The same rows in the same order everywhere, and the effect beyond matched noise under them.
-rows="photo clean adversarial matched_noise shuffled random white black red green blue"
+rows="photo clean adversarial matched_noise shuffled random white grey black red green blue"
 listed() { tr '\n' ' ' | sed 's/ $//'; }
 [ "$(tail -n +2 two/metrics.csv | cut -d, -f1 | tr ' ' _ | listed)" = "$rows" ] && pass || fail "the rows of metrics.csv"
 [ "$(sed -n 's/^  \(.*[^ ]\) *found in.*mean best confidence [01]\.[0-9]*$/\1/p' command.out | tr ' ' _ | listed)" = "$rows" ] &&
@@ -34,7 +34,7 @@ expect_same one/metrics.csv two/metrics.csv
 expect_exit 0 "evaluate gives the run's figures again" "$programs/evaluate" --run two --output again
 expect_same again/metrics.csv two/metrics.csv
 expect_exit 0 "evaluate without a camouflage" "$programs/evaluate" --clean-only --output plain
-[ "$(tail -n +2 plain/metrics.csv | cut -d, -f1 | listed)" = "photo clean random white black red green blue" ] && pass ||
+[ "$(tail -n +2 plain/metrics.csv | cut -d, -f1 | listed)" = "photo clean random white grey black red green blue" ] && pass ||
   fail "controls of nothing"
 grep -q '"effect": null' plain/metrics.json && pass || fail "an effect of nothing"
 # An ensemble of one detector twice has its loss and, its halves being exact, its bits.
