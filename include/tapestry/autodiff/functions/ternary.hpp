@@ -85,7 +85,7 @@ class Ternary {
     return detail::difference(x_, link) | detail::difference(y_, link) | detail::difference(z_, link);
   }
   template <class Factor, class Sink>
-  void push(Factor factor, Sink& sink) const {
+  [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
     const std::array<T, 3> partials = Operation::partials(x_.value(), y_.value(), z_.value(), value_);
     if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, partials[0], sink);
     if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, partials[1], sink);

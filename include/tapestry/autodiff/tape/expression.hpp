@@ -71,7 +71,7 @@ class Constant {
   [[nodiscard]] constexpr bool is_active() const { return false; }
   [[nodiscard]] constexpr std::uint64_t difference(Link) const { return 0; }
   template <class Factor, class Sink>
-  constexpr void push(Factor, Sink&) const {}
+  [[gnu::always_inline]] constexpr void push(Factor, Sink&) const {}
   template <class Leaves>
   void write(Leaves& leaves) const {
     leaves.add_constant(value_);
@@ -93,7 +93,8 @@ concept TakesPlainProducts = Sink::takes_plain_products;
 /// \param factor   a number, One or MinusOne
 /// \param partial  likewise
 template <class Operation, class Operand, class Factor, class Partial, class Sink>
-void push_partial(const Operand& operand, const Factor& factor, const Partial& partial, Sink& sink) {
+[[gnu::always_inline]] inline void push_partial(const Operand& operand, const Factor& factor,
+                                                const Partial& partial, Sink& sink) {
   if constexpr (TakesPlainProducts<Sink>) {
     push_factor(operand, chain_slopes(factor, partial, std::multiplies<>()), sink);
   } else {
@@ -124,7 +125,7 @@ class Unary {
   [[nodiscard]] bool is_active() const { return x_.is_active(); }
   [[nodiscard]] std::uint64_t difference(Link link) const { return detail::difference(x_, link); }
   template <class Factor, class Sink>
-  void push(Factor factor, Sink& sink) const {
+  [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
     if constexpr (std::is_same_v<Slope, T>) {
       push_partial<Operation>(x_, factor, Operation::partial(x_.value(), value_), sink);
     } else {
@@ -175,7 +176,7 @@ class Binary {
     return detail::difference(x_, link) | detail::difference(y_, link);
   }
   template <class Factor, class Sink>
-  void push(Factor factor, Sink& sink) const {
+  [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
     if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, slope_x(), sink);
     if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, slope_y(), sink);
   }

@@ -107,7 +107,7 @@ template <class E>
 }
 
 template <class E, class Factor, class Sink>
-constexpr void push_factor(const E& expression, const Factor& factor, Sink& sink) {
+[[gnu::always_inline]] constexpr void push_factor(const E& expression, const Factor& factor, Sink& sink) {
   if constexpr (CountsOperands<E>) {
     expression.push(factor, sink);
   } else {
