@@ -98,6 +98,32 @@ class VectorSweeps final : public RecordedObjective<Objective> {
   AdjointVectors<double, 8> adjoints_;
 };
 
+/// An objective as a function of a span.
+template <class Objective>
+struct OfSpan {
+  Objective objective;
+  template <class S>
+  [[nodiscard]] S operator()(std::span<const S> x) const {
+    return objective(x.data());
+  }
+};
+
+/// gradient(f, x), which knows nothing of the calls before but their memory.
+template <class Objective>
+class GradientCall final : public Computation {
+ public:
+  explicit GradientCall(const Objective& objective) : x_(objective.start()), f_{objective} {}
+  void run() override {
+    auto result = gradient(f_, x_);
+    value_ = result.value;
+    gradient_ = std::move(result.gradient);
+  }
+
+ private:
+  std::vector<double> x_;
+  OfSpan<Objective> f_;
+};
+
 /// The Hessian times a vector, and the gradient on the way.
 template <class Objective>
 class HessianTimesVector final : public Computation {
@@ -111,15 +137,8 @@ class HessianTimesVector final : public Computation {
   }
 
  private:
-  struct OfSpan {
-    Objective objective;
-    template <class S>
-    [[nodiscard]] S operator()(std::span<const S> x) const {
-      return objective(x.data());
-    }
-  };
   std::vector<double> x_, direction_;
-  HessianProducts<OfSpan> products_;
+  HessianProducts<OfSpan<Objective>> products_;
 };
 
 /// Evaluates a recording made beforehand.

@@ -127,3 +127,32 @@ TEST_CASE("a Jacobian by forward mode", "[autodiff][derivatives]") {
       CHECK(found[10 * i + k] == (k == i ? x[(i + 1) % 10] : k == (i + 1) % 10 ? x[i] : 0));
   CHECK(found[100] == 1);
 }
+
+TEST_CASE("gradients of sizes in turn, and one within another, are each of their own point",
+          "[autodiff][derivatives]") {
+  const auto squares = []<class S>(std::span<S> x) {
+    std::remove_const_t<S> total = 0;
+    for (const auto& entry : x) total += entry * entry;
+    return total;
+  };
+  const auto doubled = [](std::vector<double> x) {
+    for (double& entry : x) entry *= 2;
+    return x;
+  };
+  for (const std::size_t n : std::initializer_list<std::size_t>{1000, 3, 0, 2000, 1}) {
+    const auto x = some_point(n);
+    CHECK(tapestry::gradient(squares, x).gradient == doubled(x));
+  }
+  const auto of_many_inside = [&]<class S>(std::span<S> x) {
+    const auto inner = tapestry::gradient(squares, some_point(100)).gradient;
+    return std::remove_const_t<S>(inner[1] * x[0] + x[1] * x[1]);
+  };
+  const auto outer = tapestry::gradient(of_many_inside, std::vector<double>{1, 3});
+  CHECK(outer.gradient == std::vector<double>{2 * some_point(100)[1], 6});
+  const auto fails = []<class S>(std::span<S> x) -> std::remove_const_t<S> {
+    if (x.size() == 2) throw DomainError("two");
+    return x[0];
+  };
+  CHECK_THROWS_AS(tapestry::gradient(fails, std::vector<double>{1, 2}), DomainError);
+  CHECK(tapestry::gradient(fails, std::vector<double>{1, 2, 3}).gradient == std::vector<double>{1, 0, 0});
+}

@@ -57,14 +57,11 @@ template <std::floating_point T = double, class Function>
 [[nodiscard]] ValueAndGradient<T> gradient(const Function& f, Point<std::type_identity_t<T>> x) {
   detail::SpareTape<T> tape;
   const auto scope = tape->activate();
-  std::vector<Variable<T>> inputs;
-  inputs.reserve(x.size());
-  for (const T value : x) inputs.push_back(tape->input(value));
-  const Variable<T> root = f(std::span<const Variable<T>>(inputs));
+  const std::span<const Variable<T>> inputs = tape.input(x);
+  const Variable<T> root = f(inputs);
   tape->reverse(root);
-  ValueAndGradient<T> result{root.value(), {}};
-  result.gradient.reserve(x.size());
-  for (const Variable<T>& input : inputs) result.gradient.push_back(tape->adjoint(input));
+  ValueAndGradient<T> result{root.value(), std::vector<T>(x.size())};
+  tape->adjoints(inputs, result.gradient);
   return result;
 }
 

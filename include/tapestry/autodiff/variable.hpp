@@ -83,7 +83,7 @@ class Variable {
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
   [[nodiscard]] constexpr std::uint64_t difference(detail::Link link) const { return link_.difference(link); }
   template <class Factor, class Sink>
-  void push(Factor factor, Sink& sink) const {
+  [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
     sink.add(link_, factor);
   }
 

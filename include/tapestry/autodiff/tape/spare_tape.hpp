@@ -1,46 +1,63 @@
 #pragma once
 #include <cstddef>
+#include <span>
 #include <tapestry/autodiff/tape.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <utility>
+#include <vector>
 
 namespace tapestry::detail {
 
-/// A tape for the length of a call, in memory that an earlier call on this thread has left: fresh pages can
-/// cost more than what is recorded on them. Of nested calls each has a tape of its own. What arrays were
-/// recorded on, or takes more than 128 MiB with its adjoints, is not left. Not for destructors of objects of
-/// static storage: the thread's own objects are gone by then.
+/// A tape and its inputs for the length of a call, in memory that an earlier call on this thread has left:
+/// fresh pages can cost more than what is recorded on them. Of nested calls each has its own. What arrays
+/// were recorded on, or takes more than 128 MiB with its adjoints, is not left. Not for destructors of
+/// objects of static storage: the thread's own objects are gone by then.
 template <class T>
 class SpareTape {
  public:
-  SpareTape() : tape_(std::move(left())) {}
+  SpareTape() : held_(std::exchange(left(), Held())) {}
   SpareTape(const SpareTape&) = delete;
   SpareTape& operator=(const SpareTape&) = delete;
   ~SpareTape() {
     try {
-      const auto& state = *tape_.shared_state();
+      const auto& state = *held_.tape.shared_state();
       if (state.array_memory != nullptr || is_large(state)) return;
-      tape_.clear();
-      left() = std::move(tape_);
+      held_.tape.clear();
+      left() = std::move(held_);
     } catch (...) {  // it is only not left
     }
   }
 
-  [[nodiscard]] Tape<T>& operator*() { return tape_; }
-  [[nodiscard]] Tape<T>* operator->() { return &tape_; }
+  [[nodiscard]] Tape<T>& operator*() { return held_.tape; }
+  [[nodiscard]] Tape<T>* operator->() { return &held_.tape; }
+
+  /// New variables on the tape, of the given values.
+  [[nodiscard]] std::span<const Variable<T>> input(std::span<const T> values) {
+    held_.inputs.resize(values.size());
+    held_.tape.input(values, held_.inputs);
+    return held_.inputs;
+  }
 
  private:
+  struct Held {
+    Tape<T> tape;
+    std::vector<Variable<T>> inputs;
+  };
+
   [[nodiscard]] bool is_large(const TapeState<T>& state) const {
-    return state.chunk_bytes() + tape_.statement_count() * sizeof(T) > most_bytes;
+    return state.chunk_bytes() + held_.tape.statement_count() * sizeof(T) +
+               held_.inputs.capacity() * sizeof(Variable<T>) >
+           most_bytes;
   }
 
   static constexpr std::size_t most_bytes = std::size_t(1) << 27U;
 
-  static Tape<T>& left() {
-    static thread_local Tape<T> tape;
-    return tape;
+  static Held& left() {
+    static thread_local Held held;
+    return held;
   }
 
-  Tape<T> tape_;
+  Held held_;
 };
 
 }  // namespace tapestry::detail
