@@ -24,6 +24,7 @@
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/eigen.hpp>
+#include <tapestry/autodiff/eigen_derivatives.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/functions/polygamma.hpp>
 #include <tapestry/autodiff/functions/scalar_functions.hpp>

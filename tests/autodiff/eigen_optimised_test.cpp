@@ -1,4 +1,5 @@
 #include <tapestry/autodiff/eigen.hpp>
+#include <tapestry/autodiff/eigen_derivatives.hpp>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -168,4 +169,51 @@ TEST_CASE("matrices of numbers and of variables are multiplied, of any size", "[
     CHECK((x.unaryExpr(adjoint_of) - of_a).lpNorm<Eigen::Infinity>() <= 1e-12);
     CHECK((y.unaryExpr(adjoint_of) - of_b).lpNorm<Eigen::Infinity>() <= 1e-12);
   }
+}
+
+TEST_CASE("derivatives of functions of Eigen vectors have their shapes", "[autodiff][eigen]") {
+  // ½ xᵀ A x + Σ sin xᵢ: gradient A x + cos x, Hessian A − diag(sin x), for a symmetric A
+  const Eigen::Matrix3d a = (Eigen::Matrix3d() << 4, 1, -2, 1, 3, .5, -2, .5, 5).finished();
+  const auto f = [&]<class X>(const X& x) {
+    typename X::Scalar total = .5 * x.dot(a * x);
+    for (Eigen::Index i = 0; i < x.size(); ++i) total += sin(x[i]);
+    return total;
+  };
+  const Eigen::Vector3d x(.3, -1.2, 2);
+  const Eigen::Vector3d slope = a * x + x.array().cos().matrix();
+  const Eigen::Matrix3d curvature = a - Eigen::Matrix3d(x.array().sin().matrix().asDiagonal());
+  const auto found = tapestry::gradient(f, x);
+  CHECK(found.value == Approx(.5 * x.dot(a * x) + x.array().sin().sum()));
+  CHECK((found.gradient - slope).norm() < 1e-14);
+  const Eigen::Matrix3d second = tapestry::hessian(f, x);
+  CHECK((second - curvature).norm() < 1e-14);
+  const Eigen::VectorXd any_size = x;
+  CHECK(tapestry::gradient(f, any_size).gradient == found.gradient);
+  CHECK(tapestry::hessian(f, 2 * (any_size / 2)) == second);  // an expression
+
+  const auto wide = [](const auto& y) { return (y.head(2) * y[2]).eval(); };  // 2 × 3
+  const auto tall = []<class Y>(const Y& y) {                                 // 6 × 3
+    Eigen::Matrix<typename Y::Scalar, Eigen::Dynamic, 1> twice(2 * y.size());
+    twice << y * y.sum(), y * y.sum();
+    return twice;
+  };
+  Eigen::MatrixXd expected_wide(2, 3);
+  expected_wide << x[2], 0, x[0], 0, x[2], x[1];
+  CHECK(tapestry::jacobian(wide, x) == expected_wide);
+  const Eigen::MatrixXd of_tall = tapestry::jacobian(tall, any_size);
+  REQUIRE((of_tall.rows() == 6 && of_tall.cols() == 3));
+  const Eigen::Matrix3d half = x * Eigen::RowVector3d::Ones() + x.sum() * Eigen::Matrix3d::Identity();
+  CHECK((of_tall.topRows(3) - half).norm() < 1e-15);
+  CHECK(of_tall.topRows(3) == of_tall.bottomRows(3));
+  CHECK(tapestry::gradient([](const auto& y) { return y.sum(); }, Eigen::VectorXd(0)).gradient.size() == 0);
+}
+
+TEST_CASE("the Jacobian of recorded Eigen vectors is an Eigen matrix", "[autodiff][eigen]") {
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  Eigen::Matrix<tapestry::Variable<double>, 2, 1> x;
+  x << tape.input(2), tape.input(3);
+  const Eigen::Matrix<tapestry::Variable<double>, Eigen::Dynamic, 1> y = x * x[1];
+  const Eigen::MatrixXd found = tapestry::jacobian(tape, y, x);
+  CHECK(found == (Eigen::Matrix2d() << 3, 2, 0, 6).finished());
 }
