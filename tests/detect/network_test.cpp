@@ -38,6 +38,37 @@ const std::string leaky_products = leaky(product_layers);
 const std::string region_layers = tapestry::test::cfg_text("region_layers");
 const std::string strided_shortcuts = tapestry::test::cfg_text("strided_shortcuts");
 const std::string real_layers = tapestry::test::cfg_text("real_layers");
+const std::string grouped_layers = R"(# Groups of channels that are no whole vectors, and whole ones.
+[net]
+width=16
+height=16
+[convolutional]
+filters=32
+size=1
+activation=leaky
+[convolutional]
+filters=48
+groups=16
+size=3
+pad=1
+activation=leaky
+[convolutional]
+filters=32
+groups=2
+size=3
+stride=2
+pad=1
+activation=relu
+[convolutional]
+filters=14
+size=1
+activation=linear
+[yolo]
+mask=0,1
+anchors=4,5, 9,8
+classes=2
+num=2
+)";
 const std::string wide_layers = tapestry::test::cfg_text("wide_layers");
 
 template <class T>
@@ -104,7 +135,8 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][networ
 
 TEST_CASE("what convolutions do beside their sums agrees with central differences and with one pass each",
           "[detect][network][gradient]") {
-  const auto network = random_network<double>(GENERATE(fused_layers, leaky_products, more_activations));
+  const auto network =
+      random_network<double>(GENERATE(fused_layers, grouped_layers, leaky_products, more_activations));
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   network.forward(images, pass, detect::Mode::input_gradient);

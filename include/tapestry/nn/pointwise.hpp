@@ -5,6 +5,7 @@
 #include <cstring>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/activation.hpp>
+#include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 
 namespace tapestry::nn {
@@ -87,10 +88,13 @@ void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std:
   });
 }
 
-/// True if a convolution can write, and be gated by, the bits of an output with so many channels itself.
+/// True if a convolution can write, and be gated by, the bits of its output itself: its vectors of channels,
+/// which end with a group, are all full.
 template <std::floating_point T>
-[[nodiscard]] bool fuses_bits(std::size_t channels) {
-  return kernels<T>().lanes % 8 == 0 && channels % kernels<T>().lanes == 0;
+[[nodiscard]] bool fuses_bits(const ConvolutionShape& shape) {
+  const std::size_t lanes = kernels<T>().lanes;
+  const std::size_t side_by_side = shape.is_depthwise() ? shape.out_channels : shape.group_out();
+  return lanes % 8 == 0 && side_by_side % lanes == 0;
 }
 
 /// adjoint[i] *= activation'(argument) for the others, where `kept` is the argument if

@@ -219,12 +219,13 @@ class BackwardPass {
     nn::Epilogue<T> end{nullptr, !covers || !adjoints_[input].empty(), T(1)};
     if (!end.adds) adjoints_[input] = pass_.workspace.take(size_of(input));
     T* const in_adjoint = summed_adjoint(input);
-    if (covers && is_gate(i, input) && nn::fuses_bits<T>(graph_.shapes[input].channels)) {
+    const auto& parts = weights_.convolutions[i];
+    if (covers && is_gate(i, input) && nn::fuses_bits<T>(parts.front().shape)) {
       end.gate = pass_.layers[input].positive.data();
       end.slope = slope_of(input);
       is_gated_[input] = true;
     }
-    for (const auto& part : weights_.convolutions[i])
+    for (const auto& part : parts)
       nn::convolve<T>(engine_, part, pass_.images, adjoint, end, in_adjoint, shape.in_size());
   }
 

@@ -213,7 +213,7 @@ class ForwardPass {
       convolve_and_normalize(i, from, slope);
     } else {
       nn::Epilogue<T> end{weights_.biases[i].data(), false, slope};
-      const bool fuses = keeps_signs(i) && nn::fuses_bits<T>(layer.filters);
+      const bool fuses = keeps_signs(i) && nn::fuses_bits<T>(graph_.convolution(i));
       const std::size_t made = keeps_signs(i) && !fuses ? i : shortcut_of(i);
       if (fuses) end.positive = make_signs(i);
       if (made != i) end.addend = output_of(addend_of(i, made));

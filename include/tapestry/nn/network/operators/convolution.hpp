@@ -66,7 +66,7 @@ class Convolution : public Operation<T> {
       addend = nullptr;
     }
     const bool keeps_signs = call.keeps && activation.needs_signs();
-    const bool fuses_signs = keeps_signs && fuses_bits<T>(plan_.shape.out_channels);
+    const bool fuses_signs = keeps_signs && fuses_bits<T>(plan_.shape);
     if (keeps_signs) call.state.bits.resize(block_count(plan_.out_size(), 8));
     if (fuses_signs) end.positive = call.state.bits.data();
     if (!keeps_signs || fuses_signs) end.addend = addend;
