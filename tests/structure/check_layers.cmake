@@ -77,7 +77,7 @@ function(check_header header)
   endif()
   string(REGEX MATCHALL "\n" line_ends "${text}")
   list(LENGTH line_ends line_count)
-  if(line_count GREATER longest_header)
+  if(line_count GREATER longest_header AND NOT header STREQUAL "tapestry.hpp")  # that is a list
     message(SEND_ERROR "${header} has ${line_count} lines, at most ${longest_header} are allowed")
   endif()
   file(STRINGS "${INCLUDE_DIR}/${header}" lines REGEX "^[ \t]*#[ \t]*include")
