@@ -59,16 +59,13 @@ expect_same_run() { # expect_same_run FOLDER FOLDER
     expect_same "$1/$file" "$2/$file"
   done
 }
+expect_exit 0 "a camouflage without mpirun" "$camouflage" "${paint[@]}" --epochs 4 --output paint
 for count in 1 2 3; do
   expect_exit 0 "a camouflage by $count ranks" mpirun -n "$count" "${here[@]}" "$camouflage" "${paint[@]}" --epochs 4 \
     --output "paint$count"
-  expect_same_run paint1 "paint$count"
+  expect_same_run paint "paint$count"
   [ "$(grep -c '^  adversarial ' command.out)" -eq 1 ] && pass || fail "results of $count ranks"
 done
-single=(--frames frames --texels 8 --epochs 1 --batch 1 --threads 1) # of one view a step there is nothing to add
-expect_exit 0 "single views without mpirun" "$camouflage" "${single[@]}" --output single
-expect_exit 0 "single views by two ranks" mpirun -n 2 "${here[@]}" "$camouflage" "${single[@]}" --output single2
-expect_same single/texture.npz single2/texture.npz
 mpirun -n 2 "${here[@]}" "$camouflage" "${paint[@]}" --epochs 30 --output dead >/dev/null 2>dead.err &
 process=$!
 wait_for 60 [ -e dead/checkpoint.npz ]
@@ -76,10 +73,8 @@ kill_last_rank "$process"
 wait "$process"
 [ $? -ne 0 ] && pass || fail "the death of a rank was not seen"
 [ -e dead/report.html ] && fail "the run ended before its rank was killed" || pass
-expect_exit 7 "going on without mpirun" "$camouflage" --resume --output dead
-expect_error_line 'dead: cannot resume, it was begun under mpirun'
 expect_exit 0 "going on with three" mpirun -n 3 "${here[@]}" "$camouflage" --resume --output dead --threads 1
-expect_exit 0 "the same in one go" mpirun -n 1 "${here[@]}" "$camouflage" "${paint[@]}" --epochs 30 --output whole
+expect_exit 0 "the same in one go, without mpirun" "$camouflage" "${paint[@]}" --threads 1 --epochs 30 --output whole
 expect_same_run whole dead
 
 # Refusals end all ranks with the exit code of one process.

@@ -87,7 +87,7 @@ class CamouflageRun {
                                          start_texture(options_.optimisation, inputs_.car.painted),
                                          training_options);
     if (options_.resume) restore(training);
-    if (ranks_.is_under_mpirun())
+    if (ranks_.count() > 1)
       training.share({ranks_.count(), ranks_.index(),
                       [&](const std::vector<double>& own) { return ranks_.gathered(own); }});
     optimise(training);
@@ -131,19 +131,14 @@ class CamouflageRun {
     return usable;
   }
 
-  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees. Steps that ranks share
-  /// round otherwise than those of one process, so that a run is not gone on with in the other way.
+  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
   void open_folder() {
-    Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
-                                  inputs_.frames.held_out, input_paths());
+    const Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
+                                        inputs_.frames.held_out, input_paths());
     settings_ = identity_text(manifest);
-    if (ranks_.is_under_mpirun()) manifest["mpirun"] = true;
-    if (options_.resume) {
+    if (options_.resume)
       require_same_inputs(manifest, options_.output);
-      if (read_manifest(options_.output).value("mpirun", false) != ranks_.is_under_mpirun())
-        throw Error(ErrorKind::in_use, options_.output + ": cannot resume, it was begun " +
-                                           (ranks_.is_under_mpirun() ? "without mpirun" : "under mpirun"));
-    } else if (ranks_.is_first())
+    else if (ranks_.is_first())
       write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
   }
 

@@ -39,8 +39,6 @@ class Ranks {
   /// From 0.
   [[nodiscard]] std::size_t index() const { return index_; }
   [[nodiscard]] bool is_first() const { return index_ == 0; }
-  /// Whether mpirun started this process, were it alone.
-  [[nodiscard]] bool is_under_mpirun() const { return is_under_mpirun_; }
 
   /// Overwrites the values with those of the first rank. Every rank calls this, with as many of them.
   template <class T>
@@ -87,7 +85,6 @@ class Ranks {
 #if defined(TAPESTRY_MPI)
     if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr && std::getenv("PMI_SIZE") == nullptr) return;
     MPI_Init(nullptr, nullptr);
-    is_under_mpirun_ = true;
     int count = 1, index = 0;
     MPI_Comm_size(MPI_COMM_WORLD, &count);
     MPI_Comm_rank(MPI_COMM_WORLD, &index);
@@ -123,7 +120,6 @@ class Ranks {
   }
 
   std::size_t count_ = 1, index_ = 0;
-  bool is_under_mpirun_ = false;
   int error_stream_ = STDERR_FILENO;
 };
 

@@ -84,9 +84,8 @@ class Training {
   /// The terms of every step so far.
   [[nodiscard]] const std::vector<ObjectiveTerms>& history() const { return state_.history; }
 
-  /// Shares the views of every step with processes that begin from the same state. Each view is then recorded
-  /// alone, and gradients are added in the minibatch's order: the same bits for any number of processes, one
-  /// included, while a training that is not shared records a minibatch at once and rounds otherwise.
+  /// Shares the views of every step with processes that begin from the same state: the same bits for any
+  /// number of them.
   void share(SharedSteps shared) { shared_ = std::move(shared); }
 
   /// A copy of everything a checkpoint needs.
@@ -105,14 +104,14 @@ class Training {
     state_.adam = {};
   }
 
-  /// One minibatch: records, reverses, updates.
+  /// One minibatch: records and reverses each view alone, which takes the memory of one, adds their gradients
+  /// in the minibatch's order, and updates.
   /// \returns the number of views in it
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state
   ///         is then what it was before the step
   std::size_t step() {
     const auto views = next_batch();
-    const Array<T, 2> gradient =
-        shared_ ? shared_gradient_of(views) : gradient_of(views, next_session(views));
+    const Array<T, 2> gradient = gradient_of(views);
     require_finite_terms(views);
     require_finite_gradient(gradient, views);
     const ScopedTimer timer(objective_.times().update);
@@ -146,19 +145,19 @@ class Training {
   }
 
   /// Leaves the terms in terms_.
-  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views,
-                                        const std::optional<PhotoSession>& session) {
+  [[nodiscard]] Array<T, 2> gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session) {
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<T, 2> parameter = tape_.input(state_.parameter);
-    const Variable<T> loss = objective_(parameter, views, session ? &*session : nullptr);
+    const Variable<T> loss = objective_(parameter, std::span(&view, 1), session ? &*session : nullptr);
     terms_ = objective_.terms();
     tape_.reverse(loss);
     return parameter.adjoint();
   }
 
-  /// The mean over views of what gradient_of() each; a process is dealt every so many-th view.
-  [[nodiscard]] Array<T, 2> shared_gradient_of(const std::vector<ViewPointer>& views) {
+  /// The mean of the views' gradients; a process is dealt every so many-th view. Leaves the terms' mean in
+  /// terms_.
+  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
     constexpr std::array terms{
         &ObjectiveTerms::iou,       &ObjectiveTerms::objectness, &ObjectiveTerms::classification,
         &ObjectiveTerms::max_score, &ObjectiveTerms::smoothness, &ObjectiveTerms::total};
@@ -166,22 +165,31 @@ class Training {
     const std::size_t width = terms.size() + state_.parameter.size();
     Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
     ObjectiveTerms mean{};
-    for (std::size_t first = 0; first < views.size(); first += shared_->processes) {
+    const auto add = [&](const ObjectiveTerms& of_view, const auto* slopes) {
+      for (const auto term : terms) mean.*term += of_view.*term / static_cast<double>(views.size());
+      for (std::size_t k = 0; k < gradient.size(); ++k)
+        gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(views.size());
+    };
+    for (std::size_t first = 0; first < views.size(); first += shared_.processes) {
       std::vector<double> own;
-      if (const std::size_t i = first + shared_->own; i < views.size()) {
+      if (const std::size_t i = first + shared_.own; i < views.size()) {
         std::optional<PhotoSession> shot;
         if (session) shot = PhotoSession{session->print, {session->shots[i]}};
-        const Array<T, 2> of_view = gradient_of({views[i]}, shot);
+        const Array<T, 2> of_view = gradient_of(views[i], shot);
+        if (shared_.processes == 1) {
+          add(terms_, of_view.data());
+          continue;
+        }
         for (const auto term : terms) own.push_back(terms_.*term);
         own.insert(own.end(), of_view.begin(), of_view.end());
       }
       own.resize(width);
-      const auto all = shared_->gathered(own);
+      const auto all = shared_.gathered(own);
       const double* from = all.data();
-      for (std::size_t i = first; i < std::min(first + shared_->processes, views.size()); ++i) {
-        for (const auto term : terms) mean.*term += *from++ / static_cast<double>(views.size());
-        for (std::size_t k = 0; k < gradient.size(); ++k)
-          gradient.data()[k] += static_cast<T>(*from++) / static_cast<T>(views.size());
+      for (std::size_t i = first; i < std::min(first + shared_.processes, views.size()); ++i, from += width) {
+        ObjectiveTerms of_view{};
+        for (std::size_t k = 0; k < terms.size(); ++k) of_view.*terms[k] = from[k];
+        add(of_view, from + terms.size());
       }
     }
     terms_ = mean;
@@ -222,7 +230,7 @@ class Training {
   optim::Adam<T> adam_;
   TrainingState<T> state_;
   ObjectiveTerms terms_;  ///< of the last step
-  std::optional<SharedSteps> shared_;
+  SharedSteps shared_;
   Tape<T> tape_;
   std::vector<std::size_t> order_;
   std::size_t epoch_of_order_ = 0;
