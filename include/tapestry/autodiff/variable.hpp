@@ -73,10 +73,6 @@ class Variable {
     return *this = *this / y;
   }
 
-  Variable& operator++() { return *this += 1; }
-  Variable& operator--() { return *this -= 1; }
-  Variable operator++(int) { return std::exchange(*this, *this + 1); }
-  Variable operator--(int) { return std::exchange(*this, *this - 1); }
   friend constexpr void swap(Variable& x, Variable& y) noexcept { std::swap(x, y); }
 
   /// Where it was recorded.

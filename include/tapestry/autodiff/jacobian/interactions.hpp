@@ -121,10 +121,6 @@ class Dual<T, 1, detail::InteractionTag> {
   Dual& operator-=(const Dual& y) { return *this = *this - y; }
   Dual& operator*=(const Dual& y) { return *this = *this * y; }
   Dual& operator/=(const Dual& y) { return *this = *this / y; }
-  Dual& operator++() { return *this += 1; }
-  Dual& operator--() { return *this -= 1; }
-  Dual operator++(int) { return std::exchange(*this, *this + 1); }
-  Dual operator--(int) { return std::exchange(*this, *this - 1); }
   friend constexpr void swap(Dual& x, Dual& y) noexcept { std::swap(x, y); }
 
  private:

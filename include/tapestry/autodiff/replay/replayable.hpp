@@ -83,10 +83,6 @@ class Replayable {
   template <class Y>
   requires(ScalarExpression<Y> || Number<Y>) Replayable& operator/=(const Y& y) { return *this = *this / y; }
 
-  Replayable& operator++() { return *this += 1; }
-  Replayable& operator--() { return *this -= 1; }
-  Replayable operator++(int) { return std::exchange(*this, *this + 1); }
-  Replayable operator--(int) { return std::exchange(*this, *this - 1); }
   friend constexpr void swap(Replayable& x, Replayable& y) noexcept { std::swap(x, y); }
 
   template <class Factor, class Sink>

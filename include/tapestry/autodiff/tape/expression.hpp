@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/tape/operand_counts.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
 #include <type_traits>
+#include <utility>
 
 namespace tapestry {
 
@@ -22,6 +23,23 @@ concept ScalarExpression = requires {
 /// What the functions of functions.hpp take: a Variable, a formula of Variables, or a Dual.
 template <class E>
 concept Differentiable = ScalarExpression<E> || DualNumber<E>;
+
+template <Differentiable X>
+X& operator++(X& x) {
+  return x += 1;
+}
+template <Differentiable X>
+X& operator--(X& x) {
+  return x -= 1;
+}
+template <Differentiable X>
+X operator++(X& x, int) {
+  return std::exchange(x, x + 1);
+}
+template <Differentiable X>
+X operator--(X& x, int) {
+  return std::exchange(x, x - 1);
+}
 
 namespace detail {
 
