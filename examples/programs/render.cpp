@@ -6,13 +6,16 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/image/colour.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/npy.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <tapestry/raster/used_texels.hpp>
@@ -94,7 +97,8 @@ void describe_scene(CLI::App& app, Options& o) {
 void describe(CLI::App& app, Options& o) {
   describe_scene(app, o);
   app.option_defaults()->group("Camera and picture");
-  app.add_option("--view", o.view, "colour, normal, uv, face or coverage")->capture_default_str();
+  app.add_option("--view", o.view, "colour, normal, uv, face, depth, position or coverage")
+      ->capture_default_str();
   app.add_option("--azimuth", o.azimuth, "degrees around the mesh; 0: in front of a car, 90: at its left")
       ->capture_default_str();
   app.add_option("--elevation", o.elevation, "degrees above the horizon")->capture_default_str();
@@ -122,7 +126,10 @@ void describe(CLI::App& app, Options& o) {
       ->expected(3)
       ->capture_default_str();
   app.add_option("--threads", o.threads, "threads; 0: all cores")->capture_default_str();
-  app.add_option("--output", o.output, "PNG to write; an older one is replaced")->capture_default_str();
+  app.add_option("--output", o.output,
+                 "PNG to write; an older one is replaced. NAME.npy holds a depth, position or normal in the "
+                 "units of the mesh as floats, 0 where it does not show")
+      ->capture_default_str();
   app.add_option("--export", o.exported,
                  "also write the painted mesh: NAME.glb, or NAME.obj with NAME.mtl and NAME.png");
 }
@@ -147,7 +154,11 @@ void require_sound_camera(const Options& o, ProblemList& list) {
 /// What is written is neither read nor written twice.
 void require_sound_files(const Options& o, ProblemList& list) {
   const std::vector<std::string> inputs{o.mesh, o.texture, o.faces, o.frame};
-  list.require(o.output.ends_with(".png"), "--output takes a name that ends with .png");
+  const auto& measured = measured_view_names();
+  const bool is_measured = o.turntable == 0 && std::ranges::find(measured, o.view) != measured.end();
+  list.require(o.output.ends_with(".png") || (o.output.ends_with(".npy") && is_measured),
+               "--output takes a name that ends with .png, or with .npy for one --view depth, position or "
+               "normal");
   list.require_kept("--output", o.output, inputs);
   if (o.exported.empty()) return;
   const bool is_obj = o.exported.ends_with(".obj");
@@ -374,6 +385,24 @@ void export_scene(const std::string& path, const PaintedScene& scene) {
   (is_glb ? io::write_glb : io::write_obj)(path, mesh);
 }
 
+/// \returns  a description of what is written
+std::string write_view(const Options& o, const PaintedScene& scene, const Shots& shots,
+                       const PictureSettings& picture) {
+  if (o.output.ends_with(".npy")) {
+    const auto measured = measured_view(o.view, scene, shots.cameras.front(), picture);
+    io::write_file_atomically(o.output,
+                              io::npy_bytes<float>(std::span(measured.shape), std::span(measured.values)));
+    return std::to_string(picture.width) + " x " + std::to_string(picture.height) + " pixels, " + o.view;
+  }
+  std::vector<Bitmap> bitmaps;
+  for (const auto& camera : shots.cameras)
+    bitmaps.push_back(image::to_bytes(mesh_view(o.view, scene, camera, picture)));
+  const Bitmap bitmap = o.turntable > 0 ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
+  io::write_image(o.output, bitmap);
+  return std::to_string(bitmap.shape(1)) + " x " + std::to_string(bitmap.shape(0)) + " pixels, " +
+         std::to_string(bitmaps.size()) + (bitmaps.size() == 1 ? " view" : " views");
+}
+
 int run(Options& o) {
   require_sound(o);
   if (o.threads > 0) limit_threads(o.threads);
@@ -382,18 +411,11 @@ int run(Options& o) {
   PictureSettings picture{o.size.back(), o.size.front(), o.samples, {}};
   for (std::size_t c = 0; c < 3; ++c) picture.background[c] = o.background[c];
   const Shots shots = shots_of(o, scene, frame, picture);
-  std::vector<Bitmap> bitmaps;
-  for (const auto& camera : shots.cameras)
-    bitmaps.push_back(image::to_bytes(mesh_view(o.view, scene, camera, picture)));
-  const bool is_sheet = o.turntable > 0;
-  const Bitmap bitmap = is_sheet ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
   remove_parts_beside(o.output);
   if (!o.exported.empty()) remove_parts_beside(o.exported);
-  io::write_image(o.output, bitmap);
+  const std::string written = write_view(o, scene, shots, picture);
   if (!o.exported.empty()) export_scene(o.exported, scene);
-  remark(o.output + ": " + std::to_string(bitmap.shape(1)) + " x " + std::to_string(bitmap.shape(0)) +
-         " pixels, " + std::to_string(bitmaps.size()) + (bitmaps.size() == 1 ? " view of " : " views of ") +
-         std::to_string(scene.mesh.faces.size()) + " faces");
+  remark(o.output + ": " + written + " of " + std::to_string(scene.mesh.faces.size()) + " faces");
   return 0;
 }
 }  // namespace

@@ -269,6 +269,8 @@
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/geometry_picture.hpp>
+#include <tapestry/raster/geometry_picture_variable.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/light_adjoint.hpp>
 #include <tapestry/raster/lighting.hpp>

@@ -12,7 +12,7 @@ expect_file car.png
 [ "$(size_of car.png)" = "96 96" ] && pass || fail "car.png is $(size_of car.png)"
 expect_exit 0 "again" "$render" --size 96 --output again.png --threads 1
 expect_same car.png again.png
-for view in normal uv face coverage; do
+for view in normal uv face coverage depth position; do
   expect_exit 0 "view $view" "$render" --size 96 --view "$view" --output "$view.png"
   cmp -s car.png "$view.png" && fail "view $view is the coloured picture" || pass
 done
@@ -50,6 +50,24 @@ for light in none smooth; do
   cmp -s car.png light.png && fail "light $light is the flat one" || pass
 done
 
+# Numbers: 96 x 96 floats after a header of 128 bytes, a channel of a depth and three of the others.
+for case in "depth 36992" "position 110720" "normal 110720"; do
+  read -r view bytes <<<"$case"
+  expect_exit 0 "$view as numbers" "$render" --size 96 --view "$view" --output "$view.npy"
+  [ "$(wc -c <"$view.npy")" = "$bytes" ] && pass || fail "$view.npy has $(wc -c <"$view.npy") bytes"
+done
+# The middle pixel of a square at distance 2: its depth is 2, its place the origin, its normal towards the camera.
+printf 'v 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nf 1 2 3 4\n' >square.obj
+middle() { od -An -tf4 -j$((128 + 4 * $2 * (5 * 11 + 5))) -N$((4 * $2)) "$1" | tr -s ' '; }
+for case in "depth 1 2" "position 3 0 0 0" "normal 3 1 0 0"; do
+  read -r view channels expected <<<"$case"
+  expect_exit 0 "$view of a square" "$render" --mesh square.obj --azimuth 0 --elevation 0 --distance 2 --size 11 \
+    --view "$view" --output square.npy
+  awk -v expected="$expected" '{ n = split(expected, e, " "); for (i = 1; i <= n; ++i) {
+    d = $i - e[i]; if (d * d > 1e-10) exit 1 } }' <<<"$(middle square.npy "$channels")" && pass ||
+    fail "$view is $(middle square.npy "$channels")"
+done
+
 # Cameras by pose: from 10 m in front, looking back.
 expect_exit 0 "a pose" "$render" --size 96 --pose 0 1 0 0 0 0 -1 0.7 -1 0 0 10 --output pose.png
 expect_exit 0 "a pose in one picture with an orbit" \
@@ -76,7 +94,7 @@ refused() { # refused CODE PATTERN OPTIONS...
   expect_exit "$code" "$*" "$render" "$@" --output untouched.png
   expect_error_line "$pattern"
 }
-for words in "--size 0" "--size 20000" "--samples 3" "--view depth" "--filter cubic" "--light soft" "--fov 180" \
+for words in "--size 0" "--size 20000" "--samples 3" "--view deep" "--filter cubic" "--light soft" "--fov 180" \
   "--distance -1" "--distance 1 2" "--colour 2 0 0" "--background 0 0 nan" "--turntable 361" "--threads -1" "--export car.stl" \
   "--ambient -1" "--directional nan" "--light-direction 0 0 0"; do
   # shellcheck disable=SC2086  # several words on purpose
@@ -122,6 +140,8 @@ refuses_to_write '--export would overwrite paint.png' --texture paint.png --expo
 refuses_to_write 'which is --output' --texture paint.png --export untouched.obj --output untouched.png
 refuses_to_write '--export would overwrite out.obj' --mesh out.obj --export out.obj --output untouched.png
 refuses_to_write 'ends with .png' --output untouched.jpg
+refuses_to_write 'with .npy for one' --output untouched.npy
+refuses_to_write 'with .npy for one' --view depth --turntable 3 --output untouched.npy
 expect_same car.png paint.png
 refuses_to_write 'control character in a name' --export $'a\nv 9 9 9.obj' --output untouched.png
 [ -e untouched.png ] && fail "a refused command left a picture behind" || pass

@@ -6,10 +6,12 @@
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/raster/geometry_picture_variable.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
 #include "../support/brute_force_render.hpp"
 #include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
 #include "../support/gradient_scoring.hpp"
 
 namespace raster = tapestry::raster;
@@ -46,29 +48,35 @@ struct Score {
   [[nodiscard]] double error() const { return std::sqrt(error_squared / expected_squared); }
 };
 
-/// ⟨weights, picture over a background⟩ of a supersampled picture of colours at positions; white and black
-/// make it a silhouette.
-double loss(const Mesh& mesh, const Array<double, 1>& pose, const Array<double, 2>& colours,
-            const std::array<double, 3>& background) {
-  const auto seen_by = geometry::posed(camera(), {{pose(0), pose(1), pose(2)}, {pose(3), pose(4), pose(5)}});
+/// ⟨weights, picture⟩ of a supersampled picture of values_of(mesh, face, barycentric) of the mesh in a pose.
+template <class ValuesOf>
+double weighted(Mesh mesh, const Array<double, 1>& pose, ValuesOf values_of) {
+  const auto turned = geometry::exponential_map(Vector3{pose(0), pose(1), pose(2)});
+  for (auto& position : mesh.positions)
+    position = geometry::add(geometry::multiply(turned, position), {pose(3), pose(4), pose(5)});
   const auto weights = tapestry::test::scoring_weights(size);
   const auto image = tapestry::test::brute_force_render(
-      mesh, seen_by, size, size, 16, [&](std::size_t face, const std::array<double, 3>& b) {
-        std::array<double, 3> colour{};
-        for (std::size_t k = 0; k < 3; ++k)
-          for (std::size_t c = 0; c < 3; ++c)
-            colour[c] += b[k] * (colours(static_cast<std::size_t>(mesh.faces[face][k]), c) - background[c]);
-        return colour;
-      });
-  double sum = 0;
-  for (std::size_t i = 0; i < image.size(); ++i) sum += image.data()[i] * weights.data()[i];
-  return sum;
+      mesh, camera(), size, size, 16,
+      [&](std::size_t face, const auto& b) { return values_of(mesh, face, b); });
+  return tapestry::test::dot(image, weights);
 }
 
-/// Scores the adjoints of positions and pose against central differences of loss(), a quarter of a pixel
+/// Of colours at positions over a background; white and black make it a silhouette.
+auto painted(const Array<double, 2>& colours, const std::array<double, 3>& background) {
+  return [&colours, background](const Mesh& mesh, std::size_t face, const std::array<double, 3>& b) {
+    std::array<double, 3> colour{};
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t c = 0; c < 3; ++c)
+        colour[c] += b[k] * (colours(static_cast<std::size_t>(mesh.faces[face][k]), c) - background[c]);
+    return colour;
+  };
+}
+
+/// Scores the adjoints of positions and pose against central differences of weighted(), a quarter of a pixel
 /// there and back.
+template <class ValuesOf>
 std::array<Score, 2> score(const Array<double, 2>& positions_adjoint, const Array<double, 1>& pose_adjoint,
-                           const Array<double, 2>& colours, const std::array<double, 3>& background) {
+                           ValuesOf values_of) {
   const Mesh mesh = sedan();
   const double pixel = distance * 2 * camera().tan_half_fov_x / static_cast<double>(size), step = 0.25;
   std::array<Score, 2> scores;
@@ -81,17 +89,16 @@ std::array<Score, 2> score(const Array<double, 2>& positions_adjoint, const Arra
       behind.positions[i] = geometry::subtract(mesh.positions[i], geometry::scale(motion[i], step));
       for (std::size_t k = 0; k < 3; ++k) found += positions_adjoint(i, k) * motion[i][k];
     }
-    scores[0].add(found, (loss(ahead, some_pose(), colours, background) -
-                          loss(behind, some_pose(), colours, background)) /
-                             (2 * step));
+    scores[0].add(
+        found,
+        (weighted(ahead, some_pose(), values_of) - weighted(behind, some_pose(), values_of)) / (2 * step));
   }
   for (std::size_t axis = 0; axis < 6; ++axis) {
     auto ahead = some_pose(), behind = some_pose();
     ahead(axis) += step * pixel;
     behind(axis) -= step * pixel;
-    scores[1].add(pose_adjoint(axis),
-                  (loss(mesh, ahead, colours, background) - loss(mesh, behind, colours, background)) /
-                      (2 * step * pixel));
+    scores[1].add(pose_adjoint(axis), (weighted(mesh, ahead, values_of) - weighted(mesh, behind, values_of)) /
+                                          (2 * step * pixel));
   }
   return scores;
 }
@@ -110,7 +117,7 @@ TEST_CASE("through silhouettes, positions and pose have the gradient of a supers
   const auto pose = tape.input(some_pose());
   tape.reverse(raster::silhouette(mesh, camera(), size, size, positions, pose), seed);
   const auto white = tapestry::filled<double, 2>({mesh.positions.size(), 3}, 1);
-  const auto scores = score(positions.adjoint(), pose.adjoint(), white, {0, 0, 0});
+  const auto scores = score(positions.adjoint(), pose.adjoint(), painted(white, {0, 0, 0}));
   CHECK(scores[0].error() <= 0.05);
   CHECK(scores[1].error() <= 0.05);
 }
@@ -135,7 +142,39 @@ TEST_CASE("over a background, positions and pose have the gradient of a supersam
                      raster::RenderInputs<double>{.texels = colours, .positions = positions, .pose = pose});
   tape.reverse(tapestry::sum(drawn.picture * ArrayVariable<double, 3>(weights)) +
                tapestry::sum(drawn.coverage * ArrayVariable<double, 2>(behind)));
-  const auto scores = score(positions.adjoint(), pose.adjoint(), colours, background);
+  const auto scores = score(positions.adjoint(), pose.adjoint(), painted(colours, background));
+  CHECK(scores[0].error() <= 0.05);
+  CHECK(scores[1].error() <= 0.05);
+}
+
+TEMPLATE_TEST_CASE("through depth, position and normal, positions and pose have a supersampled gradient",
+                   "[raster][geometry_picture][gradient]", raster::Depth, raster::Position, raster::Normal) {
+  const Mesh mesh = sedan();
+  constexpr std::size_t rank = raster::geometry_rank<TestType>;
+  const auto weights = tapestry::test::scoring_weights(size);
+  tapestry::Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto positions = tape.input(geometry::position_array<double>(mesh));
+  const auto pose = tape.input(some_pose());
+  const auto picture =
+      raster::geometry_picture<TestType, double>(mesh, camera(), size, size, positions, pose);
+  auto seed = tapestry::zeros<double, rank>(picture.shape());
+  for (std::size_t i = 0; i < weights.size(); ++i) seed.data()[rank == 2 ? i / 3 : i] += weights.data()[i];
+  tape.reverse(picture, seed);
+  const Vector3 eye = geometry::eye_of(camera());
+  const auto scores =
+      score(positions.adjoint(), pose.adjoint(),
+            [&](const Mesh& at, std::size_t face, const std::array<double, 3>& b) -> std::array<double, 3> {
+              if constexpr (std::is_same_v<TestType, raster::Normal>)
+                return raster::seen_normal(at, face, eye);
+              Vector3 point{};
+              for (std::size_t k = 0; k < 3; ++k)
+                point = geometry::add(
+                    point, geometry::scale(at.positions[static_cast<std::size_t>(at.faces[face][k])], b[k]));
+              if constexpr (std::is_same_v<TestType, raster::Position>) return point;
+              const double depth = geometry::view_from_world(camera(), point)[2];
+              return {depth, depth, depth};
+            });
   CHECK(scores[0].error() <= 0.05);
   CHECK(scores[1].error() <= 0.05);
 }

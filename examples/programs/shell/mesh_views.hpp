@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
+#include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
@@ -32,7 +34,8 @@ struct PaintedScene : raster::PaintedMesh {
 };
 
 inline const std::vector<std::string>& mesh_view_names() {
-  static const std::vector<std::string> names{"colour", "normal", "uv", "face", "coverage"};
+  static const std::vector<std::string> names{"colour", "normal",   "uv",      "face",
+                                              "depth",  "position", "coverage"};
   return names;
 }
 
@@ -70,6 +73,47 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
   if (scene.lighting == "none") return draw(raster::Unlit{});
   if (scene.lighting == "smooth") return draw(scene.light);
   return draw(static_cast<const raster::Light&>(scene.light));
+}
+
+/// The geometry of the mean of what shows of the mesh in each pixel, 0 where nothing does.
+template <raster::GeometryOutput Output>
+Array<float, raster::geometry_rank<Output>> seen_geometry(const geometry::Mesh& mesh,
+                                                          const geometry::Camera& camera,
+                                                          const PictureSettings& picture) {
+  auto seen =
+      raster::geometry_picture<Output, float>(mesh, camera, picture.height, picture.width, picture.samples);
+  const auto coverage =
+      raster::coverage_of(raster::visibility(mesh, camera, picture.height, picture.width, picture.samples));
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (const float share = coverage.data()[i / Output::channel_count]; share > 0) seen.data()[i] /= share;
+  return seen;
+}
+
+/// Each channel of seen_geometry() between its least and its greatest value, over the background; depths the
+/// other way round, so that what is near is light.
+template <raster::GeometryOutput Output>
+Array<float, 3> stretched_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                               const PictureSettings& picture) {
+  const auto seen = seen_geometry<Output>(mesh, camera, picture);
+  const auto coverage =
+      raster::coverage_of(raster::visibility(mesh, camera, picture.height, picture.width, picture.samples));
+  constexpr std::size_t channels = Output::channel_count;
+  auto image = zeros<float, 3>({picture.height, picture.width, 3});
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto value = [&](std::size_t pixel) { return seen.data()[channels * pixel + c % channels]; };
+    float least = std::numeric_limits<float>::infinity(), greatest = -least;
+    for (std::size_t i = 0; i < coverage.size(); ++i) {
+      if (coverage.data()[i] == 0) continue;
+      least = std::min(least, value(i));
+      greatest = std::max(greatest, value(i));
+    }
+    for (std::size_t i = 0; i < coverage.size(); ++i) {
+      if (coverage.data()[i] == 0) continue;
+      const float share = greatest > least ? (value(i) - least) / (greatest - least) : 0.5F;
+      image.data()[3 * i + c] = coverage.data()[i] * (channels == 1 ? 1 - share : share);
+    }
+  }
+  return image::over(image, coverage, background_of(picture));
 }
 
 /// The unit normal of each face on the side that is seen, −1 … 1 as 0 … 1.
@@ -135,8 +179,37 @@ inline Array<float, 3> mesh_view(const std::string& view, const PaintedScene& sc
   if (view == "normal") return detail::normal_view(scene.mesh, camera, picture);
   if (view == "uv") return detail::uv_view(scene.mesh, scene.layout.u_extent, camera, picture);
   if (view == "face") return detail::face_view(scene.mesh, camera, picture);
+  if (view == "depth") return detail::stretched_view<raster::Depth>(scene.mesh, camera, picture);
+  if (view == "position") return detail::stretched_view<raster::Position>(scene.mesh, camera, picture);
   if (view == "coverage") return detail::coverage_view(scene.mesh, camera, picture);
   return detail::colour_view(scene, camera, picture);
+}
+
+/// Views that are quantities of the world, see measured_view().
+inline const std::vector<std::string>& measured_view_names() {
+  static const std::vector<std::string> names{"depth", "position", "normal"};
+  return names;
+}
+
+/// Numbers of a picture, row-major.
+struct Measurements {
+  std::vector<std::size_t> shape;  ///< [H, W] of a depth, else [H, W, 3]
+  std::vector<float> values;
+};
+
+/// A view of measured_view_names() in the units of the world: the mean of what shows of the mesh in a pixel,
+/// 0 where nothing does.
+inline Measurements measured_view(const std::string& view, const PaintedScene& scene,
+                                  const geometry::Camera& camera, PictureSettings picture) {
+  if (picture.samples == 0)
+    picture.samples = raster::automatic_samples_per_axis(scene.mesh, camera, picture.height, picture.width);
+  const auto measured = [](const auto& seen) {
+    return Measurements{{seen.shape().begin(), seen.shape().end()}, {seen.begin(), seen.end()}};
+  };
+  if (view == "depth") return measured(detail::seen_geometry<raster::Depth>(scene.mesh, camera, picture));
+  if (view == "position")
+    return measured(detail::seen_geometry<raster::Position>(scene.mesh, camera, picture));
+  return measured(detail::seen_geometry<raster::Normal>(scene.mesh, camera, picture));
 }
 
 }  // namespace tapestry::shell

@@ -10,6 +10,7 @@
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/surface.hpp>
+#include <tapestry/raster/vertex_gradient/band_moments.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
 #include <vector>
 
@@ -53,34 +54,52 @@ inline std::array<geometry::Vector3, 3> moving_texture_adjoint(
   return result;
 }
 
+/// A face's unit normal in the world, on the side that is seen, and how it turns as the corners move.
+struct TurningNormal {
+  TurningNormal(const geometry::Mesh& mesh, const geometry::Vector3& eye, std::int32_t face)
+      : corners(mesh.faces[static_cast<std::size_t>(face)]) {
+    const auto position = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(corners[k])]; };
+    first = geometry::subtract(position(1), position(0));
+    second = geometry::subtract(position(2), position(0));
+    const geometry::Vector3 cross = geometry::cross(first, second);
+    size = geometry::length(cross);
+    normal = geometry::scale(cross, 1 / size);
+    side = geometry::dot(cross, geometry::subtract(eye, position(0))) < 0 ? -1 : 1;
+  }
+
+  /// Adds factor · ∂(side · normal · direction)/∂positions; nothing for a face without area.
+  void add_adjoint(const geometry::Vector3& direction, double factor,
+                   std::vector<geometry::Vector3>& positions_adjoint) const {
+    if (!(size > 0)) return;
+    const double cosine = geometry::dot(normal, direction);
+    const geometry::Vector3 gradient =
+        geometry::scale(geometry::subtract(direction, geometry::scale(normal, cosine)), factor * side / size);
+    const geometry::Vector3 at_first = geometry::cross(second, gradient);
+    const geometry::Vector3 at_second = geometry::cross(gradient, first);
+    const auto add = [&](std::size_t k, const geometry::Vector3& value) {
+      auto& sum = positions_adjoint[static_cast<std::size_t>(corners[k])];
+      sum = geometry::add(sum, value);
+    };
+    add(1, at_first);
+    add(2, at_second);
+    add(0, geometry::scale(geometry::add(at_first, at_second), -1));
+  }
+
+  const geometry::Corners& corners;
+  geometry::Vector3 first{}, second{};  ///< from corner 0 to the others
+  geometry::Vector3 normal{};           ///< of the winding; times `side` on the side that is seen
+  double size = 0;                      ///< twice the area
+  double side = 1;
+};
+
 /// Flat light turns with the face: adds light_adjoint · ∂(ambient + directional · max(0, n·L))/∂positions.
 inline void add_light_adjoint(const geometry::Mesh& mesh, const geometry::Camera& camera, const Light& light,
                               std::int32_t face, double light_adjoint,
                               std::vector<geometry::Vector3>& positions_adjoint) {
-  const auto& corners = mesh.faces[static_cast<std::size_t>(face)];
-  const auto position = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(corners[k])]; };
-  const geometry::Vector3 first = geometry::subtract(position(1), position(0));
-  const geometry::Vector3 second = geometry::subtract(position(2), position(0));
-  const geometry::Vector3 cross = geometry::cross(first, second);
-  const double size = geometry::length(cross);
-  const geometry::Vector3 normal = geometry::scale(cross, 1 / size);
-  const double side =
-      geometry::dot(cross, geometry::subtract(geometry::eye_of(camera), position(0))) < 0 ? -1 : 1;
+  const TurningNormal turning(mesh, geometry::eye_of(camera), face);
   const geometry::Vector3 towards = geometry::normalised(light.direction);
-  const double cosine = geometry::dot(normal, towards);
-  if (!(side * cosine > 0) || !(size > 0)) return;
-  const geometry::Vector3 gradient =
-      geometry::scale(geometry::subtract(towards, geometry::scale(normal, cosine)),
-                      light_adjoint * light.directional * side / size);
-  const geometry::Vector3 at_first = geometry::cross(second, gradient);
-  const geometry::Vector3 at_second = geometry::cross(gradient, first);
-  const auto add = [&](std::size_t k, const geometry::Vector3& value) {
-    auto& sum = positions_adjoint[static_cast<std::size_t>(corners[k])];
-    sum = geometry::add(sum, value);
-  };
-  add(1, at_first);
-  add(2, at_second);
-  add(0, geometry::scale(geometry::add(at_first, at_second), -1));
+  if (!(turning.side * geometry::dot(turning.normal, towards) > 0)) return;
+  turning.add_adjoint(towards, light_adjoint * light.directional, positions_adjoint);
 }
 
 /// Without a light, or with normals that are taken as they are, nothing turns.
@@ -89,45 +108,6 @@ requires(!std::same_as<OtherLight, Light>) void add_light_adjoint(const geometry
                                                                   const geometry::Camera&, const OtherLight&,
                                                                   std::int32_t, double,
                                                                   std::vector<geometry::Vector3>&) {}
-
-/// The moments of the faces of a band, in the order in which they are first met; found by a hash table with
-/// open addressing, at most half full.
-class BandMoments {
- public:
-  [[nodiscard]] FaceMoments& of(std::int32_t face) {
-    if (face != last_face_) {
-      last_face_ = face;
-      last_ = slot_of(face);
-    }
-    return moments_[last_];
-  }
-  [[nodiscard]] const std::vector<FaceMoments>& all() const { return moments_; }
-
- private:
-  [[nodiscard]] std::uint32_t& slot_for(std::int32_t face) {
-    std::size_t at = ((static_cast<std::uint32_t>(face) * 0x9E3779B1U) >> 7U) & (table_.size() - 1);
-    while (table_[at] != 0 && moments_[table_[at] - 1].face != face) at = (at + 1) & (table_.size() - 1);
-    return table_[at];
-  }
-
-  [[nodiscard]] std::size_t slot_of(std::int32_t face) {
-    if (2 * moments_.size() >= table_.size()) {
-      table_.assign(std::max<std::size_t>(256, 4 * table_.size()), 0);
-      for (std::uint32_t i = 0; i < moments_.size(); ++i) slot_for(moments_[i].face) = i + 1;
-    }
-    std::uint32_t& slot = slot_for(face);
-    if (slot == 0) {
-      moments_.push_back({.face = face});
-      slot = static_cast<std::uint32_t>(moments_.size());
-    }
-    return slot - 1;
-  }
-
-  std::vector<FaceMoments> moments_;
-  std::vector<std::uint32_t> table_;  // place in moments_ plus 1; 0 where empty
-  std::int32_t last_face_ = -1;
-  std::size_t last_ = 0;
-};
 
 /// Adds what one fragment finds out; of its light only if the face turns in it.
 /// \param adjoint  of the pixel's three values
@@ -163,7 +143,7 @@ std::vector<std::int32_t> add_interior(const Surface<T, Model>& surface, const C
                                        const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
                                        const MotionAdjoint& positions_adjoint) {
   const bool is_turning = std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
-  std::vector<BandMoments> bands(fragments.band_count());
+  std::vector<BandMoments<FaceMoments>> bands(fragments.band_count());
   std::vector<std::vector<VertexShare>> shares(bands.size());
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
@@ -182,18 +162,12 @@ std::vector<std::int32_t> add_interior(const Surface<T, Model>& surface, const C
   });
   const geometry::Camera& camera = fragments.camera();
   add_shares(shares, camera, *positions_adjoint.moving);
-  std::vector<std::int32_t> seen;
-  for (const BandMoments& band : bands) {
-    for (const FaceMoments& face : band.all()) {
-      seen.push_back(face.face);
+  for (const auto& band : bands)
+    for (const FaceMoments& face : band.all())
       if (is_turning)
         add_light_adjoint(surface.body.mesh, camera, surface.light, face.face, face.light,
                           *positions_adjoint.turning);
-    }
-  }
-  std::sort(seen.begin(), seen.end());
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  return seen;
+  return faces_of(bands);
 }
 
 }  // namespace tapestry::raster::detail

@@ -1,0 +1,228 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/light.hpp>
+#include <tapestry/raster/vertex_gradient.hpp>
+#include <tapestry/raster/vertex_gradient/band_moments.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// How far the surface lies in front of the camera: z of view space, in units of the world; one channel.
+struct Depth {
+  static constexpr std::size_t channel_count = 1;
+};
+
+/// Where the surface lies in the world; channels x, y, z.
+struct Position {
+  static constexpr std::size_t channel_count = 3;
+};
+
+/// The unit normal of the face, not of its corners, in the world and on the side that is seen; channels x, y,
+/// z.
+struct Normal {
+  static constexpr std::size_t channel_count = 3;
+};
+
+/// What a picture of a mesh's geometry shows: Depth, Position or Normal.
+template <class Output>
+concept GeometryOutput =
+    std::same_as<Output, Depth> || std::same_as<Output, Position> || std::same_as<Output, Normal>;
+
+/// Axes of a picture of a mesh's geometry: [H, W] of a depth, [H, W, 3] of the others.
+template <GeometryOutput Output>
+inline constexpr std::size_t geometry_rank = Output::channel_count == 1 ? 2 : 3;
+
+namespace detail {
+
+/// A mesh as its pictures of geometry see it: what takes the place of a surface's colour.
+template <GeometryOutput Output>
+struct ShownGeometry {
+  using Colour = std::array<double, Output::channel_count>;
+
+  const geometry::Mesh& mesh;
+  const std::vector<geometry::Vector3>& positions_view;
+  geometry::Vector3 eye;  ///< the camera's centre in the world
+
+  /// At barycentric coordinates b of a face.
+  [[nodiscard]] Colour at(std::int32_t face, const std::array<double, 3>& b) const {
+    if constexpr (std::same_as<Output, Depth>)
+      return {blended(positions_view, face, b)[2]};
+    else if constexpr (std::same_as<Output, Position>)
+      return blended(mesh.positions, face, b);
+    else
+      return seen_normal(mesh, static_cast<std::size_t>(face), eye);
+  }
+
+  /// Depth and position go on over an edge between two faces, their normal jumps.
+  [[nodiscard]] static constexpr bool is_continuous() { return !std::same_as<Output, Normal>; }
+
+  [[nodiscard]] bool agrees(const HalfEdge& a, const HalfEdge& b) const {
+    if constexpr (is_continuous()) {
+      return true;
+    } else {
+      const auto apart = geometry::subtract(at(a.face, {}), at(b.face, {}));
+      return geometry::dot(apart, apart) <= 1e-24;  // rounding of faces in one plane
+    }
+  }
+
+  /// ⟨adjoint, what is seen⟩ grows by this times the relative growth of the distance along the ray.
+  [[nodiscard]] double radial_adjoint(std::int32_t face, const std::array<double, 3>& b,
+                                      const Colour& adjoint) const {
+    const Colour shown = at(face, b);
+    if constexpr (std::same_as<Output, Depth>)
+      return adjoint[0] * shown[0];
+    else
+      return geometry::dot(adjoint, geometry::subtract(shown, eye));
+  }
+
+ private:
+  /// Σ b·point of the corners.
+  [[nodiscard]] geometry::Vector3 blended(const std::vector<geometry::Vector3>& points, std::int32_t face,
+                                          const std::array<double, 3>& b) const {
+    geometry::Vector3 sum{};
+    for (std::size_t k = 0; k < 3; ++k)
+      sum = geometry::add(
+          sum, geometry::scale(
+                   points[static_cast<std::size_t>(mesh.faces[static_cast<std::size_t>(face)][k])], b[k]));
+    return sum;
+  }
+};
+
+/// Sums of one face in one band: Σ b_k · radial_adjoint() of each corner k, or, of normals, Σ adjoint.
+struct GeometryMoments {
+  std::int32_t face;
+  geometry::Vector3 sum{};
+};
+
+/// Where a face is seen at a fixed point of the picture: the ray meets its plane at p, and a displacement d
+/// of the face there moves p along the ray by the share (n·d)/(n·p) of its distance. As d = Σ b_k·dq_k, each
+/// corner gets n/(n·p) times its sum.
+inline void add_plane_shares(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
+                             const GeometryMoments& moments, std::vector<VertexShare>& shares) {
+  const auto corners = corners_in_view(mesh, positions_view, moments.face);
+  const geometry::Vector3 normal =
+      geometry::cross(geometry::subtract(corners[1], corners[0]), geometry::subtract(corners[2], corners[0]));
+  const geometry::Vector3 slope = geometry::scale(normal, 1 / geometry::dot(normal, corners[0]));
+  if (!geometry::is_finite(slope)) return;  // without area, or edge-on
+  for (std::int32_t k = 0; k < 3; ++k)
+    shares.push_back(
+        {corner_of(mesh, moments.face, k), geometry::scale(slope, moments.sum[static_cast<std::size_t>(k)])});
+}
+
+/// Adds the part of the derivative that comes from what faces show, their outlines held still: exact for the
+/// samples that are drawn.
+/// \returns the faces that were seen where the adjoint is not 0, in order
+template <GeometryOutput Output, std::floating_point T, std::size_t Rank>
+std::vector<std::int32_t> add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& fragments,
+                                       const Array<T, Rank>& picture_adjoint,
+                                       std::vector<geometry::Vector3>& positions_adjoint) {
+  std::vector<BandMoments<GeometryMoments>> bands(fragments.band_count());
+  std::vector<std::vector<VertexShare>> shares(bands.size());
+  parallel_for(bands.size(), [&](std::size_t index) {
+    fragments.visit_band(index, FragmentGrain::face, [&](const Fragment& fragment) {
+      typename ShownGeometry<Output>::Colour adjoint;
+      const T* const pixel = picture_adjoint.data() + adjoint.size() * fragment.pixel;
+      for (std::size_t c = 0; c < adjoint.size(); ++c)
+        adjoint[c] = fragment.coverage * static_cast<double>(pixel[c]);
+      if (adjoint == decltype(adjoint){}) return;
+      auto& sum = bands[index].of(fragment.face).sum;
+      if constexpr (std::same_as<Output, Normal>)
+        sum = geometry::add(sum, adjoint);
+      else
+        sum = geometry::add(
+            sum, geometry::scale(fragment.barycentric,
+                                 shown.radial_adjoint(fragment.face, fragment.barycentric, adjoint)));
+    });
+    if constexpr (!std::same_as<Output, Normal>)
+      for (const GeometryMoments& moments : bands[index].all())
+        add_plane_shares(shown.mesh, shown.positions_view, moments, shares[index]);
+  });
+  add_shares(shares, fragments.camera(), positions_adjoint);
+  if constexpr (std::same_as<Output, Normal>)
+    for (const auto& band : bands)
+      for (const GeometryMoments& moments : band.all()) {
+        const TurningNormal turning(shown.mesh, shown.eye, moments.face);
+        turning.add_adjoint(moments.sum, 1, positions_adjoint);
+      }
+  return faces_of(bands);
+}
+
+}  // namespace detail
+
+/// Draws the geometry of a mesh: of every pixel the mean of what its samples show, premultiplied by coverage
+/// as pictures of colours are. Beside the mesh it is 0; divided by silhouette() it is the mean over what
+/// shows of the mesh. A fragment counts where its samples lie on average, see texture_operator(). The result
+/// is the same for any number of threads.
+///
+/// \tparam Output  Depth, Position or Normal
+/// \returns        [H, W] of a depth, else [H, W, 3]; row 0 on top
+/// \throws as visibility()
+template <GeometryOutput Output, std::floating_point T>
+[[nodiscard]] Array<T, geometry_rank<Output>> geometry_picture(const geometry::Mesh& mesh,
+                                                               const geometry::Camera& camera,
+                                                               std::size_t height, std::size_t width,
+                                                               std::size_t samples_per_axis = 4) {
+  constexpr std::size_t rank = geometry_rank<Output>;
+  const FragmentBands fragments("geometry_picture", mesh, camera, height, width, samples_per_axis);
+  const detail::ShownGeometry<Output> shown{mesh, fragments.positions_view(), geometry::eye_of(camera)};
+  Extents<rank> extents{};
+  extents.fill(Output::channel_count);
+  extents[0] = height;
+  extents[1] = width;
+  auto picture = zeros<T, rank>(extents);
+  parallel_for(fragments.band_count(), [&](std::size_t band) {
+    fragments.visit_band(band, FragmentGrain::face, [&](const Fragment& fragment) {
+      const auto values = shown.at(fragment.face, fragment.barycentric);
+      T* const pixel = picture.data() + values.size() * fragment.pixel;
+      for (std::size_t c = 0; c < values.size(); ++c)
+        pixel[c] += static_cast<T>(fragment.coverage * values[c]);
+    });
+  });
+  return picture;
+}
+
+/// Adds ∂L/∂positions, L being a function of geometry_picture(), to positions_adjoint, in units of L per unit
+/// of the world: what moves within faces, exact for the samples that are drawn, plus the integral along
+/// outlines, and of normals along every edge at which they jump and where faces cut through each other. Faces
+/// edge-on and without area add nothing. Where the mesh is cut by near or far, the cut's own motion is left
+/// out. Sums are in double and the same for any number of threads.
+///
+/// \param picture_adjoint    ∂L/∂picture, [H, W] of a depth, else [H, W, 3]
+/// \param positions_adjoint  one entry a position of the mesh
+/// \param samples_per_axis   those of the picture; pieces of outlines are at most its inverse long, in pixels
+/// \param edges              mesh_edges() of the mesh, when they are kept from view to view; null: found now
+/// \throws ShapeError unless there are so many channels, an entry a position, and edges are the mesh's;
+///         otherwise as geometry_picture(); Error, of kind limit, as crossing_faces() does
+template <GeometryOutput Output, std::floating_point T>
+void geometry_picture_adjoint(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                              const Array<T, geometry_rank<Output>>& picture_adjoint,
+                              std::vector<geometry::Vector3>& positions_adjoint,
+                              std::size_t samples_per_axis = 4,
+                              const std::shared_ptr<const MeshEdges>& edges = nullptr) {
+  const char* const operation = "geometry_picture_adjoint";
+  const std::size_t height = picture_adjoint.shape(0), width = picture_adjoint.shape(1);
+  if constexpr (geometry_rank<Output> == 3)
+    require_shape(operation, "picture_adjoint", picture_adjoint, {height, width, Output::channel_count});
+  detail::require_positions_adjoint(operation, mesh, positions_adjoint);
+  const FragmentBands fragments(operation, mesh, camera, height, width, samples_per_axis);
+  const detail::ShownGeometry<Output> shown{mesh, fragments.positions_view(), geometry::eye_of(camera)};
+  const auto own_edges = detail::edges_of(operation, mesh, edges);
+  const auto seen = detail::add_geometry(shown, fragments, picture_adjoint, positions_adjoint);
+  // Where faces cut through each other, they are equally far.
+  detail::add_boundaries(mesh, camera, fragments.positions_view(), shown, picture_adjoint, samples_per_axis,
+                         *own_edges, seen, std::same_as<Output, Normal>, positions_adjoint);
+}
+
+}  // namespace tapestry::raster

@@ -1,0 +1,61 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+/// What one band of rows finds out about each face that it shows, in the order in which they are first met;
+/// found by a hash table with open addressing, at most half full.
+/// \tparam Moments  sums, 0 at first, with a member `face`
+template <class Moments>
+class BandMoments {
+ public:
+  [[nodiscard]] Moments& of(std::int32_t face) {
+    if (face != last_face_) {
+      last_face_ = face;
+      last_ = slot_of(face);
+    }
+    return moments_[last_];
+  }
+  [[nodiscard]] const std::vector<Moments>& all() const { return moments_; }
+
+ private:
+  [[nodiscard]] std::uint32_t& slot_for(std::int32_t face) {
+    std::size_t at = ((static_cast<std::uint32_t>(face) * 0x9E3779B1U) >> 7U) & (table_.size() - 1);
+    while (table_[at] != 0 && moments_[table_[at] - 1].face != face) at = (at + 1) & (table_.size() - 1);
+    return table_[at];
+  }
+
+  [[nodiscard]] std::size_t slot_of(std::int32_t face) {
+    if (2 * moments_.size() >= table_.size()) {
+      table_.assign(std::max<std::size_t>(256, 4 * table_.size()), 0);
+      for (std::uint32_t i = 0; i < moments_.size(); ++i) slot_for(moments_[i].face) = i + 1;
+    }
+    std::uint32_t& slot = slot_for(face);
+    if (slot == 0) {
+      moments_.push_back({.face = face});
+      slot = static_cast<std::uint32_t>(moments_.size());
+    }
+    return slot - 1;
+  }
+
+  std::vector<Moments> moments_;
+  std::vector<std::uint32_t> table_;  // place in moments_ plus 1; 0 where empty
+  std::int32_t last_face_ = -1;
+  std::size_t last_ = 0;
+};
+
+/// The faces of all bands, in order.
+template <class Moments>
+[[nodiscard]] std::vector<std::int32_t> faces_of(const std::vector<BandMoments<Moments>>& bands) {
+  std::vector<std::int32_t> faces;
+  for (const auto& band : bands)
+    for (const Moments& moments : band.all()) faces.push_back(moments.face);
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+  return faces;
+}
+
+}  // namespace tapestry::raster::detail
