@@ -56,6 +56,7 @@ struct Options {
   std::string lighting = "flat";
   std::string colour_space = "linear";
   double ambient = 0.5, directional = 0.5;
+  double coat = 0, roughness = 0.1;
   std::vector<double> light_direction{0, 0, 1};
   int threads = 0;
   std::string output = "render.png";
@@ -91,6 +92,11 @@ void describe_scene(CLI::App& app, Options& o) {
   app.add_option("--directional", o.directional, "light from one direction")->capture_default_str();
   app.add_option("--light-direction", o.light_direction, "towards the light, z up")
       ->expected(3)
+      ->capture_default_str();
+  app.add_option("--clear-coat", o.coat,
+                 "share of the surface under a clear coat that mirrors the light, 0 to 1")
+      ->capture_default_str();
+  app.add_option("--roughness", o.roughness, "of the clear coat, 0.01 (a mirror) to 1 (matt)")
       ->capture_default_str();
 }
 
@@ -180,6 +186,9 @@ void require_sound_light(const Options& o, ProblemList& list) {
   list.require(o.ambient >= 0 && std::isfinite(o.ambient), "--ambient must be a number from 0 on");
   list.require(o.directional >= 0 && std::isfinite(o.directional),
                "--directional must be a number from 0 on");
+  list.require(o.coat >= 0 && o.coat <= 1, "--clear-coat lies in 0 to 1");
+  list.require(o.coat == 0 || o.lighting != "none", "--clear-coat needs a light; leave out --light none");
+  list.require(o.roughness >= 0.01 && o.roughness <= 1, "--roughness lies in 0.01 to 1");
   const double length = std::hypot(o.light_direction[0], o.light_direction[1], o.light_direction[2]);
   list.require(length > 0 && std::isfinite(length), "--light-direction takes three numbers, not all 0");
 }
@@ -258,6 +267,8 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   scene.lighting = o.lighting;
   scene.light.ambient = o.ambient;
   scene.light.directional = o.directional;
+  scene.coat = o.coat;
+  scene.roughness = o.roughness;
   for (std::size_t axis = 0; axis < 3; ++axis) scene.light.direction[axis] = o.light_direction[axis];
   return scene;
 }

@@ -262,6 +262,7 @@
 #include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/barycentric.hpp>
+#include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/estimated_light.hpp>
@@ -271,6 +272,7 @@
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/geometry_picture_variable.hpp>
+#include <tapestry/raster/ggx.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/light_adjoint.hpp>
 #include <tapestry/raster/lighting.hpp>

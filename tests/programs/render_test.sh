@@ -49,6 +49,10 @@ for light in none smooth; do
   expect_exit 0 "light $light" "$render" --size 96 --light "$light" --output "light.png"
   cmp -s car.png light.png && fail "light $light is the flat one" || pass
 done
+expect_exit 0 "a clear coat" "$render" --size 96 --clear-coat 1 --output coated.png
+cmp -s car.png coated.png && fail "a clear coat does not show" || pass
+expect_exit 0 "a rough coat" "$render" --size 96 --clear-coat 1 --roughness 0.5 --output rough.png
+cmp -s coated.png rough.png && fail "roughness does not show" || pass
 
 # Numbers: 96 x 96 floats after a header of 128 bytes, a channel of a depth and three of the others.
 for case in "depth 36992" "position 110720" "normal 110720"; do
@@ -96,7 +100,7 @@ refused() { # refused CODE PATTERN OPTIONS...
 }
 for words in "--size 0" "--size 20000" "--samples 3" "--view deep" "--filter cubic" "--light soft" "--fov 180" \
   "--distance -1" "--distance 1 2" "--colour 2 0 0" "--background 0 0 nan" "--turntable 361" "--threads -1" "--export car.stl" \
-  "--ambient -1" "--directional nan" "--light-direction 0 0 0"; do
+  "--ambient -1" "--clear-coat 2" "--roughness 0" "--directional nan" "--light-direction 0 0 0"; do
   # shellcheck disable=SC2086  # several words on purpose
   refused 2 "${words% *}|${words%% *}|distance" $words
 done
@@ -142,6 +146,7 @@ refuses_to_write '--export would overwrite out.obj' --mesh out.obj --export out.
 refuses_to_write 'ends with .png' --output untouched.jpg
 refuses_to_write 'with .npy for one' --output untouched.npy
 refuses_to_write 'with .npy for one' --view depth --turntable 3 --output untouched.npy
+refuses_to_write 'needs a light' --clear-coat 1 --light none --output untouched.png
 expect_same car.png paint.png
 refuses_to_write 'control character in a name' --export $'a\nv 9 9 9.obj' --output untouched.png
 [ -e untouched.png ] && fail "a refused command left a picture behind" || pass

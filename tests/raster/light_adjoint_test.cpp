@@ -73,6 +73,28 @@ TEST_CASE("light_adjoint of sun and sky agrees with central differences, in shad
   check(body, raster::light_parameters<double>(light), light);
 }
 
+TEST_CASE("light_adjoint of a clear coat agrees with central differences, in shadow and under occlusion",
+          "[raster][light][gradient]") {
+  const auto parameters = [](const auto& light) { return raster::light_parameters<double>(light); };
+  const raster::ClearCoat<raster::Light> flat{warm, 0.8, 0.6};
+  const raster::ClearCoat<raster::SmoothLight> smooth{{warm}, 0.8, 0.6};
+  for (const auto& layout : {tapestry::test::atlas, tapestry::test::anisotropic, tapestry::test::cube}) {
+    check(some_body(layout), parameters(flat), flat);
+    check(some_body(layout), parameters(smooth), smooth);
+  }
+  const auto body = some_body(tapestry::test::vertex);
+  raster::ClearCoat<raster::OutdoorLight> outdoor;
+  outdoor.coat = 0.8;
+  outdoor.roughness = 0.6;
+  outdoor.direction = {0.2, -0.4, -1};
+  for (std::size_t i = 1; i < 9; ++i) outdoor.sky[i] = 0.05 * static_cast<double>(i);
+  check(body, parameters(outdoor), outdoor);
+  outdoor.occlusion =
+      std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(body.mesh, 16, 64));
+  outdoor.shadow = std::make_shared<const raster::ParallelView>(body.mesh, outdoor.direction, 64);
+  check(body, parameters(outdoor), outdoor);
+}
+
 TEST_CASE("the texture operator stays the adjoint of its picture under sun, sky, shadow and occlusion",
           "[raster][light]") {
   const auto body = some_body(tapestry::test::atlas);

@@ -10,6 +10,7 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/over.hpp>
+#include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/lighting.hpp>
@@ -31,6 +32,8 @@ struct PaintedScene : raster::PaintedMesh {
   Array<float, 2> texels;  ///< the texture's own, without a pyramid
   raster::SmoothLight light;
   std::string lighting = "flat";  ///< none, flat or smooth
+  double coat = 0;                ///< see raster::ClearCoat; 0: none
+  double roughness = 0.1;         ///< of the coat
 };
 
 inline const std::vector<std::string>& mesh_view_names() {
@@ -70,9 +73,13 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
         view, raster::stored_texels(scene.pyramid, image::in_space(scene.space, scene.texels)));
     return image::over(image, view.coverage, background_of(picture), 0, 0, scene.space);
   };
+  const auto draw_coated = [&]<class Light>(const Light& light) {
+    if (scene.coat == 0) return draw(light);
+    return draw(raster::ClearCoat<Light>{light, scene.coat, scene.roughness});
+  };
   if (scene.lighting == "none") return draw(raster::Unlit{});
-  if (scene.lighting == "smooth") return draw(scene.light);
-  return draw(static_cast<const raster::Light&>(scene.light));
+  if (scene.lighting == "smooth") return draw_coated(scene.light);
+  return draw_coated(static_cast<const raster::Light&>(scene.light));
 }
 
 /// The geometry of the mean of what shows of the mesh in each pixel, 0 where nothing does.

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -8,129 +7,15 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/light_adjoint/coat_sums.hpp>
+#include <tapestry/raster/light_adjoint/light_parameters.hpp>
+#include <tapestry/raster/light_adjoint/light_sums.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
 #include <vector>
 
 namespace tapestry::raster {
 
-/// The numbers of a light as an array, [8]: ambient, directional, direction x, y, z, colour r, g, b.
-template <std::floating_point T>
-[[nodiscard]] Array<T, 1> light_parameters(const Light& light) {
-  const auto& [x, y, z] = light.direction;
-  const auto& [red, green, blue] = light.colour;
-  Array<T, 1> parameters(Extents<1>{8});
-  const std::array<double, 8> values{light.ambient, light.directional, x, y, z, red, green, blue};
-  for (std::size_t i = 0; i < 8; ++i) parameters(i) = static_cast<T>(values[i]);
-  return parameters;
-}
-
-/// A light, flat or smooth, of the numbers that light_parameters() lists.
-/// \throws ShapeError unless there are eight
-template <std::derived_from<Light> Model = Light, std::floating_point T>
-[[nodiscard]] Model light_of(const Array<T, 1>& parameters) {
-  require_shape("light_of", "parameters", parameters, {8});
-  std::array<double, 8> p{};
-  for (std::size_t i = 0; i < 8; ++i) p[i] = static_cast<double>(parameters(i));
-  Model light;
-  light.ambient = p[0];
-  light.directional = p[1];
-  light.direction = {p[2], p[3], p[4]};
-  light.colour = {p[5], p[6], p[7]};
-  return light;
-}
-
-/// The numbers of a light of sun and sky as an array, [16]: sun, direction x, y, z, colour r, g, b, and the
-/// nine coefficients of the sky.
-template <std::floating_point T>
-[[nodiscard]] Array<T, 1> light_parameters(const OutdoorLight& light) {
-  Array<T, 1> parameters(Extents<1>{16});
-  parameters(0) = static_cast<T>(light.sun);
-  for (std::size_t i = 0; i < 3; ++i) {
-    parameters(1 + i) = static_cast<T>(light.direction[i]);
-    parameters(4 + i) = static_cast<T>(light.colour[i]);
-  }
-  for (std::size_t i = 0; i < 9; ++i) parameters(7 + i) = static_cast<T>(light.sky[i]);
-  return parameters;
-}
-
-/// A light, flat or smooth, with other numbers, in the order of light_parameters().
-/// \throws ShapeError unless there are eight
-template <std::derived_from<Light> Model, std::floating_point T>
-[[nodiscard]] Model with_parameters(const Model&, const Array<T, 1>& parameters) {
-  return light_of<Model>(parameters);
-}
-
-/// A light of sun and sky with other numbers; occlusion and shadow stay those they are.
-/// \throws ShapeError unless there are sixteen
-template <std::floating_point T>
-[[nodiscard]] OutdoorLight with_parameters(OutdoorLight light, const Array<T, 1>& parameters) {
-  require_shape("with_parameters", "parameters", parameters, {16});
-  const auto at = [&](std::size_t i) { return static_cast<double>(parameters(i)); };
-  light.sun = at(0);
-  light.direction = {at(1), at(2), at(3)};
-  light.colour = {at(4), at(5), at(6)};
-  for (std::size_t i = 0; i < 9; ++i) light.sky[i] = at(7 + i);
-  return light;
-}
-
-/// A light with numbers that a picture can be differentiated by: Light, SmoothLight, OutdoorLight.
-template <class Model>
-concept ParametricLight = requires(const Model& light, const Array<double, 1>& parameters) {
-  { with_parameters(light, parameters) } -> std::same_as<Model>;
-};
-
 namespace detail {
-
-/// (I − n·nᵀ) / |direction| · towards_adjoint: what a direction receives from its unit vector n.
-[[nodiscard]] inline geometry::Vector3 through_length(const geometry::Vector3& direction,
-                                                      const geometry::Vector3& towards_adjoint) {
-  const geometry::Vector3 towards = geometry::normalised(direction);
-  const double along = geometry::dot(towards_adjoint, towards);
-  return geometry::scale(geometry::subtract(towards_adjoint, geometry::scale(towards, along)),
-                         1 / geometry::length(direction));
-}
-
-/// Sums over fragments, in double.
-struct LightSums {
-  double ambient = 0, directional = 0;
-  geometry::Vector3 towards{0, 0, 0};  ///< by the direction of length 1
-  std::array<double, 3> colour{0, 0, 0};
-
-  void add(const LightSums& other) {
-    ambient += other.ambient;
-    directional += other.directional;
-    towards = geometry::add(towards, other.towards);
-    colour = geometry::add(colour, other.colour);
-  }
-
-  [[nodiscard]] Light adjoint(const Light& light) const {
-    return {ambient, directional, through_length(light.direction, towards), colour};
-  }
-};
-
-/// Likewise, of an OutdoorLight.
-struct OutdoorSums {
-  double sun = 0;
-  geometry::Vector3 towards{0, 0, 0};
-  std::array<double, 3> colour{0, 0, 0};
-  Harmonics sky{};
-
-  void add(const OutdoorSums& other) {
-    sun += other.sun;
-    towards = geometry::add(towards, other.towards);
-    colour = geometry::add(colour, other.colour);
-    for (std::size_t i = 0; i < 9; ++i) sky[i] += other.sky[i];
-  }
-
-  [[nodiscard]] OutdoorLight adjoint(const OutdoorLight& light) const {
-    return {sun, through_length(light.direction, towards), colour, sky, {}, {}};
-  }
-};
-
-[[nodiscard]] inline LightSums no_sums(const Light&) { return {}; }
-[[nodiscard]] inline OutdoorSums no_sums(const OutdoorLight&) { return {}; }
-
 /// Colour of a fragment before the light.
 template <std::floating_point T, class Lighting>
 [[nodiscard]] std::array<double, 3> unlit_colour(const FragmentShader<Lighting>& shader,
@@ -147,55 +32,6 @@ template <std::floating_point T, class Lighting>
   });
   return colour;
 }
-
-/// The unit normal by which a fragment is lit.
-[[nodiscard]] inline geometry::Vector3 lit_normal(const PreparedLight&, const geometry::Mesh& mesh,
-                                                  const geometry::Vector3& eye, const Fragment& fragment) {
-  return seen_normal(mesh, static_cast<std::size_t>(fragment.face), eye);
-}
-[[nodiscard]] inline geometry::Vector3 lit_normal(const PreparedSmoothLight& light, const geometry::Mesh&,
-                                                  const geometry::Vector3&, const Fragment& fragment) {
-  return light.normal(static_cast<std::size_t>(fragment.face), fragment.barycentric);
-}
-
-/// Adds a fragment's part.
-/// \param seen    adjoint · coverage · colour before the light, of each channel
-/// \param factor  the light's, before its colour
-template <class Lighting>
-void add_fragment(const Light& light, const Lighting& lighting, const geometry::Mesh& mesh,
-                  const geometry::Vector3& eye, const Fragment& fragment, double factor,
-                  const std::array<double, 3>& seen, LightSums& sums) {
-  const geometry::Vector3 normal = lit_normal(lighting, mesh, eye, fragment);
-  const double s = geometry::dot(light.colour, seen),
-               cosine = geometry::dot(normal, geometry::normalised(light.direction));
-  sums.colour = geometry::add(sums.colour, geometry::scale(seen, factor));
-  sums.ambient += s;
-  if (!(cosine > 0)) return;
-  sums.directional += s * cosine;
-  sums.towards = geometry::add(sums.towards, geometry::scale(normal, s * light.directional));
-}
-
-/// Likewise, of an OutdoorLight.
-inline void add_fragment(const OutdoorLight& light, const PreparedOutdoorLight& lighting,
-                         const geometry::Mesh&, const geometry::Vector3&, const Fragment& fragment,
-                         double factor, const std::array<double, 3>& seen, OutdoorSums& sums) {
-  const auto face = static_cast<std::size_t>(fragment.face);
-  const auto& b = fragment.barycentric;
-  const geometry::Vector3 normal = lighting.normal(face, b);
-  const double s = geometry::dot(light.colour, seen);
-  sums.colour = geometry::add(sums.colour, geometry::scale(seen, factor));
-  const Harmonics transfer = sky_transfer(normal);
-  if (dot(transfer, light.sky) > 0) {
-    const double open = s * lighting.open_share(face, b);
-    for (std::size_t i = 0; i < 9; ++i) sums.sky[i] += open * transfer[i];
-  }
-  const double cosine = geometry::dot(normal, lighting.towards);
-  if (!(cosine > 0)) return;
-  const double visible = s * lighting.visible_share(face, b);
-  sums.sun += visible * cosine;
-  sums.towards = geometry::add(sums.towards, geometry::scale(normal, visible * light.sun));
-}
-
 }  // namespace detail
 
 /// Adds ∂L/∂light to light_adjoint, L being a function of the picture that render() makes: exact for that
@@ -203,10 +39,10 @@ inline void add_fragment(const OutdoorLight& light, const PreparedOutdoorLight& 
 /// fragment and its normal n, ambient receives s, directional s · max(0, n·L), L s · directional · n where
 /// n·L > 0, which is then taken through L = direction/|direction|. The sun of an OutdoorLight and its
 /// direction receive this times the share V of the sun that is seen, where its shadow falls being held still,
-/// and its sky s · A · sky_transfer(n) where that is lit. Sums are in double, the same for any number of
-/// threads.
+/// and its sky s · A · sky_transfer(n) where that is lit. Of a ClearCoat all receive what is mirrored, too.
+/// Sums are in double, the same for any number of threads.
 ///
-/// \param light          Light (flat), SmoothLight or OutdoorLight
+/// \param light          Light (flat), SmoothLight or OutdoorLight, or one of them with a ClearCoat
 /// \param texels         [texel_count, 3], of a filtered atlas its pyramid
 /// \param render_adjoint ∂L/∂picture, [H, W, 3]
 /// \param light_adjoint  as light_parameters()
@@ -229,10 +65,13 @@ void light_adjoint(const PaintedMesh& body, const geometry::Camera& camera, cons
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, detail::grain_of(body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
-      auto seen = detail::unlit_colour(shader, texels, fragment);
-      for (std::size_t c = 0; c < 3; ++c) seen[c] *= fragment.coverage * static_cast<double>(adjoint[c]);
-      detail::add_fragment(light, lighting, body.mesh, eye, fragment, shader.light_of(fragment), seen,
-                           bands[index]);
+      std::array<double, 3> covered, seen = detail::unlit_colour(shader, texels, fragment);
+      for (std::size_t c = 0; c < 3; ++c) {
+        covered[c] = fragment.coverage * static_cast<double>(adjoint[c]);
+        seen[c] *= covered[c];
+      }
+      detail::add_fragment(light, lighting, body.mesh, eye, fragment, shader.light_of(fragment), covered,
+                           seen, bands[index]);
     });
   });
   for (const auto& band : bands) sum.add(band);

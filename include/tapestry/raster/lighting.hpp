@@ -149,4 +149,11 @@ concept LightModel = requires(const Model& light, const geometry::Mesh& mesh,
   { prepare(mesh, camera, light).light_colour } -> std::convertible_to<std::array<double, 3>>;
 };
 
+/// What prepare() makes of a light that also adds something to every colour, whatever the texels: see
+/// ClearCoat.
+template <class Lighting>
+concept ReflectingLighting = requires(const Lighting& lighting) {
+  { lighting.reflected(std::size_t{}, std::array<double, 3>{}) } -> std::same_as<std::array<double, 3>>;
+};
+
 }  // namespace tapestry::raster

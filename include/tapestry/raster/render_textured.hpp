@@ -120,6 +120,10 @@ template <std::floating_point T, LightModel Model>
       const auto face = static_cast<std::size_t>(fragment.face);
       picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
       T* const pixel = picture.colour.data() + 3 * fragment.pixel;
+      if constexpr (ReflectingLighting<decltype(lighting)>) {
+        const auto reflected = lighting.reflected(face, fragment.barycentric);
+        for (std::size_t c = 0; c < 3; ++c) pixel[c] += static_cast<T>(fragment.coverage * reflected[c]);
+      }
       std::array<T, 3> scale;
       const double factor = fragment.coverage * shader.light_of(fragment);
       for (std::size_t c = 0; c < 3; ++c) scale[c] = static_cast<T>(factor * lighting.light_colour[c]);

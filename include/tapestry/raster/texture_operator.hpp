@@ -34,8 +34,9 @@ struct TextureOperator {
   std::vector<std::uint32_t> row_begin;  ///< one more than pixels
   std::vector<std::uint32_t> texels_of;
   std::vector<T> weights;
-  Array<T, 3> constant;              ///< [H, W, 3] lit colour of faces that are not painted, times coverage
-  Array<T, 2> coverage;              ///< [H, W] share of the pixel that shows any face, in [0, 1]
+  Array<T, 3> constant;  ///< [H, W, 3] lit colour of faces that are not painted, and what a ClearCoat
+                         ///< mirrors, times coverage
+  Array<T, 2> coverage;  ///< [H, W] share of the pixel that shows any face, in [0, 1]
   std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
 };
 
@@ -117,6 +118,11 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
   fragments.visit_band(index, grain_of(shader.body.layout), [&](const Fragment& fragment) {
     const auto face = static_cast<std::size_t>(fragment.face);
     picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
+    if constexpr (ReflectingLighting<Lighting>) {
+      const auto reflected = shader.lighting.reflected(face, fragment.barycentric);
+      for (std::size_t c = 0; c < 3; ++c)
+        picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * reflected[c]);
+    }
     if (shader.body.painted[face] != 0) {
       if (fragment.pixel != band.pixel) band.finish_pixel();
       band.pixel = fragment.pixel;
@@ -178,11 +184,11 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 /// The operator of a filtered atlas takes the texels of its pyramid, see stored_texels().
 /// The result is the same for any number of threads.
 ///
-/// \param light             Unlit, Light (flat) or SmoothLight
-/// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square
-/// \throws ShapeError if body.painted does not have one entry a face
-/// \throws DomainError for a picture, camera, light or layout outside the stated limits
-/// \throws Error (mismatch) if a painted face has no uv, or a face refers to a missing position
+/// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, or one of these with a
+/// ClearCoat \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square \throws
+/// ShapeError if body.painted does not have one entry a face \throws DomainError for a picture, camera, light
+/// or layout outside the stated limits \throws Error (mismatch) if a painted face has no uv, or a face refers
+/// to a missing position
 template <std::floating_point T, LightModel Model = Light>
 [[nodiscard]] TextureOperator<T> texture_operator(const PaintedMesh& body, const geometry::Camera& camera,
                                                   std::size_t height, std::size_t width, const Model& light,

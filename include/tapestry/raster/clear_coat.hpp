@@ -1,0 +1,171 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/ggx.hpp>
+#include <tapestry/raster/light.hpp>
+#include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
+#include <tapestry/raster/sky.hpp>
+#include <utility>
+
+namespace tapestry::raster {
+
+/// A light, and a clear coat over all faces that mirrors it, as lacquer on a car does. With F = f0 + (1 −
+/// f0)· (1 − n·v)⁵, f0 = 0.04 (glass), a colour shows as
+///   (1 − coat·F) · (what Base makes of it)
+///     + colour · coat · (sun · V · ggx_reflection() + F · A · (sky where v is mirrored)):
+/// the second part does not depend on texels, so the map from texture to picture stays linear, and its
+/// derivative with respect to texels exact. Sun and sky are Base's: directional and ambient of Light and
+/// SmoothLight; sun with its shadow V, and sky with its occlusion A, of OutdoorLight, whose harmonics of
+/// order l a rough coat damps by exp(−(α·l)²). Colours should be linear: highlights are many times as bright
+/// as paint.
+///
+/// Sources: the layers as KHR_materials_clearcoat of glTF 2.0 has them, α = roughness² as there; the damping
+/// is that of Ramamoorthi & Hanrahan, A Signal-Processing Framework for Inverse Rendering (SIGGRAPH 2001).
+/// \tparam Base  Light (flat), SmoothLight or OutdoorLight
+template <class Base>
+struct ClearCoat : Base {
+  double coat = 1;         ///< share of the surface that is coated, in [0, 1]
+  double roughness = 0.1;  ///< in [0.01, 1]: highlights about as wide as the sun, to matt
+};
+
+/// The share that a clear coat mirrors at normal incidence: refractive index 1.5.
+inline constexpr double clear_coat_f0 = 0.04;
+
+/// The unit normal by which a point of a face is lit.
+[[nodiscard]] inline geometry::Vector3 lit_normal(const PreparedLight&, const geometry::Mesh& mesh,
+                                                  const geometry::Vector3& eye, std::size_t face,
+                                                  const std::array<double, 3>&) {
+  return seen_normal(mesh, face, eye);
+}
+
+/// Likewise, interpolated.
+template <class Lighting>
+[[nodiscard]] geometry::Vector3 lit_normal(const Lighting& lighting, const geometry::Mesh&,
+                                           const geometry::Vector3&, std::size_t face,
+                                           const std::array<double, 3>& b) {
+  return lighting.normal(face, b);
+}
+
+namespace detail {
+[[nodiscard]] inline double sun_of(const Light& light) { return light.directional; }
+[[nodiscard]] inline double sun_of(const OutdoorLight& light) { return light.sun; }
+
+/// The share of the sun that shines on a point, V.
+template <class Lighting>
+[[nodiscard]] double sun_share_of(const Lighting& lighting, std::size_t face,
+                                  const std::array<double, 3>& b) {
+  if constexpr (requires { lighting.visible_share(face, b); }) return lighting.visible_share(face, b);
+  return 1;
+}
+
+/// The share of the sky that is seen from a point, A.
+template <class Lighting>
+[[nodiscard]] double sky_share_of(const Lighting& lighting, std::size_t face,
+                                  const std::array<double, 3>& b) {
+  if constexpr (requires { lighting.open_share(face, b); }) return lighting.open_share(face, b);
+  return 1;
+}
+
+/// exp(−(α·l)²) · Y_lm: what a rough mirror shows of each harmonic of the sky.
+[[nodiscard]] inline Harmonics mirrored_harmonics(const geometry::Vector3& direction, double alpha) {
+  Harmonics harmonics = spherical_harmonics(direction);
+  const double first = std::exp(-alpha * alpha), second = std::exp(-4 * alpha * alpha);
+  for (std::size_t i = 1; i < 9; ++i) harmonics[i] *= i < 4 ? first : second;
+  return harmonics;
+}
+
+/// Radiance of the sky in a direction, as a rough mirror shows it.
+[[nodiscard]] inline double mirrored_sky(const Light& light, const geometry::Vector3&, double) {
+  return light.ambient;
+}
+[[nodiscard]] inline double mirrored_sky(const OutdoorLight& light, const geometry::Vector3& direction,
+                                         double alpha) {
+  return std::max(0.0, dot(mirrored_harmonics(direction, alpha), light.sky));
+}
+}  // namespace detail
+
+/// A point of a coated surface, as the eye sees it.
+struct CoatedPoint {
+  geometry::Vector3 normal;    ///< n
+  geometry::Vector3 to_eye;    ///< v, of length 1
+  double n_dot_v;              ///< at least 0.001; its amount where a blended normal turns away
+  geometry::Vector3 mirrored;  ///< 2·(n·v)·n − v, where the eye's ray goes on to
+  double fresnel;              ///< F
+};
+
+/// ClearCoat of one view.
+template <class Base>
+struct PreparedClearCoat {
+  /// What prepare() makes of the light without a coat.
+  using Inner = decltype(prepare(std::declval<const geometry::Mesh&>(),
+                                 std::declval<const geometry::Camera&>(), std::declval<const Base&>()));
+
+  std::array<double, 3> light_colour;
+  ClearCoat<Base> light;
+  Inner inner;
+  const geometry::Mesh* mesh;
+  geometry::Vector3 eye;      ///< in the world
+  geometry::Vector3 towards;  ///< the sun, of length 1
+
+  [[nodiscard]] double alpha() const { return light.roughness * light.roughness; }
+
+  [[nodiscard]] CoatedPoint point(std::size_t face, const std::array<double, 3>& b) const {
+    geometry::Vector3 at{};
+    for (std::size_t k = 0; k < 3; ++k)
+      at = geometry::add(
+          at, geometry::scale(mesh->positions[static_cast<std::size_t>(mesh->faces[face][k])], b[k]));
+    CoatedPoint point{
+        lit_normal(inner, *mesh, eye, face, b), geometry::normalised(geometry::subtract(eye, at)), 0, {}, 0};
+    const double cosine = geometry::dot(point.normal, point.to_eye);
+    point.n_dot_v = std::clamp(std::abs(cosine), 0.001, 1.0);
+    point.mirrored = geometry::subtract(geometry::scale(point.normal, 2 * cosine), point.to_eye);
+    point.fresnel = schlick_fresnel(clear_coat_f0, point.n_dot_v);
+    return point;
+  }
+
+  /// The base's factor, less what the coat mirrors.
+  [[nodiscard]] double at(std::size_t face, const std::array<double, 3>& b) const {
+    return inner.at(face, b) * (1 - light.coat * point(face, b).fresnel);
+  }
+
+  /// What the coat adds, whatever is painted below it.
+  [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const {
+    const CoatedPoint seen = point(face, b);
+    const double sun =
+        ggx_reflection(seen.normal, seen.to_eye, towards, seen.n_dot_v, alpha(), clear_coat_f0).value;
+    const double sky = seen.fresnel * detail::mirrored_sky(light, seen.mirrored, alpha());
+    const double sum = detail::sun_of(light) * (sun > 0 ? detail::sun_share_of(inner, face, b) * sun : 0) +
+                       detail::sky_share_of(inner, face, b) * sky;
+    return geometry::scale(light_colour, light.coat * sum);
+  }
+};
+
+/// \throws DomainError as the light without a coat, and for a coat or a roughness outside their ranges
+template <class Base>
+[[nodiscard]] PreparedClearCoat<Base> prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                              const ClearCoat<Base>& light) {
+  const auto require = [](const char* name, double value, double least) {
+    if (!(value >= least && value <= 1))
+      throw DomainError(std::string("clear coat: ") + name + " is " + std::to_string(value) + ", expected " +
+                        std::to_string(least) + " to 1");
+  };
+  require("coat", light.coat, 0);
+  require("roughness", light.roughness, 0.01);
+  auto inner = prepare(mesh, camera, static_cast<const Base&>(light));
+  return {light.colour,
+          light,
+          std::move(inner),
+          &mesh,
+          geometry::eye_of(camera),
+          geometry::normalised(light.direction)};
+}
+
+}  // namespace tapestry::raster
