@@ -211,3 +211,33 @@ TEST_CASE("an ensemble refuses what cannot look at its pictures", "[camouflage][
                     "objective: the ensemble's detectors take pictures of different extents");
   CHECK_THROWS_AS(objective.join(first, 2), tapestry::DomainError);
 }
+
+TEST_CASE("layers that the car cannot reach are kept, and change no bit of a loss or gradient",
+          "[camouflage]") {
+  const auto car = test::tiny_car();
+  const auto network = test::tiny_network<float>();
+  const auto views = views_of<float>(car);
+  camouflage::Objective<float> plain(network, {}), keeping(network, {}), full(network, {});
+  keeping.join(network, 0);
+  plain.join(network, 0);
+  keeping.keep_layers(std::size_t(1) << 30U);
+  full.keep_layers(1);
+  const auto gradient_of = [&](camouflage::Objective<float>& objective, const Array<float, 2>& texture,
+                               std::size_t first, std::size_t count) {
+    tapestry::Tape<float> tape;
+    const auto scope = tape.activate();
+    const auto parameter = tape.input(texture);
+    tape.reverse(objective(parameter, std::span(views).subspan(first, count)));
+    return parameter.adjoint();
+  };
+  for (std::uint64_t step = 1; step <= 3; ++step) {
+    const auto texture = test::random_array<float>({car.layout.texel_count(car.mesh), 3}, step, -1, 1);
+    CHECK((gradient_of(keeping, texture, 0, 3) == gradient_of(plain, texture, 0, 3)));
+    CHECK(keeping.terms().total == plain.terms().total);
+    CHECK((gradient_of(keeping, texture, 1, 1) == gradient_of(plain, texture, 1, 1)));
+    (void)gradient_of(full, texture, 0, 3);
+  }
+  CHECK(plain.kept_layer_bytes() == 0);
+  CHECK(full.kept_layer_bytes() == 0);
+  CHECK(keeping.kept_layer_bytes() >= 2 * 3 * views[0]->background.size() * sizeof(float));
+}

@@ -1,4 +1,5 @@
 #include <tapestry/nn/convolution_weight_adjoint.hpp>
+#include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
 
@@ -132,6 +133,50 @@ void check_shape(nn::Engine engine, const nn::ConvolutionShape& s, std::size_t i
   nn::convolution_weight_adjoint<T>(s, images, in.data(), adjoint.data(), partial, weights_adjoint.data());
   CHECK(largest_difference(weights_adjoint, weights_adjoint_expected) <= tolerance);
 }
+
+/// Values that a window's convolution leaves different from the whole one's inside, or changes outside.
+template <class T>
+std::size_t window_differences(nn::Engine engine, const nn::PackedConvolution<T>& packed,
+                               const nn::Buffer<T>& in, const nn::Buffer<T>& whole,
+                               const nn::Window& window) {
+  nn::Buffer<T> out(whole.size());
+  std::fill_n(out.data(), out.size(), T(-7));
+  const auto bias = random_buffer<T>(packed.shape.out_channels, 3);
+  nn::convolve<T>(engine, packed, 1, in.data(), {bias.data(), false, T(0.125)}, out.data(), out.size(),
+                  window);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const std::size_t pixel = i / packed.shape.out_channels;
+    const std::size_t y = pixel / packed.out_columns, x = pixel % packed.out_columns;
+    const bool is_inside =
+        y >= window.rows.begin && y < window.rows.end && x >= window.columns.begin && x < window.columns.end;
+    const T expected = is_inside ? whole.data()[i] : T(-7);
+    if (out.data()[i] != expected) ++count;
+  }
+  return count;
+}
+
+template <class T>
+void check_windows(nn::Engine engine, const nn::PackedConvolution<T>& packed, std::size_t out_rows) {
+  const nn::ConvolutionShape& s = packed.shape;
+  const auto in = random_buffer<T>(s.in_size(), 1);
+  nn::Buffer<T> whole(out_rows * packed.out_columns * s.out_channels);
+  std::fill_n(whole.data(), whole.size(), T(-7));
+  const auto bias = random_buffer<T>(s.out_channels, 3);
+  nn::convolve<T>(engine, packed, 1, in.data(), {bias.data(), false, T(0.125)}, whole.data(), whole.size());
+  const std::size_t tile = nn::tile_of(engine, packed);
+  const std::size_t columns = packed.out_columns;
+  for (const nn::Window& window :
+       {nn::Window{{0, out_rows}, {0, columns}}, nn::Window{{0, 1}, {columns - 1, columns}},
+        nn::Window{{out_rows / 2, out_rows / 2 + 1}, {columns / 3, columns / 2 + 1}},
+        nn::Window{{out_rows - 1, out_rows}, {0, 1}}, nn::Window{{0, 0}, {0, 0}},
+        nn::Window{{out_rows / 3, out_rows}, {0, columns}}}) {
+    const nn::Window tiles{nn::aligned(window.rows, tile * packed.row_step, out_rows),
+                           nn::aligned(window.columns, tile * packed.column_step, columns)};
+    CAPTURE(tiles.rows.begin, tiles.rows.end, tiles.columns.begin, tiles.columns.end, tile);
+    CHECK(window_differences(engine, packed, in, whole, tiles) == 0);
+  }
+}
 }  // namespace
 
 TEMPLATE_TEST_CASE("convolution and its adjoints equal the sums of their definition", "[nn][convolution]",
@@ -207,4 +252,73 @@ TEST_CASE("every instruction set of this machine computes the same tile", "[nn][
           }
       }
   }
+}
+
+TEMPLATE_TEST_CASE("a window of a convolution has the bits of the whole one, and writes nothing else",
+                   "[nn][convolution]", float, double) {
+  auto all = shapes();
+  all.push_back(nn::square_convolution(21, 26, 32, 40, 3, 1, 1));    // large enough for every engine's tiles
+  all.push_back(nn::square_convolution(22, 25, 70, 32, 3, 2, 1));    // and those of a stride's adjoint
+  all.push_back(nn::square_convolution(9, 12, 256, 16, 3, 1, 1));    // inputs are copied with a gap
+  all.push_back(nn::square_convolution(13, 13, 256, 128, 1, 1, 0));  // not at all
+  const auto engine =
+      GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4);
+  for (const nn::ConvolutionShape& s : all) {
+    CAPTURE(nn::name_of(engine), s.rows.input, s.columns.input, s.in_channels, s.out_channels, s.rows.taps,
+            s.rows.stride, s.groups);
+    const auto weights = random_buffer<TestType>(s.weight_count(), 2);
+    const auto weight_at = [&](std::size_t i) { return weights.data()[i]; };
+    check_windows(engine, nn::pack_convolution<TestType>(s, weight_at), s.rows.output);
+    for (const auto& part : nn::pack_convolution_adjoint<TestType>(s, weight_at))
+      check_windows(engine, part, s.rows.input);
+  }
+}
+
+TEST_CASE(
+    "outputs that a range reaches, and inputs that a range reads, are those that tiles share products with",
+    "[nn][convolution]") {
+  std::vector<nn::AxisWindow> axes;
+  for (const nn::ConvolutionShape& s : shapes()) {
+    for (const nn::AxisWindow& axis : {s.rows, s.columns}) {
+      axes.push_back(axis);
+      for (const auto& part : nn::adjoint_of(axis)) axes.push_back(part.window);
+    }
+  }
+  axes.push_back({4, 5, 2, 2, 1, 8});  // some outputs read nothing
+  std::size_t wrong = 0;
+  for (const nn::AxisWindow& axis : axes)
+    for (const std::size_t tile : {1U, 2U, 4U}) {
+      // First and last input that tile k reads, inside or outside.
+      const auto first_of = [&](std::size_t k) {
+        return static_cast<std::ptrdiff_t>(k * tile * axis.stride) - axis.padding;
+      };
+      const auto end_of = [&](std::size_t k) {
+        return first_of(k) +
+               static_cast<std::ptrdiff_t>((tile - 1) * axis.stride + (axis.taps - 1) * axis.spacing + 1);
+      };
+      const std::size_t tiles = (axis.output + tile - 1) / tile;
+      for (std::size_t begin = 0; begin < axis.input; ++begin)
+        for (std::size_t end = begin + 1; end <= axis.input; ++end) {
+          const auto reached = nn::outputs_reached(axis, tile, {begin, end});
+          if (reached.begin >= reached.end) ++wrong;
+          for (std::size_t k = 0; k < tiles; ++k) {
+            const bool shares = first_of(k) < static_cast<std::ptrdiff_t>(end) &&
+                                end_of(k) > static_cast<std::ptrdiff_t>(begin);
+            const bool is_inside = k * tile >= reached.begin && k * tile < reached.end;
+            const bool is_only_one = reached.end - reached.begin <= tile;  // one at least, whatever it reads
+            if (shares != is_inside && !(is_inside && is_only_one)) ++wrong;
+          }
+        }
+      for (std::size_t begin = 0; begin < axis.output; ++begin)
+        for (std::size_t end = begin + 1; end <= axis.output; ++end) {
+          const auto read = nn::inputs_read(axis, tile, {begin, end});
+          const auto clamped = [&](std::ptrdiff_t place) {
+            return static_cast<std::size_t>(
+                std::clamp(place, std::ptrdiff_t(0), static_cast<std::ptrdiff_t>(axis.input)));
+          };
+          if (read.begin != clamped(first_of(begin / tile)) || read.end != clamped(end_of((end - 1) / tile)))
+            ++wrong;
+        }
+    }
+  CHECK(wrong == 0);
 }

@@ -138,7 +138,7 @@ brief=(--frames "four frames" --texels 8)
 
 # Values that make no sense are refused before anything is read or written. (T05, T14)
 for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch 0" "--scenes 10000000000" \
-  "--texels 8193" "--texture cube --texels 500" "--keep-mib 18446744073709551615" "--threads 1000000" \
+  "--texels 8193" "--texture cube --texels 500" "--keep-mib 18446744073709551615" "--keep-layers-mib 16777217" "--threads 1000000" \
   "--iou-weight nan" "--objectness-weight inf" "--smoothness-weight -1" "--seed 1.5" "--size 100000"; do
   # shellcheck disable=SC2086  # several words on purpose
   expect_exit 2 "$words" "$camouflage" $words --output senseless

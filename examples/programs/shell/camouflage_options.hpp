@@ -15,6 +15,7 @@ struct CamouflageOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
   OptimisationSettings optimisation;
+  std::size_t keep_layers_mib = 2048;
   bool check = false;
   bool profile = false;
 };
@@ -24,6 +25,10 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   add_options(app, options.detector);
   add_options(app, options.optimisation);
   add_run_options(app, options, "runs/camouflage");
+  app.add_option("--keep-layers-mib", options.keep_layers_mib,
+                 "memory for what the car cannot reach of a Darknet network's layers, MiB, so that a step "
+                 "need not compute it again; 0: everything is computed. Results do not depend on it")
+      ->capture_default_str();
   app.add_flag("--check", options.check, "only check every input, report all problems, and leave");
   app.add_flag("--profile", options.profile, "print where the time of a step went");
 }
@@ -40,6 +45,8 @@ inline Json settings_json(const CamouflageOptions& options) {
 /// Of a run to resume, the settings come from its manifest and are checked there.
 inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
   require_sound_run(options, list);
+  list.require(options.keep_layers_mib <= std::size_t(1) << 24U,
+               "--keep-layers-mib must be at most 16777216");
   if (options.resume) return;
   require_sound(options.scene, list);
   require_sound(options.detector, list);

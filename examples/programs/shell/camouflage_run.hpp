@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -49,6 +50,7 @@ class CamouflageRun {
                    texels_to_smooth(options_.optimisation, inputs_.car.painted)) {
     for (const FurtherDetector& member : inputs_.ensemble)
       objective_.join(*member.detector.network, member.class_index);
+    objective_.keep_layers(options_.keep_layers_mib << 20U);
   }
 
   /// \returns the exit code
@@ -182,7 +184,10 @@ class CamouflageRun {
     }
     save(training);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    if (options_.profile) print_profile(objective_.times(), training.steps_taken() - first, seconds);
+    if (!options_.profile) return;
+    print_profile(objective_.times(), training.steps_taken() - first, seconds);
+    std::printf("  kept of layers %.1f MiB\n",
+                static_cast<double>(objective_.kept_layer_bytes()) / double(std::size_t(1) << 20U));
   }
 
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,

@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/camouflage/kept_layers.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
@@ -84,6 +85,17 @@ class Objective {
     if (detector.input_height() != first.input_height() || detector.input_width() != first.input_width())
       throw ShapeError("objective: the ensemble's detectors take pictures of different extents");
     members_.push_back({&detector, class_index});
+  }
+
+  /// Keeps those parts of the detectors' layers that the car cannot reach from step to step, up to so many
+  /// bytes for all views and detectors together; 0, as without a call, keeps nothing. Results are the same
+  /// bits. Steps with a photo session change the whole picture and compute everything.
+  void keep_layers(std::size_t bytes) { layer_bytes_ = bytes; }
+  /// Bytes that are kept so.
+  [[nodiscard]] std::size_t kept_layer_bytes() const {
+    std::size_t sum = 0;
+    for (const Member& member : members_) sum += member.kept.bytes();
+    return sum;
   }
 
   /// Records the loss of a minibatch on the active tape and returns it.
@@ -195,7 +207,7 @@ class Objective {
                                     const PhotoSession* session, StageClock<T>& clock) {
     std::vector<loss::AdversarialTerms<Variable<T>>> of_members;
     for (Member& member : members_) {
-      const auto logits = detect::forward(*member.detector, pictures, member.passes.take());
+      const auto logits = logits_of(member, pictures, views, session);
       clock.end_of(&StepTimes::detector_forward, &StepTimes::detector_backward);
       of_members.push_back(loss::adversarial(*member.detector, logits,
                                              targets_of(views, session, member.class_index), options_.kind,
@@ -209,10 +221,22 @@ class Objective {
     const detect::Detector<T>* detector;
     std::size_t class_index;
     detect::PassPool<T> passes{};
+    KeptLayers<T> kept{};
   };
+
+  [[nodiscard]] auto logits_of(Member& member, const ArrayVariable<T, 4>& pictures, Views views,
+                               const PhotoSession* session) {
+    if (layer_bytes_ == 0 || session != nullptr || !pictures.is_active())
+      return detect::forward(*member.detector, pictures, member.passes.take());
+    auto logits =
+        detect::forward_within(*member.detector, pictures, member.kept.of(views), member.passes.take());
+    member.kept.limit_to(layer_bytes_ / members_.size(), views);
+    return logits;
+  }
 
   std::vector<Member> members_;  ///< at least one
   ObjectiveOptions options_;
+  std::size_t layer_bytes_ = 0;
   std::shared_ptr<const Array<T, 2>> used_texels_;
   ObjectiveTerms terms_;
   std::shared_ptr<StepTimes> times_ = std::make_shared<StepTimes>();

@@ -12,6 +12,9 @@
 
 namespace tapestry::detect {
 
+template <std::floating_point T>
+class KeptPicture;
+
 /// What finds objects in pictures: a network whose results are the raw logits of heads, forward and backward,
 /// whatever kind of file it came from. Results are the same bits for any number of threads.
 template <std::floating_point T>
@@ -36,10 +39,25 @@ class Detector {
   /// \throws ShapeError unless images have the network's extents
   virtual void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const = 0;
 
+  /// forward() of pictures that change from call to call within a window each, with the same bits. Where a
+  /// network's layers are not reached by the window they may be taken from `kept` instead of being computed,
+  /// and pull_back() may add to the windows only. The first call with a kept picture computes everything, and
+  /// so does every call before which the rest of the picture, the weights or the mode have changed.
+  ///
+  /// \param kept  for each image, or null for one of which everything is computed; a detector that keeps
+  ///              nothing leaves them as they are
+  /// \throws ShapeError as forward(), unless there are as many of them as images, and for windows that leave
+  ///         the picture
+  virtual void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
+                              Pass<T>& pass, Mode mode = Mode::inference) const {
+    static_cast<void>(kept);
+    forward(images, pass, mode);
+  }
+
   /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the like for the parameters, each unless
   /// null; null for a head stands for zeros.
-  /// \param pass  of forward() in another mode than inference, for parameters in Mode::training; may be used
-  ///              again
+  /// \param pass  of forward() or forward_within() in another mode than inference, for parameters in
+  ///              Mode::training; may be used again
   /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
   virtual void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                          Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const = 0;

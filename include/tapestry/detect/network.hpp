@@ -10,13 +10,17 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network/backward.hpp>
 #include <tapestry/detect/network/forward.hpp>
 #include <tapestry/detect/network/graph.hpp>
+#include <tapestry/detect/network/kept_forward.hpp>
 #include <tapestry/detect/network/pass.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/image/pixel_window.hpp>
+#include <tapestry/nn/window.hpp>
 #include <utility>
 #include <vector>
 
@@ -119,10 +123,44 @@ class Network final : public Detector<T> {
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const override {
     this->require_images(images);
     const auto weights = cache_.forward(graph_, parameters_, mode != Mode::training);
-    pass.mode = mode;
-    pass.images = images.shape(0);
-    pass.logits.resize(graph_.head_values.size());
-    detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, pass).run(images.data());
+    begin(pass, images.shape(0), mode);
+    pass.within.clear();
+    detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, pass)
+        .run(images.data(), logits_of(pass, 0));
+  }
+
+  /// The layers' windows are those of Detector::forward_within() exactly, grown to whole tiles where
+  /// convolutions round by tiles. In Mode::training everything is computed.
+  void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
+                      Mode mode = Mode::inference) const override {
+    this->require_images(images);
+    if (kept.size() != images.shape(0))
+      throw ShapeError("Network::forward_within: " + std::to_string(kept.size()) + " kept pictures for " +
+                       std::to_string(images.shape(0)) + " images");
+    for (const KeptPicture<T>* picture : kept)
+      if (picture != nullptr)
+        image::require_window("Network::forward_within", picture->window(), graph_.height, graph_.width);
+    if (mode == Mode::training) return forward(images, pass, mode);
+    const auto weights = cache_.forward(graph_, parameters_, true);
+    begin(pass, images.shape(0), mode);
+    pass.layers.clear();
+    pass.within.resize(kept.size());
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      Pass<T>& own = pass.within[i];
+      own.mode = mode;
+      own.images = 1;
+      const T* const image = images.data() + i * graph_.shapes.back().size();
+      if (kept[i] != nullptr) {
+        const auto& [top, left, height, width] = kept[i]->window();
+        detail::forward_kept<T>(graph_, engine_, parameters_, cache_, weights, image,
+                                {{top, top + height}, {left, left + width}}, kept[i]->values(), own,
+                                logits_of(pass, i));
+      } else {
+        own.plan = nullptr;
+        own.window.reset();
+        detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, own).run(image, logits_of(pass, i));
+      }
+    }
   }
 
   /// Adds (∂logits/∂parameters)ᵀ · logits_adjoint to parameters_adjoint, in the order of layout(); nothing
@@ -170,6 +208,24 @@ class Network final : public Detector<T> {
   template <std::floating_point U>
   friend class Network;
 
+  void begin(Pass<T>& pass, std::size_t images, Mode mode) const {
+    pass.mode = mode;
+    pass.images = images;
+    pass.logits.resize(graph_.head_values.size());
+    for (std::size_t h = 0; h < pass.logits.size(); ++h) {
+      const FeatureShape& shape = graph_.shapes[graph_.head_values[h]];
+      pass.logits[h].resize({images, shape.channels, shape.height, shape.width});
+    }
+  }
+
+  /// Where the logits of an image lie in those of all.
+  [[nodiscard]] static std::vector<T*> logits_of(Pass<T>& pass, std::size_t image) {
+    std::vector<T*> pointers;
+    for (auto& logits : pass.logits)
+      pointers.push_back(logits.data() + image * (logits.size() / pass.images));
+    return pointers;
+  }
+
   void fill(const ParameterBlock& block, T value) {
     for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
   }
@@ -185,16 +241,26 @@ class Network final : public Detector<T> {
 
   void adjoints(const char* operation, Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                 Array<T, 4>* images_adjoint, std::optional<std::span<T>> parameters_adjoint) const {
-    this->require_logits_adjoint(operation, pass, pass.layers.size() == graph_.image() + 1, logits_adjoint);
+    const bool kept_something = pass.layers.size() == graph_.image() + 1 || !pass.within.empty();
+    this->require_logits_adjoint(operation, pass, kept_something, logits_adjoint);
     if (images_adjoint != nullptr) {
       require_shape(operation, "images_adjoint", *images_adjoint,
                     {pass.images, graph_.height, graph_.width, graph_.config.channels});
     }
     if (parameters_adjoint) require_parameters_adjoint(operation, pass, parameters_adjoint->size());
     const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
-    detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, pass)
-        .run(logits_adjoint, images_adjoint == nullptr ? nullptr : images_adjoint->data(),
-             parameters_adjoint ? parameters_adjoint->data() : nullptr);
+    const auto run = [&](Pass<T>& own, std::size_t image) {
+      std::vector<const T*> heads;
+      for (const Array<T, 4>* head : logits_adjoint)
+        heads.push_back(head == nullptr ? nullptr : head->data() + image * (head->size() / pass.images));
+      detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, own)
+          .run(heads,
+               images_adjoint == nullptr ? nullptr
+                                         : images_adjoint->data() + image * graph_.shapes.back().size(),
+               parameters_adjoint ? parameters_adjoint->data() : nullptr);
+    };
+    if (pass.within.empty()) return run(pass, 0);
+    for (std::size_t i = 0; i < pass.within.size(); ++i) run(pass.within[i], i);
   }
 
   detail::Graph graph_;

@@ -3,6 +3,7 @@
 #include <concepts>
 #include <memory>
 #include <tapestry/autodiff/record.hpp>
+#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network.hpp>
 #include <vector>
 
@@ -15,6 +16,18 @@ template <class T>
   std::vector<std::shared_ptr<const Array<T, 4>>> logits;
   for (const auto& head : pass->logits) logits.emplace_back(pass, &head);
   return logits;
+}
+
+/// The logits of a pass as one record, whose pullback reaches the pictures.
+template <class T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
+                                                             const std::shared_ptr<Pass<T>>& pass,
+                                                             const ArrayVariable<T, 4>& images) {
+  const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                          Array<T, 4>* images_adjoint) {
+    detector.pull_back(*pass, logits_adjoint, images_adjoint);
+  };
+  return record_shared_arrays<T, 4>(shared_logits(pass), pullback, images);
 }
 }  // namespace detail
 
@@ -34,12 +47,24 @@ template <std::floating_point T>
                                                        std::shared_ptr<Pass<T>> pass = nullptr) {
   if (!pass) pass = std::make_shared<Pass<T>>();
   detector.forward(images.value(), *pass, images.is_active() ? Mode::input_gradient : Mode::inference);
-  auto logits = detail::shared_logits(pass);
-  const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                          Array<T, 4>* images_adjoint) {
-    detector.pull_back(*pass, logits_adjoint, images_adjoint);
-  };
-  return record_shared_arrays<T, 4>(std::move(logits), pullback, images);
+  return detail::record_logits(detector, pass, images);
+}
+
+/// The same, bit for bit, of pictures that change within a window each from call to call, without computing
+/// again what the windows do not reach: see Detector::forward_within(). The adjoint that it hands to the
+/// pictures is that of forward() within the windows, and may be zero elsewhere.
+///
+/// \param kept  for each image, or null to compute everything of it; needed during the call only
+/// \throws ShapeError as Detector::forward_within(); DomainError as forward()
+template <std::floating_point T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward_within(const Detector<T>& detector,
+                                                              const ArrayVariable<T, 4>& images,
+                                                              const std::vector<KeptPicture<T>*>& kept,
+                                                              std::shared_ptr<Pass<T>> pass = nullptr) {
+  if (!pass) pass = std::make_shared<Pass<T>>();
+  detector.forward_within(images.value(), kept, *pass,
+                          images.is_active() ? Mode::input_gradient : Mode::inference);
+  return detail::record_logits(detector, pass, images);
 }
 
 /// The same in training mode, differentiable by the parameters, too: batch normalisation uses the batch's

@@ -33,7 +33,7 @@ template <std::floating_point T>
 [[nodiscard]] ConvolutionTasks plan_tasks(const PackedConvolution<T>& packed, std::size_t images) {
   const ConvolutionShape& shape = packed.shape;
   ConvolutionTasks tasks;
-  tasks.copies = !reads_only_inside(shape);
+  tasks.copies = packed.copies_inputs;
   tasks.pixel_count = shape.rows.output * shape.columns.output;
   const bool is_dense =
       packed.row_step == 1 && packed.column_step == 1 && shape.columns.output == packed.out_columns;
@@ -132,7 +132,7 @@ void convolve_panel(const ConvolutionRows<T>& rows, const std::vector<ReductionB
   const std::size_t first = panel % panels_of_group * 2 * lanes;
   const std::size_t padded = round_up(shape.group_out(), lanes);
   const std::size_t width = panel_lanes(first, padded, lanes);
-  const T* weights = rows.packed.weights.data() + (group * padded + first) * rows.packed.reduction();
+  const T* weights = rows.packed.weights->data() + (group * padded + first) * rows.packed.reduction();
   const std::size_t out_channel = group * shape.group_out() + first;
   ReduceArguments<T> tile{};
   tile.in_row_step = static_cast<std::ptrdiff_t>(shape.columns.stride * rows.region.pixel_step);

@@ -56,7 +56,7 @@ void convolve_depthwise(const PackedConvolution<T>& packed, std::size_t images, 
                    ? picture
                    : picture + static_cast<std::size_t>(first_row) * shape.columns.input * shape.in_channels;
       own.row_taps = taps.end - taps.begin;
-      own.weights = packed.weights.data() + taps.begin * shape.columns.taps * line.weight_step;
+      own.weights = packed.weights->data() + taps.begin * shape.columns.taps * line.weight_step;
       own.out = out_picture +
                 ((packed.first_row + row * packed.row_step) * packed.out_columns + packed.first_column) *
                     shape.out_channels;

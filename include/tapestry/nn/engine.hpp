@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 #include <tapestry/nn/convolution.hpp>
+#include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
 #include <tapestry/nn/winograd.hpp>
 
@@ -67,18 +68,36 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
+/// Outputs side by side, along both axes, whose bits depend on all inputs that any of them reads: those of a
+/// tile of Winograd's algorithm where the engine uses it, else 1.
+template <std::floating_point T>
+[[nodiscard]] std::size_t tile_of(Engine engine, const PackedConvolution<T>& packed) {
+  const auto form = detail::winograd_form(engine, packed);
+  return form ? extents_of(*form).outputs : 1;
+}
+
 /// convolve() by the engine's choice of algorithm. Arguments otherwise as there.
+///
+/// \param window  of the picture that outputs are written to: no others are computed, and those within are
+/// the
+///                same bits as without it if it begins and ends with whole tiles, see windowed(). None: all
 ///
 /// Engines differ in rounding. Winograd's also carry a NaN or an infinity to every output of the tile that
 /// reads it, as NaN, and overflow within two decades of the largest number.
 template <std::floating_point T>
 void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t images, const T* in,
-              const Epilogue<T>& end, T* out, std::size_t out_image_size) {
-  if (has_few_channels(packed) && end.addend == nullptr && end.curve.kind == CurveKind::none)
-    return convolve_few_channels(packed, images, in, end, out, out_image_size);
-  if (const auto form = detail::winograd_form(engine, packed))
-    return convolve_winograd(packed, *form, images, in, end, out, out_image_size);
-  convolve(packed, images, in, end, out, out_image_size);
+              const Epilogue<T>& end, T* out, std::size_t out_image_size,
+              const std::optional<Window>& window = {}) {
+  const bool has_few = has_few_channels(packed) && end.addend == nullptr && end.curve.kind == CurveKind::none;
+  const auto form = has_few ? std::nullopt : detail::winograd_form(engine, packed);
+  const auto run = [&](const PackedConvolution<T>& part) {
+    if (has_few) return convolve_few_channels(part, images, in, end, out, out_image_size);
+    if (form) return convolve_winograd(part, *form, images, in, end, out, out_image_size);
+    convolve(part, images, in, end, out, out_image_size);
+  };
+  if (!window) return run(packed);
+  const PackedConvolution<T> part = windowed(packed, *window);
+  if (part.shape.rows.output > 0 && part.shape.columns.output > 0) run(part);
 }
 
 }  // namespace tapestry::nn

@@ -59,7 +59,7 @@ class FewChannelConvolution {
       const std::size_t tap = p / shape_.out_channels;
       const std::size_t panel = p / (2 * lanes) * (2 * lanes);
       const std::size_t width = panel_lanes(panel, product_step_, lanes);
-      const T* from = packed_.weights.data() + tap * channels * packed_width + p % shape_.out_channels;
+      const T* from = packed_.weights->data() + tap * channels * packed_width + p % shape_.out_channels;
       for (std::size_t i = 0; i < channels; ++i)
         weights_.data()[panel * channels + i * width + (p - panel)] = from[i * packed_width];
     }

@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <memory>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
+#include <tapestry/nn/convolution_region.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <vector>
 
@@ -15,14 +17,17 @@ namespace tapestry::nn {
 ///
 /// Weights of each group are cut into panels of two vectors of output channels (one at the end, if that is
 /// enough), each [row tap, column tap, input channel, lane]; missing lanes are zero. Depthwise weights are
-/// [row tap, column tap, channel], channels rounded up to whole vectors.
+/// [row tap, column tap, channel], channels rounded up to whole vectors. Copies share them.
 template <std::floating_point T>
 struct PackedConvolution {
   ConvolutionShape shape{};
   std::size_t out_columns = 0;
   std::size_t first_row = 0, row_step = 1;
   std::size_t first_column = 0, column_step = 1;
-  Buffer<T> weights{};
+  /// Sums run over a copy of the inputs, with zeros around the picture. Decided for the whole picture, as the
+  /// order of a sum depends on it.
+  bool copies_inputs = true;
+  std::shared_ptr<Buffer<T>> weights = std::make_shared<Buffer<T>>();
 
   [[nodiscard]] std::size_t reduction() const { return shape.taps() * shape.group_in(); }
 };
@@ -44,30 +49,31 @@ namespace detail {
   return static_cast<std::size_t>(std::clamp(operations / 5e5, 1.0, 16.0));
 }
 
-/// Fills `packed.weights` from weight(group, output channel, input channel, row tap, column tap), with
-/// channels counted within the group.
+/// Fills `packed.weights`, and how inputs are read, from weight(group, output channel, input channel, row
+/// tap, column tap), with channels counted within the group.
 template <std::floating_point T, class Weight>
 void pack_weights(PackedConvolution<T>& packed, Weight weight) {
   const std::size_t lanes = kernels<T>().lanes;
   const ConvolutionShape& shape = packed.shape;
+  packed.copies_inputs = !reads_only_inside(shape);
   if (shape.is_depthwise()) {
     const std::size_t pitch = round_up(shape.groups, lanes);
-    packed.weights.resize(shape.taps() * pitch);
-    packed.weights.fill_zero();
+    packed.weights->resize(shape.taps() * pitch);
+    packed.weights->fill_zero();
     for (std::size_t y = 0; y < shape.rows.taps; ++y)
       for (std::size_t x = 0; x < shape.columns.taps; ++x)
         for (std::size_t g = 0; g < shape.groups; ++g)
-          packed.weights.data()[(y * shape.columns.taps + x) * pitch + g] = weight(g, 0, 0, y, x);
+          packed.weights->data()[(y * shape.columns.taps + x) * pitch + g] = weight(g, 0, 0, y, x);
     return;
   }
   const std::size_t padded = round_up(shape.group_out(), lanes);
-  packed.weights.resize(shape.groups * padded * packed.reduction());
+  packed.weights->resize(shape.groups * padded * packed.reduction());
   const std::size_t panels = block_count(padded, 2 * lanes);
   parallel_for(shape.groups * panels, [&](std::size_t task) {
     const std::size_t g = task / panels;
     const std::size_t first = task % panels * 2 * lanes;
     const std::size_t width = panel_lanes(first, padded, lanes);
-    T* to = packed.weights.data() + (g * padded + first) * packed.reduction();
+    T* to = packed.weights->data() + (g * padded + first) * packed.reduction();
     for (std::size_t y = 0; y < shape.rows.taps; ++y)
       for (std::size_t x = 0; x < shape.columns.taps; ++x)
         for (std::size_t i = 0; i < shape.group_in(); ++i)

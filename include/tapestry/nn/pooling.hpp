@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/window.hpp>
 
 namespace tapestry::nn {
 
@@ -17,8 +20,16 @@ struct PoolingShape {
   std::size_t stride = 2;
   std::size_t before = 0;
 
+  /// The windows as those of a convolution with as many taps.
+  [[nodiscard]] AxisWindow rows() const { return axis(in_height, out_height); }
+  [[nodiscard]] AxisWindow columns() const { return axis(in_width, out_width); }
   [[nodiscard]] std::size_t in_size() const { return in_height * in_width * channels; }
   [[nodiscard]] std::size_t out_size() const { return out_height * out_width * channels; }
+
+ private:
+  [[nodiscard]] AxisWindow axis(std::size_t input, std::size_t output) const {
+    return {input, output, size, stride, 1, static_cast<std::ptrdiff_t>(before)};
+  }
 };
 
 namespace detail {
@@ -41,33 +52,40 @@ struct PoolWindow {
 ///
 /// \param in      [images, row, column, channel], readable 128 bytes past its end; each window meets it
 /// \param choice  row · width + column for each output, or null if not wanted
+/// \param window  of the output: nothing else is written. None: all
 template <std::floating_point T>
-void max_pool(const PoolingShape& shape, std::size_t images, const T* in, T* out, Position<T>* choice) {
-  parallel_for(images * shape.out_height, [&](std::size_t task) {
-    const T* picture = in + task / shape.out_height * shape.in_size();
-    const auto rows = detail::pool_window(task % shape.out_height, shape, shape.in_height);
-    MaxPoolArguments<T> window{};
-    window.rows = rows.end - rows.begin;
-    window.row_step = shape.in_width * shape.channels;
-    window.channels = shape.channels;
-    window.width = shape.in_width;
-    for (std::size_t x = 0; x < shape.out_width; ++x) {
+void max_pool(const PoolingShape& shape, std::size_t images, const T* in, T* out, Position<T>* choice,
+              const std::optional<Window>& window = {}) {
+  const Window own = window.value_or(Window{{0, shape.out_height}, {0, shape.out_width}});
+  parallel_for(images * own.height(), [&](std::size_t task) {
+    const std::size_t image = task / own.height();
+    const std::size_t y = own.rows.begin + task % own.height();
+    const T* picture = in + image * shape.in_size();
+    const std::size_t out_row = (image * shape.out_height + y) * shape.out_width;
+    const auto rows = detail::pool_window(y, shape, shape.in_height);
+    MaxPoolArguments<T> place{};
+    place.rows = rows.end - rows.begin;
+    place.row_step = shape.in_width * shape.channels;
+    place.channels = shape.channels;
+    place.width = shape.in_width;
+    for (std::size_t x = own.columns.begin; x < own.columns.end; ++x) {
       const auto columns = detail::pool_window(x, shape, shape.in_width);
       const std::size_t first = rows.begin * shape.in_width + columns.begin;
-      window.columns = columns.end - columns.begin;
-      window.in = picture + first * shape.channels;
-      window.first_position = static_cast<Position<T>>(first);
-      window.out = out + (task * shape.out_width + x) * shape.channels;
-      window.choice = choice == nullptr ? nullptr : choice + (task * shape.out_width + x) * shape.channels;
-      kernels<T>().max_pool_pixel(window);
+      place.columns = columns.end - columns.begin;
+      place.in = picture + first * shape.channels;
+      place.first_position = static_cast<Position<T>>(first);
+      place.out = out + (out_row + x) * shape.channels;
+      place.choice = choice == nullptr ? nullptr : choice + (out_row + x) * shape.channels;
+      kernels<T>().max_pool_pixel(place);
     }
   });
 }
 
-/// Adds each output's adjoint to the pixel that was chosen for it.
+/// Adds the adjoint of each output, or of those in a window, to the pixel that was chosen for it.
 template <std::floating_point T>
 void max_pool_adjoint(const PoolingShape& shape, std::size_t images, const Position<T>* choice,
-                      const T* out_adjoint, T* in_adjoint) {
+                      const T* out_adjoint, T* in_adjoint, const std::optional<Window>& window = {}) {
+  const Window own = window.value_or(Window{{0, shape.out_height}, {0, shape.out_width}});
   const std::size_t channels = shape.channels;
   // Pictures, and slices of channels of each, are independent of one another.
   constexpr std::size_t slice = 32;
@@ -77,11 +95,12 @@ void max_pool_adjoint(const PoolingShape& shape, std::size_t images, const Posit
     const BlockRange range = block_range(task % slices, channels, slice);
     const std::size_t first = image * shape.out_size();
     T* const picture = in_adjoint + image * shape.in_size();
-    for (std::size_t pixel = 0; pixel < shape.out_height * shape.out_width; ++pixel)
-      for (std::size_t i = range.begin; i < range.end; ++i) {
-        const std::size_t output = first + pixel * channels + i;
-        picture[static_cast<std::size_t>(choice[output]) * channels + i] += out_adjoint[output];
-      }
+    for (std::size_t y = own.rows.begin; y < own.rows.end; ++y)
+      for (std::size_t x = own.columns.begin; x < own.columns.end; ++x)
+        for (std::size_t i = range.begin; i < range.end; ++i) {
+          const std::size_t output = first + (y * shape.out_width + x) * channels + i;
+          picture[static_cast<std::size_t>(choice[output]) * channels + i] += out_adjoint[output];
+        }
   });
 }
 

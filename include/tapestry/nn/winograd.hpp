@@ -134,7 +134,7 @@ class WinogradConvolution {
 
   /// Where the packed weights of a panel's block begin; taps are in_channels · width apart.
   [[nodiscard]] const T* packed_filters(std::size_t panel, std::size_t block) const {
-    return packed_.weights.data() + panel * 2 * kernels<T>().lanes * packed_.reduction() +
+    return packed_.weights->data() + panel * 2 * kernels<T>().lanes * packed_.reduction() +
            block * plan_.channels_per_block * width_of(panel);
   }
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
+#include <cstdint>
 #include <tapestry/detect/network/forward.hpp>
 #include <tapestry/nn/convolution_weight_adjoint.hpp>
 #include <utility>
@@ -17,55 +17,57 @@ class BackwardPass {
   BackwardPass(const Graph& graph, nn::Engine engine, const Array<T, 1>& parameters,
                const AdjointWeights<T>& weights, Pass<T>& pass)
       : graph_(graph),
-        engine_(engine),
+        engine_(pass.plan == nullptr ? engine : pass.plan->engine),
         parameters_(parameters),
         weights_(weights),
         pass_(pass),
+        own_(graph, pass.images, pass.plan.get()),
         adjoints_(graph.image() + 1),
         is_gated_(graph.image() + 1, false) {}
 
   /// Adds to images_adjoint, [N, H, W, C], and to parameters_adjoint, each unless null.
-  /// \param logits_adjoint  of each head; null stands for zeros
-  void run(const std::vector<const Array<T, 4>*>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
+  /// \param logits_adjoint  of each head, [N, C, H, W]; null stands for zeros
+  void run(const std::vector<const T*>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
     wants_image_ = images_adjoint != nullptr;
     parameters_adjoint_ = parameters_adjoint;
     std::size_t head = graph_.head_values.size();
     for (std::size_t i = graph_.image(); i-- > 0;) {
       if (graph_.hands_out(i)) {
         --head;
-        if (logits_adjoint[head] != nullptr) read_logits(graph_.head_values[head], *logits_adjoint[head]);
+        if (logits_adjoint[head] != nullptr) read_logits(graph_.head_values[head], logits_adjoint[head]);
       }
       if (!graph_.makes_value(i) || adjoints_[i].empty()) continue;
       run_layer(i);
       pass_.workspace.give(std::move(adjoints_[i]));
     }
     auto& image = adjoints_[graph_.image()];
-    if (wants_image_ && !image.empty()) nn::add(image.data(), images_adjoint, size_of(graph_.image()));
+    if (wants_image_ && !image.empty()) add_to_image(image.data(), images_adjoint);
     pass_.workspace.give(std::move(image));
   }
 
  private:
-  [[nodiscard]] std::size_t size_of(std::size_t value) const {
-    return pass_.images * graph_.shapes[value].size();
-  }
-  [[nodiscard]] std::size_t pixels_of(std::size_t value) const {
-    return pass_.images * graph_.shapes[value].height * graph_.shapes[value].width;
+  /// In the window that has changed, which may be smaller than what is needed to compute it.
+  void add_to_image(const T* adjoint, T* images_adjoint) const {
+    const FeatureShape& shape = graph_.shapes.back();
+    for_each_run(pass_.images, shape, pass_.window, [&](std::size_t first, std::size_t count) {
+      nn::add(adjoint + first * shape.channels, images_adjoint + first * shape.channels,
+              count * shape.channels);
+    });
   }
 
   /// The adjoint of a value to add to; zero if nothing has been added before.
   [[nodiscard]] T* summed_adjoint(std::size_t value) {
     if (adjoints_[value].empty()) {
-      adjoints_[value] = pass_.workspace.take(size_of(value));
+      adjoints_[value] = pass_.workspace.take(own_.size_of(value));
       adjoints_[value].fill_zero();
     }
     return adjoints_[value].data();
   }
 
-  void read_logits(std::size_t value, const Array<T, 4>& logits_adjoint) {
+  void read_logits(std::size_t value, const T* logits_adjoint) {
     const FeatureShape& shape = graph_.shapes[value];
-    auto last = pass_.workspace.take(size_of(value));
-    nn::channels_last(pass_.images, shape.channels, shape.height * shape.width, logits_adjoint.data(),
-                      last.data());
+    auto last = pass_.workspace.take(own_.size_of(value));
+    nn::channels_last(pass_.images, shape.channels, shape.height * shape.width, logits_adjoint, last.data());
     add_whole(value, std::move(last));
   }
 
@@ -75,15 +77,27 @@ class BackwardPass {
       adjoints_[value] = std::move(adjoint);
       return;
     }
-    nn::add(adjoint.data(), adjoints_[value].data(), size_of(value));
+    add_copy(value, adjoint.data());
     pass_.workspace.give(std::move(adjoint));
   }
 
   /// Adds a buffer that others need, too.
   void add_copy(std::size_t value, const T* adjoint) {
-    if (!adjoints_[value].empty()) return nn::add(adjoint, adjoints_[value].data(), size_of(value));
-    adjoints_[value] = pass_.workspace.take(size_of(value));
-    nn::copy(adjoint, adjoints_[value].data(), size_of(value));
+    const bool is_first = adjoints_[value].empty();
+    if (is_first) adjoints_[value] = pass_.workspace.take(own_.size_of(value));
+    T* const to = adjoints_[value].data();
+    own_.for_each_values(value, [&](std::size_t place, std::size_t count) {
+      is_first ? nn::copy(adjoint + place, to + place, count) : nn::add(adjoint + place, to + place, count);
+    });
+  }
+
+  /// adjoint · slopes of the activation that made a value, of which only signs are kept; both may be the
+  /// same.
+  void multiply_by_signs(std::size_t value, const T* adjoint, T* to) const {
+    const std::uint8_t* const signs = pass_.layers[value].positive.data();
+    own_.for_each_values(value, [&](std::size_t place, std::size_t count) {
+      nn::leaky_adjoint(signs + place / 8, slope_of(value), adjoint + place, to + place, count);
+    });
   }
 
   /// True if layer i, the last to add to a value's adjoint, may as well multiply it by the slopes of the
@@ -115,9 +129,8 @@ class BackwardPass {
         add_copy(value, adjoint);
         continue;
       }
-      adjoints_[value] = pass_.workspace.take(size_of(value));
-      nn::leaky_adjoint(pass_.layers[value].positive.data(), slope_of(value), adjoint,
-                        adjoints_[value].data(), size_of(value));
+      adjoints_[value] = pass_.workspace.take(own_.size_of(value));
+      multiply_by_signs(value, adjoint, adjoints_[value].data());
       is_gated_[value] = true;
     }
     add_whole(inputs[taker], std::move(adjoints_[i]));
@@ -138,11 +151,12 @@ class BackwardPass {
         break;
       case LayerKind::maxpool:
         nn::max_pool_adjoint(graph_.pooling(i), pass_.images, pass_.layers[i].choice.data(), adjoint,
-                             summed_adjoint(input));
+                             summed_adjoint(input), own_.window_of(i));
         break;
       case LayerKind::upsample:
         nn::upsample_adjoint(pass_.images, in.height, in.width, in.channels, layer.stride,
-                             static_cast<T>(layer.scale), adjoint, summed_adjoint(input));
+                             static_cast<T>(layer.scale), adjoint, summed_adjoint(input),
+                             own_.window_of(input));
         break;
       case LayerKind::route:
         join_adjoint(i, adjoint);
@@ -187,12 +201,11 @@ class BackwardPass {
     const nn::Activation activation = graph_.config.layers[i].activation;
     const auto& state = pass_.layers[i];
     if (activation == nn::Activation::linear || is_gated_[i]) return;
-    if (nn::slope_needs_sign(activation)) {
-      nn::leaky_adjoint(state.positive.data(), slope_of(i), adjoint, adjoint, size_of(i));
-      return;
-    }
+    if (nn::slope_needs_sign(activation)) return multiply_by_signs(i, adjoint, adjoint);
     const T* kept = nn::slope_needs_argument(activation) ? state.argument.data() : state.output.data();
-    nn::activation_adjoint(activation, kept, adjoint, size_of(i));
+    own_.for_each_values(i, [&](std::size_t place, std::size_t count) {
+      nn::activation_adjoint(activation, kept + place, adjoint + place, count);
+    });
   }
 
   void convolve_adjoint(std::size_t i, std::size_t input, T* adjoint) {
@@ -203,11 +216,11 @@ class BackwardPass {
     if (pass_.mode == Mode::training && layer.batch_normalize) {
       const auto& state = pass_.layers[i];
       nn::batch_norm_adjoint(state.statistics, parameters_.data() + own.scale, state.unnormalised.data(),
-                             pixels_of(i), adjoint,
+                             own_.pixels_of(i), adjoint,
                              own_adjoint != nullptr ? own_adjoint + own.scale : nullptr,
                              own_adjoint != nullptr ? own_adjoint + own.bias : nullptr);
     } else if (own_adjoint != nullptr) {
-      nn::bias_adjoint(adjoint, pixels_of(i), layer.filters, own_adjoint + own.bias);
+      nn::bias_adjoint(adjoint, own_.pixels_of(i), layer.filters, own_adjoint + own.bias);
     }
     const nn::ConvolutionShape shape = graph_.convolution(i);
     if (own_adjoint != nullptr) {
@@ -217,7 +230,7 @@ class BackwardPass {
     if (input == graph_.image() && !wants_image_) return;
     const bool covers = nn::adjoint_covers_input(shape);
     nn::Epilogue<T> end{nullptr, !covers || !adjoints_[input].empty(), T(1)};
-    if (!end.adds) adjoints_[input] = pass_.workspace.take(size_of(input));
+    if (!end.adds) adjoints_[input] = pass_.workspace.take(own_.size_of(input));
     T* const in_adjoint = summed_adjoint(input);
     const auto& parts = weights_.convolutions[i];
     if (covers && is_gate(i, input) && nn::fuses_bits<T>(parts.front().shape)) {
@@ -226,7 +239,8 @@ class BackwardPass {
       is_gated_[input] = true;
     }
     for (const auto& part : parts)
-      nn::convolve<T>(engine_, part, pass_.images, adjoint, end, in_adjoint, shape.in_size());
+      nn::convolve<T>(engine_, part, pass_.images, adjoint, end, in_adjoint, shape.in_size(),
+                      own_.window_of(input));
   }
 
   void join_adjoint(std::size_t i, const T* adjoint) {
@@ -234,8 +248,11 @@ class BackwardPass {
     for (const std::size_t value : graph_.inputs[i]) {
       const std::size_t channels = graph_.shapes[value].channels;
       const std::size_t count = channels / layer.groups;
-      copy_channels(adjoint, graph_.shapes[i].channels, summed_adjoint(value) + layer.group * count, channels,
-                    count, pixels_of(i), true);
+      const std::size_t pitch = graph_.shapes[i].channels;
+      T* const to = summed_adjoint(value) + layer.group * count;
+      own_.for_each_pixels(value, [&](std::size_t first, std::size_t pixels) {
+        copy_channels(adjoint + first * pitch, pitch, to + first * channels, channels, count, pixels, true);
+      });
       adjoint += count;
     }
   }
@@ -245,6 +262,7 @@ class BackwardPass {
   const Array<T, 1>& parameters_;
   const AdjointWeights<T>& weights_;
   Pass<T>& pass_;
+  PassExtents own_;
   std::vector<nn::Buffer<T>> adjoints_;
   std::vector<bool> is_gated_;  ///< the activation's slopes are in the adjoint already
   bool wants_image_ = false;

@@ -3,9 +3,13 @@
 #include <cstddef>
 #include <cstring>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/network/channels.hpp>
 #include <tapestry/detect/network/graph.hpp>
+#include <tapestry/detect/network/kept_values.hpp>
 #include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/network/pass_extents.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
+#include <tapestry/detect/network/window_plan.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/layout.hpp>
@@ -17,59 +21,39 @@
 
 namespace tapestry::detect::detail {
 
-/// Copies channels between activations: `count` channels of [pixels, from_pitch] to [pixels, to_pitch].
-template <class T>
-void copy_channels(const T* from, std::size_t from_pitch, T* to, std::size_t to_pitch, std::size_t count,
-                   std::size_t pixels, bool adds) {
-  constexpr std::size_t block = 1024;
-  parallel_for(block_count(pixels, block), [&](std::size_t b) {
-    const BlockRange range = block_range(b, pixels, block);
-    for (std::size_t p = range.begin; p < range.end; ++p) {
-      if (adds) {
-        nn::kernels<T>().add(from + p * from_pitch, to + p * to_pitch, count);
-      } else {
-        std::memcpy(to + p * to_pitch, from + p * from_pitch, count * sizeof(T));
-      }
-    }
-  });
-}
-
-/// Adds what a shortcut of unequal activations adds: as many channels as the fewer are, and of the one that
-/// has f times the pixels along both axes each f-th, from the first. Source: shortcut_cpu of pjreddie's
-/// Darknet.
-template <class T>
-void add_shared(std::size_t images, const FeatureShape& from_shape, const T* from,
-                const FeatureShape& to_shape, T* to) {
-  const std::size_t rows = std::min(from_shape.height, to_shape.height);
-  const std::size_t columns = std::min(from_shape.width, to_shape.width);
-  const auto offset = [&](const FeatureShape& shape, std::size_t task, std::size_t column) {
-    const std::size_t row = task / rows * shape.height + task % rows * (shape.height / rows);
-    return (row * shape.width + column * (shape.width / columns)) * shape.channels;
-  };
-  parallel_for(images * rows, [&](std::size_t task) {
-    for (std::size_t column = 0; column < columns; ++column)
-      nn::kernels<T>().add(from + offset(from_shape, task, column), to + offset(to_shape, task, column),
-                           std::min(from_shape.channels, to_shape.channels));
-  });
-}
-
 /// One forward pass, layer by layer.
 template <class T>
 class ForwardPass {
  public:
+  /// \param kept   of the one image, to fill; or to use where it holds, so that only windows are computed
   ForwardPass(const Graph& graph, nn::Engine engine, const Array<T, 1>& parameters,
-              const ForwardWeights<T>& weights, Pass<T>& pass)
-      : graph_(graph), engine_(engine), parameters_(parameters), weights_(weights), pass_(pass) {}
+              const ForwardWeights<T>& weights, Pass<T>& pass, KeptValues<T>* kept = nullptr,
+              bool holds = false)
+      : graph_(graph),
+        engine_(engine),
+        parameters_(parameters),
+        weights_(weights),
+        pass_(pass),
+        own_(graph, pass.images, holds ? kept->plan.get() : nullptr),
+        kept_(kept),
+        holds_(holds) {}
 
-  void run(const T* images) {
+  /// \param logits  of each head, [N, C, H, W], to write
+  void run(const T* images, const std::vector<T*>& logits) {
     const FeatureShape& image = graph_.shapes.back();
     recycle();
     T* const input = make_output(graph_.image());
     std::copy_n(images, pass_.images * image.size(), input);
     std::size_t head = 0;
     for (std::size_t i = 0; i < graph_.config.layers.size(); ++i) {
-      if (graph_.makes_value(i)) run_layer(i);
-      if (graph_.hands_out(i)) write_logits(head++);
+      if (graph_.makes_value(i)) {
+        run_layer(i);
+        save(i);
+      }
+      if (graph_.hands_out(i)) {
+        write_logits(graph_.head_values[head], logits[head]);
+        ++head;
+      }
       for (const std::size_t value : graph_.inputs[i]) release_if_done(value, i);
       if (graph_.makes_value(i) && graph_.last_use[i] == 0) release_if_done(i, 0);
     }
@@ -85,16 +69,19 @@ class ForwardPass {
     pass_.layers.resize(graph_.image() + 1);
   }
 
-  [[nodiscard]] std::size_t size_of(std::size_t value) const {
-    return pass_.images * graph_.shapes[value].size();
-  }
-  [[nodiscard]] std::size_t pixels_of(std::size_t value) const {
-    return pass_.images * graph_.shapes[value].height * graph_.shapes[value].width;
-  }
   [[nodiscard]] const T* output_of(std::size_t value) const { return pass_.layers[value].output.data(); }
   [[nodiscard]] T* make_output(std::size_t value) {
-    pass_.layers[value].output = pass_.workspace.take(size_of(value));
+    pass_.layers[value].output = pass_.workspace.take(own_.size_of(value));
+    restore(value);
     return pass_.layers[value].output.data();
+  }
+
+  void restore(std::size_t value) {
+    if (holds_) kept_->restore(graph_.shapes[value], value, pass_.layers[value].output.data());
+  }
+  void save(std::size_t value) {
+    if (kept_ != nullptr && !holds_ && !pass_.layers[value].output.empty())
+      kept_->save(graph_.shapes[value], value, output_of(value));
   }
 
   /// True if the adjoint will ask for a value's output: for an activation's slope, softmax, a product, or
@@ -122,16 +109,19 @@ class ForwardPass {
     T* const to = make_output(i);
     switch (layer.kind) {
       case LayerKind::maxpool: {
-        const auto choice_count = pass_.mode == Mode::inference ? 0 : size_of(i);
+        const auto choice_count = pass_.mode == Mode::inference ? 0 : own_.size_of(i);
         pass_.layers[i].choice.resize(choice_count);
         nn::max_pool(graph_.pooling(i), pass_.images, from, to,
-                     choice_count > 0 ? pass_.layers[i].choice.data() : nullptr);
+                     choice_count > 0 ? pass_.layers[i].choice.data() : nullptr, own_.window_of(i));
         break;
       }
-      case LayerKind::upsample:
+      case LayerKind::upsample: {
+        auto window = own_.window_of(i);
+        if (window) window = before_upsampling(*window, layer.stride);
         nn::upsample(pass_.images, in.height, in.width, in.channels, layer.stride,
-                     static_cast<T>(layer.scale), from, to);
+                     static_cast<T>(layer.scale), from, to, window);
         break;
+      }
       case LayerKind::route:
         join(i, to);
         break;
@@ -175,16 +165,23 @@ class ForwardPass {
     const bool is_free = graph_.last_use[first] == i && !keeps_output(first) && first != graph_.image();
     if (is_free && std::ranges::count(inputs, first) == 1) {
       pass_.layers[i].output = std::move(pass_.layers[first].output);
+      restore(i);
     } else {
-      nn::copy(output_of(first), make_output(i), size_of(i));
+      T* const to = make_output(i);
+      own_.for_each_values(i, [&](std::size_t place, std::size_t count) {
+        nn::copy(output_of(first) + place, to + place, count);
+      });
     }
     T* const to = pass_.layers[i].output.data();
     for (std::size_t k = 1; k < inputs.size(); ++k) {
       const std::size_t other = inputs[k];
-      if (graph_.is_whole(i, other))
-        nn::add(output_of(other), to, size_of(i));
-      else
+      if (graph_.is_whole(i, other)) {
+        own_.for_each_values(i, [&](std::size_t place, std::size_t count) {
+          nn::add(output_of(other) + place, to + place, count);
+        });
+      } else {
         add_shared(pass_.images, graph_.shapes[other], output_of(other), graph_.shapes[i], to);
+      }
     }
     activate(i, to);
   }
@@ -218,7 +215,7 @@ class ForwardPass {
       if (fuses) end.positive = make_signs(i);
       if (made != i) end.addend = output_of(addend_of(i, made));
       nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, end, make_output(made),
-                      graph_.shapes[i].size());
+                      graph_.shapes[i].size(), own_.window_of(made));
       if (fuses || made != i) return;
     }
     if (is_leaky) return keep_signs(i, output_of(i));
@@ -229,35 +226,41 @@ class ForwardPass {
     const LayerConfig& layer = graph_.config.layers[i];
     auto& state = pass_.layers[i];
     const ConvolutionParameters& own = graph_.layout.layers[i];
-    state.unnormalised = pass_.workspace.take(size_of(i));
+    state.unnormalised = pass_.workspace.take(own_.size_of(i));
     nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, {}, state.unnormalised.data(),
                     graph_.shapes[i].size());
-    state.statistics = nn::batch_statistics(state.unnormalised.data(), pixels_of(i), layer.filters,
+    state.statistics = nn::batch_statistics(state.unnormalised.data(), own_.pixels_of(i), layer.filters,
                                             graph_.config.batch_norm_epsilon);
     nn::batch_norm(state.statistics, parameters_.data() + own.scale, parameters_.data() + own.bias,
-                   state.unnormalised.data(), pixels_of(i), slope, make_output(i));
+                   state.unnormalised.data(), own_.pixels_of(i), slope, make_output(i));
   }
 
   [[nodiscard]] bool keeps_signs(std::size_t i) const {
     return pass_.mode != Mode::inference && nn::slope_needs_sign(graph_.config.layers[i].activation);
   }
   [[nodiscard]] std::uint8_t* make_signs(std::size_t i) {
-    pass_.layers[i].positive.resize(block_count(size_of(i), 8));
+    pass_.layers[i].positive.resize(block_count(own_.size_of(i), 8));
     return pass_.layers[i].positive.data();
   }
 
   /// For the adjoint of leaky and relu.
   void keep_signs(std::size_t i, const T* values) {
-    if (keeps_signs(i)) nn::positive_bits(values, make_signs(i), size_of(i));
+    if (!keeps_signs(i)) return;
+    std::uint8_t* const signs = make_signs(i);
+    own_.for_each_values(i, [&](std::size_t place, std::size_t count) {
+      nn::positive_bits(values + place, signs + place / 8, count);
+    });
   }
 
   void activate(std::size_t i, T* values) {
     const nn::Activation activation = graph_.config.layers[i].activation;
-    if (pass_.mode != Mode::inference && nn::slope_needs_argument(activation)) {
-      pass_.layers[i].argument = pass_.workspace.take(size_of(i));
-      std::memcpy(pass_.layers[i].argument.data(), values, size_of(i) * sizeof(T));
-    }
-    nn::activate(activation, values, size_of(i));
+    const bool keeps_argument = pass_.mode != Mode::inference && nn::slope_needs_argument(activation);
+    nn::Buffer<T>& argument = pass_.layers[i].argument;
+    if (keeps_argument) argument = pass_.workspace.take(own_.size_of(i));
+    own_.for_each_values(i, [&](std::size_t place, std::size_t count) {
+      if (keeps_argument) std::memcpy(argument.data() + place, values + place, count * sizeof(T));
+      nn::activate(activation, values + place, count);
+    });
     keep_signs(i, values);
   }
 
@@ -266,19 +269,18 @@ class ForwardPass {
     for (const std::size_t value : graph_.inputs[i]) {
       const std::size_t channels = graph_.shapes[value].channels;
       const std::size_t count = channels / layer.groups;
-      copy_channels(output_of(value) + layer.group * count, channels, to, graph_.shapes[i].channels, count,
-                    pixels_of(i), false);
+      const std::size_t pitch = graph_.shapes[i].channels;
+      const T* const from = output_of(value) + layer.group * count;
+      own_.for_each_pixels(i, [&](std::size_t first, std::size_t pixels) {
+        copy_channels(from + first * channels, channels, to + first * pitch, pitch, count, pixels, false);
+      });
       to += count;
     }
   }
 
-  void write_logits(std::size_t head) {
-    const std::size_t value = graph_.head_values[head];
+  void write_logits(std::size_t value, T* logits) {
     const FeatureShape& shape = graph_.shapes[value];
-    auto& logits = pass_.logits[head];
-    logits.resize({pass_.images, shape.channels, shape.height, shape.width});
-    nn::channels_first(pass_.images, shape.channels, shape.height * shape.width, output_of(value),
-                       logits.data());
+    nn::channels_first(pass_.images, shape.channels, shape.height * shape.width, output_of(value), logits);
   }
 
   const Graph& graph_;
@@ -286,6 +288,9 @@ class ForwardPass {
   const Array<T, 1>& parameters_;
   const ForwardWeights<T>& weights_;
   Pass<T>& pass_;
+  PassExtents own_;
+  KeptValues<T>* kept_;
+  bool holds_;
 };
 
 }  // namespace tapestry::detect::detail

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/batch_norm.hpp>
@@ -9,6 +11,7 @@
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/window.hpp>
 #include <tapestry/nn/workspace.hpp>
 #include <utility>
 #include <vector>
@@ -18,6 +21,7 @@ namespace tapestry::detect {
 using nn::Mode;
 
 namespace detail {
+struct WindowPlan;
 
 /// What a forward pass keeps of one value. Activations are [image, row, column, channel].
 template <class T>
@@ -44,18 +48,24 @@ struct Pass {
   nn::Workspace<T> workspace{};
   nn::Buffer<T> partial_sums{};  ///< of weight gradients
 
+  // After Detector::forward_within():
+  std::vector<Pass> within{};  ///< one for each image, whose logits are in this one
+  std::shared_ptr<const detail::WindowPlan>
+      plan{};                          ///< of such a pass: where it is computed; null: everywhere
+  std::optional<nn::Window> window{};  ///< of such a pass: where the image may have changed
+
   std::vector<nn::NetworkPass<T>> graph{};  ///< of a GraphDetector: one for each image
   std::vector<nn::Buffer<T>> inputs{};      ///< likewise: the image as the network takes it
 
   /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
   /// over the same network and images. A forward pass in float flips a few signs next to zero, each of which
   /// changes the gradient by a step; with the sides of the float pass a pass in double is the reference that
-  /// leaves only rounding. \throws DomainError unless both passes are for a gradient of the same number of
-  /// images
+  /// leaves only rounding. \throws DomainError unless both passes are forward()'s for a gradient of the same
+  /// number of images
   template <class U>
   void take_kinks(const Pass<U>& other) {
     if (mode == Mode::inference || other.mode == Mode::inference || images != other.images ||
-        layers.size() != other.layers.size())
+        layers.size() != other.layers.size() || !within.empty() || !other.within.empty())
       throw DomainError("Pass::take_kinks: the passes are not both for a gradient of the same images");
     for (std::size_t i = 0; i < layers.size(); ++i) {
       std::copy_n(other.layers[i].positive.data(), layers[i].positive.size(), layers[i].positive.data());

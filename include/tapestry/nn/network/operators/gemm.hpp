@@ -85,8 +85,8 @@ class Gemm : public Operation<T> {
   /// alpha · B
   [[nodiscard]] PackedConvolution<T> pack(const T* b) const {
     auto packed = pack_matrix(plan_.shape, b, plan_.b_row_step(), plan_.b_column_step());
-    for (std::size_t i = 0; i < packed.weights.size() && plan_.alpha != 1; ++i)
-      packed.weights.data()[i] *= static_cast<T>(plan_.alpha);
+    for (std::size_t i = 0; i < packed.weights->size() && plan_.alpha != 1; ++i)
+      packed.weights->data()[i] *= static_cast<T>(plan_.alpha);
     return packed;
   }
 
@@ -102,8 +102,8 @@ class Gemm : public Operation<T> {
     const ProductShape& shape = plan_.shape;
     const ProductShape turned{shape.rows, shape.columns, shape.depth};
     auto b = pack_matrix(turned, call.inputs[1].values, plan_.b_column_step(), plan_.b_row_step());
-    for (std::size_t i = 0; i < b.weights.size() && plan_.alpha != 1; ++i)
-      b.weights.data()[i] *= static_cast<T>(plan_.alpha);
+    for (std::size_t i = 0; i < b.weights->size() && plan_.alpha != 1; ++i)
+      b.weights->data()[i] *= static_cast<T>(plan_.alpha);
     if (!plan_.turns_a) {
       multiply(adjoint, b, !call.is_fresh[0], call.input_adjoints[0].values);
       call.is_fresh[0] = false;

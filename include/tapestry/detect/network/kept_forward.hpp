@@ -1,0 +1,58 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/network/forward.hpp>
+#include <tapestry/detect/network/graph.hpp>
+#include <tapestry/detect/network/kept_values.hpp>
+#include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/network/prepared_weights.hpp>
+#include <tapestry/detect/network/window_plan.hpp>
+#include <tapestry/nn/engine.hpp>
+#include <tapestry/nn/window.hpp>
+#include <vector>
+
+namespace tapestry::detect::detail {
+
+/// A window that is not empty: what is empty becomes one pixel.
+[[nodiscard]] inline nn::Window at_least_a_pixel(const nn::Window& window, const FeatureShape& shape) {
+  const auto grown = [](BlockRange range, std::size_t extent) {
+    const std::size_t first = std::min(range.begin, extent - 1);
+    return BlockRange{first, std::max(range.end, first + 1)};
+  };
+  return {grown(window.rows, shape.height), grown(window.columns, shape.width)};
+}
+
+/// A forward pass over one image that changes within a window from call to call: what that does not reach is
+/// taken from `kept`, which is filled if it does not hold.
+///
+/// \param weights  of cache.forward()
+/// \param logits   of each head, [1, C, H, W], to write
+template <class T>
+void forward_kept(const Graph& graph, nn::Engine engine, const Array<T, 1>& parameters, WeightCache<T>& cache,
+                  const std::shared_ptr<const ForwardWeights<T>>& weights, const T* image,
+                  const nn::Window& window, KeptValues<T>& kept, Pass<T>& pass,
+                  const std::vector<T*>& logits) {
+  const FeatureShape& shape = graph.shapes.back();
+  const bool holds = kept.plan && kept.weights == weights && kept.mode == pass.mode &&
+                     kept.plan->engine == engine && kept.is_same_outside(shape, window, image);
+  if (!holds) {
+    const auto adjoint = pass.mode == Mode::inference ? nullptr : cache.adjoint(graph, parameters, true);
+    WindowPlanner<T> planner(graph, engine, *weights, adjoint.get());
+    kept.plan = std::make_shared<const WindowPlan>(planner.plan(at_least_a_pixel(window, shape)));
+    kept.weights = nullptr;  // does not hold until it is full
+    kept.mode = pass.mode;
+    kept.picture.resize(shape.size());
+    std::copy_n(image, shape.size(), kept.picture.data());
+    kept.rings.clear();
+    kept.rings.resize(graph.image() + 1);
+  }
+  ForwardPass<T>(graph, engine, parameters, *weights, pass, &kept, holds).run(image, logits);
+  kept.weights = weights;
+  pass.plan = kept.plan;
+  pass.window = window;
+}
+
+}  // namespace tapestry::detect::detail

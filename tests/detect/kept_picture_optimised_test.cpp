@@ -1,0 +1,289 @@
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/detect/kept_picture.hpp>
+#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/cfg_text.hpp"
+#include "../support/random_array.hpp"
+#include "../support/random_detector.hpp"
+
+namespace detect = tapestry::detect;
+namespace io = tapestry::io;
+namespace nn = tapestry::nn;
+using tapestry::Array;
+using tapestry::image::PixelWindow;
+using tapestry::test::random_array;
+
+namespace {
+template <class T>
+detect::Network<T> random_network(const std::string& name, std::size_t size) {
+  return tapestry::test::random_detector<T>(
+      io::parse_network_config(tapestry::test::cfg_text(name), "some.cfg"), 1, size);
+}
+
+template <class T>
+bool is_same(T a, T b) {
+  return a == b || (std::isnan(a) && std::isnan(b));
+}
+
+template <class T>
+std::size_t differences(const std::vector<Array<T, 4>>& a, const std::vector<Array<T, 4>>& b) {
+  std::size_t count = a.size() == b.size() ? 0 : 1;
+  for (std::size_t h = 0; h < a.size(); ++h) {
+    REQUIRE(a[h].shape() == b[h].shape());
+    for (std::size_t i = 0; i < a[h].size(); ++i)
+      if (!is_same(a[h].data()[i], b[h].data()[i])) ++count;
+  }
+  return count;
+}
+
+bool is_inside(const PixelWindow& window, std::size_t y, std::size_t x) {
+  return y >= window.top && y < window.top + window.height && x >= window.left &&
+         x < window.left + window.width;
+}
+
+template <class T>
+void repaint(Array<T, 4>& images, std::size_t image, const PixelWindow& window, tapestry::Random& random) {
+  for (std::size_t y = window.top; y < window.top + window.height; ++y)
+    for (std::size_t x = window.left; x < window.left + window.width; ++x)
+      for (std::size_t c = 0; c < 3; ++c) images(image, y, x, c) = static_cast<T>(random.uniform(-1, 1));
+}
+
+template <class T>
+std::vector<Array<T, 4>> weighting_of(const detect::Pass<T>& pass, tapestry::Random& random) {
+  auto weighting = pass.logits;
+  for (auto& array : weighting)
+    for (T& value : array.storage()) value = static_cast<T>(random.uniform(-1, 1));
+  return weighting;
+}
+
+/// Values of the adjoint of a kept pass that differ from those of a whole one: within the window they are
+/// added, elsewhere nothing is.
+template <class T>
+std::size_t adjoint_differences(const detect::Network<T>& network, detect::Pass<T>& kept_pass,
+                                detect::Pass<T>& whole_pass, const PixelWindow& window,
+                                tapestry::Random& random) {
+  const auto weighting = weighting_of(whole_pass, random);
+  const std::size_t height = network.input_height(), width = network.input_width();
+  const auto before = random_array<T>({1, height, width, 3}, 5);
+  auto gradient = before, expected = before;
+  network.input_adjoint(kept_pass, weighting, gradient);
+  network.input_adjoint(whole_pass, weighting, expected);
+  std::size_t count = 0;
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0; x < width; ++x)
+      for (std::size_t c = 0; c < 3; ++c)
+        if (!is_same(gradient(0, y, x, c),
+                     is_inside(window, y, x) ? expected(0, y, x, c) : before(0, y, x, c)))
+          ++count;
+  return count;
+}
+
+/// A picture is repainted within a window three times; each time logits and adjoint must be a whole pass's.
+template <class T>
+void require_same_bits(const detect::Network<T>& network, const PixelWindow& window, detect::Mode mode,
+                       std::uint64_t seed) {
+  INFO("window " << window.height << "x" << window.width << " at " << window.top << ", " << window.left);
+  tapestry::Random random(seed);
+  auto images = random_array<T>({1, network.input_height(), network.input_width(), 3}, seed);
+  detect::KeptPicture<T> kept(window);
+  detect::Pass<T> kept_pass, whole_pass;
+  for (int step = 0; step < 3; ++step) {
+    repaint(images, 0, window, random);
+    network.forward_within(images, {&kept}, kept_pass, mode);
+    network.forward(images, whole_pass, mode);
+    REQUIRE(differences(kept_pass.logits, whole_pass.logits) == 0);
+    if (mode == detect::Mode::input_gradient)
+      REQUIRE(adjoint_differences(network, kept_pass, whole_pass, window, random) == 0);
+  }
+}
+
+std::vector<PixelWindow> windows_in(std::size_t height, std::size_t width) {
+  std::vector<PixelWindow> windows{{0, 0, height, width},
+                                   {0, 0, 1, 1},
+                                   {height - 1, width - 1, 1, 1},
+                                   {height / 2 + 1, width / 2 - 2, 1, 1},
+                                   {height / 3, width / 3, 0, 0},
+                                   {height, width, 0, 0},
+                                   {0, width / 3, height / 4, width / 5},
+                                   {height / 3, 0, height / 5, width},
+                                   {height - 7, width - 9, 7, 9}};
+  tapestry::Random random(6);
+  for (int i = 0; i < 4; ++i) {
+    const std::size_t top = random.index(height), left = random.index(width);
+    windows.push_back({top, left, 1 + random.index(std::min(height - top, height / 4)),
+                       1 + random.index(std::min(width - left, width / 4))});
+  }
+  return windows;
+}
+}  // namespace
+
+TEMPLATE_TEST_CASE("a picture that changes within a window has the bits of a whole pass", "[detect][kept]",
+                   float, double) {
+  const auto engine =
+      GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4);
+  const auto mode = GENERATE(detect::Mode::input_gradient, detect::Mode::inference);
+  auto network = random_network<TestType>("window_layers", 224);
+  network.set_engine(engine);
+  for (const auto& window : windows_in(224, 224)) require_same_bits(network, window, mode, 2);
+}
+
+TEMPLATE_TEST_CASE("whatever the layers, a window has the bits of a whole pass", "[detect][kept]", float,
+                   double) {
+  const std::string name =
+      GENERATE(as<std::string>(), "every_layer", "unequal_shortcuts", "fused_layers", "more_activations",
+               "product_layers", "region_layers", "strided_shortcuts", "real_layers", "wide_layers",
+               "common_layers", "relatives_layers");
+  INFO(name);
+  const auto network = random_network<TestType>(name, 64);
+  for (const auto& window : windows_in(64, 64))
+    require_same_bits(network, window, detect::Mode::input_gradient, 3);
+}
+
+TEST_CASE("what a window does not reach is taken from what was kept", "[detect][kept]") {
+  const auto network = random_network<float>("window_layers", 224);
+  const PixelWindow window{90, 100, 20, 30};
+  auto images = random_array<float>({1, 224, 224, 3}, 2);
+  detect::KeptPicture<float> kept(window);
+  CHECK(kept.bytes() == 0);
+  detect::Pass<float> pass;
+  network.forward_within(images, {&kept}, pass);
+  const auto before = pass.logits;
+  // Less than the activations of the first layer: rings, not whole maps.
+  CHECK(kept.bytes() > images.size() * sizeof(float));
+  CHECK(kept.bytes() < 32 * 224 * 224 * sizeof(float));
+  for (auto& ring : kept.values().rings)
+    for (std::size_t i = 0; i < ring.size(); ++i) ring.data()[i] += 1;
+  network.forward_within(images, {&kept}, pass);
+  CHECK(differences(pass.logits, before) > 0);
+}
+
+TEST_CASE("everything is computed again when the rest of a picture, weights, mode or engine have changed",
+          "[detect][kept]") {
+  auto network = random_network<float>("window_layers", 224);
+  const PixelWindow window{90, 100, 20, 30};
+  auto images = random_array<float>({1, 224, 224, 3}, 2);
+  detect::KeptPicture<float> kept(window);
+  detect::Pass<float> pass, whole;
+  auto mode = detect::Mode::inference;
+  const auto require_same = [&] {
+    network.forward_within(images, {&kept}, pass, mode);
+    network.forward(images, whole, mode);
+    REQUIRE(differences(pass.logits, whole.logits) == 0);
+  };
+  require_same();
+  images(0, 89, 100, 0) += 1;
+  require_same();
+  images(0, 0, 0, 2) = std::numeric_limits<float>::quiet_NaN();
+  require_same();
+  images(0, 0, 0, 2) = 0;
+  require_same();
+  network.parameters()[7] += 1;
+  require_same();
+  network.set_engine(nn::Engine::direct);
+  require_same();
+  mode = detect::Mode::input_gradient;
+  require_same();
+  mode = detect::Mode::training;
+  network.forward_within(images, {&kept}, pass, mode);
+  auto gradient = tapestry::zeros<float, 1>({network.parameters().size()});
+  network.parameter_adjoint(pass, pass.logits, gradient);  // of everything
+  const auto other = random_network<float>("window_layers", 256);
+  images = random_array<float>({1, 256, 256, 3}, 2);
+  mode = detect::Mode::input_gradient;
+  other.forward_within(images, {&kept}, pass, mode);
+  other.forward(images, whole, mode);
+  CHECK(differences(pass.logits, whole.logits) == 0);
+}
+
+TEST_CASE("values that are not finite reach as far in a window as in a whole pass", "[detect][kept]") {
+  const auto network = random_network<float>("window_layers", 224);
+  const PixelWindow window{60, 33, 12, 9};
+  auto images = random_array<float>({1, 224, 224, 3}, 2);
+  detect::KeptPicture<float> kept(window);
+  detect::Pass<float> pass, whole;
+  for (const float value : {1.0F, std::numeric_limits<float>::quiet_NaN(), 1e38F,
+                            -std::numeric_limits<float>::infinity(), 1e-42F}) {
+    images(0, 63, 35, 1) = value;
+    network.forward_within(images, {&kept}, pass, detect::Mode::input_gradient);
+    network.forward(images, whole, detect::Mode::input_gradient);
+    CHECK(differences(pass.logits, whole.logits) == 0);
+  }
+}
+
+TEST_CASE("each image of a batch has a window of its own, or none", "[detect][kept]") {
+  const auto network = random_network<float>("window_layers", 224);
+  const std::vector<PixelWindow> windows{{90, 100, 20, 30}, {0, 0, 224, 224}, {200, 3, 11, 50}};
+  auto images = random_array<float>({3, 224, 224, 3}, 2);
+  detect::KeptPicture<float> first(windows[0]), last(windows[2]);
+  const std::vector<detect::KeptPicture<float>*> kept{&first, nullptr, &last};
+  detect::Pass<float> pass, whole;
+  tapestry::Random random(4);
+  for (int step = 0; step < 2; ++step) {
+    for (std::size_t i = 0; i < 3; ++i) repaint(images, i, windows[i], random);
+    network.forward_within(images, kept, pass, detect::Mode::input_gradient);
+    network.forward(images, whole, detect::Mode::input_gradient);
+    REQUIRE(differences(pass.logits, whole.logits) == 0);
+    const auto weighting = weighting_of(whole, random);
+    auto gradient = tapestry::zeros<float, 4>({3, 224, 224, 3});
+    auto expected = gradient;
+    network.input_adjoint(pass, weighting, gradient);
+    network.input_adjoint(whole, weighting, expected);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t y = 0; y < 224; ++y)
+        for (std::size_t x = 0; x < 224; ++x)
+          for (std::size_t c = 0; c < 3; ++c)
+            if (gradient(i, y, x, c) != (is_inside(windows[i], y, x) ? expected(i, y, x, c) : 0)) ++wrong;
+    REQUIRE(wrong == 0);
+  }
+}
+
+TEST_CASE("a window is a record on the tape, as a whole pass is", "[detect][kept]") {
+  const auto network = random_network<double>("window_layers", 224);
+  const PixelWindow window{90, 100, 20, 30};
+  auto images = random_array<double>({1, 224, 224, 3}, 2);
+  detect::KeptPicture<double> kept(window);
+  tapestry::Random random(4);
+  for (int step = 0; step < 2; ++step) {
+    repaint(images, 0, window, random);
+    std::vector<Array<double, 4>> gradients;
+    for (const bool within : {true, false}) {
+      tapestry::Tape<double> tape;
+      const auto scope = tape.activate();
+      const auto input = tape.input(images);
+      const auto logits =
+          within ? detect::forward_within(network, input, {&kept}) : detect::forward(network, input);
+      tape.reverse(sum(logits[0] * logits[0]) + sum(exp(0.1 * logits[1])));
+      gradients.push_back(input.adjoint());
+    }
+    std::size_t wrong = 0;
+    for (std::size_t y = 0; y < 224; ++y)
+      for (std::size_t x = 0; x < 224; ++x)
+        if (is_inside(window, y, x) && gradients[0](0, y, x, 0) != gradients[1](0, y, x, 0)) ++wrong;
+    CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("windows outside of the picture and lists of another length are refused", "[detect][kept]") {
+  const auto network = random_network<float>("two_convolutions", 32);
+  const auto images = random_array<float>({2, 32, 32, 3}, 2);
+  detect::KeptPicture<float> kept({0, 0, 4, 4}), outside({30, 0, 3, 1});
+  detect::Pass<float> pass;
+  CHECK_THROWS_WITH(network.forward_within(images, {&kept}, pass),
+                    "Network::forward_within: 1 kept pictures for 2 images");
+  CHECK_THROWS_AS(network.forward_within(images, {&kept, &outside}, pass), tapestry::ShapeError);
+  network.forward_within(images, {&kept, nullptr}, pass);
+  auto gradient = tapestry::zeros<float, 4>({2, 32, 32, 3});
+  CHECK_THROWS_AS(network.input_adjoint(pass, pass.logits, gradient), tapestry::DomainError);  // kept nothing
+  detect::Pass<float> other;
+  network.forward_within(images, {&kept, nullptr}, other, detect::Mode::input_gradient);
+  CHECK_THROWS_AS(pass.take_kinks(other), tapestry::DomainError);
+}
