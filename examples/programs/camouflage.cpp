@@ -65,7 +65,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile
   const auto& ranks = Ranks::all();
   const std::string resume =
-      (ranks.is_under_mpirun() ? "mpirun -n " + std::to_string(ranks.count()) + " " : std::string()) +
+      (ranks.count() > 1 ? "mpirun -n " + std::to_string(ranks.count()) + " " : std::string()) +
       resume_line(app, program, options, settings_json(options));
   return CamouflageRun(std::move(options), std::move(inputs), resume).execute();
 }
