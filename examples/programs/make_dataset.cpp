@@ -112,6 +112,7 @@ void require_ranges(const Options& options) {
 scenes::Vehicle load_vehicle(const Options& options) {
   auto loaded = io::read_obj(options.mesh);
   auto warnings = loaded.warnings;
+  warn_about_textures(options.mesh, loaded.mesh, warnings);
   const auto materials = options.material.empty() && options.mesh == BundledAssets().mesh()
                              ? std::vector<std::string>{"body"}
                              : options.material;

@@ -25,6 +25,7 @@
 #include "shell/file_status.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/mesh_views.hpp"
+#include "shell/own_texture.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 
@@ -70,8 +71,10 @@ void describe_scene(CLI::App& app, Options& o) {
                  "materials whose faces are painted; all faces when this and --faces are left out");
   app.add_option("--faces", o.faces,
                  "text file of painted faces, one 1-based number a line, instead of --material");
-  app.add_option("--texture", o.texture,
-                 "PNG that the uv of painted faces point into; the mesh's own colours when left out");
+  app.add_option(
+      "--texture", o.texture,
+      "PNG that the uv of painted faces point into; the mesh's own texture (map_Kd) and colours when "
+      "left out");
   app.add_option("--colour", o.colour, "one colour for painted faces, three numbers from 0 to 1")
       ->expected(3);
   app.add_option("--filter", o.filter, "of the texture: bilinear, trilinear or anisotropic")
@@ -226,18 +229,29 @@ double u_extent_of(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& 
   return highest > 1 + 1e-6 ? 2 : 1;
 }
 
-void set_texture(const Options& o, PaintedScene& scene) {
+void set_atlas(const Options& o, const Bitmap& bitmap, PaintedScene& scene) {
+  const auto picture = image::from_bytes<float>(bitmap);
+  scene.layout.height = picture.shape(0);
+  scene.layout.width = picture.shape(1);
+  scene.layout.filter = raster::texture_filter_by_name(o.filter);
+  scene.pyramid = raster::pyramid_of(scene);
+  scene.texels = Array<float, 2>(Extents<2>{picture.shape(0) * picture.shape(1), 3});
+  std::copy_n(picture.data(), picture.size(), scene.texels.data());
+}
+
+void set_texture(const Options& o, PaintedScene& scene, std::vector<std::string>& warnings) {
   scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : u_extent_of(scene.mesh, scene.painted);
   if (!o.texture.empty()) {
-    const auto picture = image::from_bytes<float>(io::read_image(o.texture));
+    const auto bitmap = io::read_image(o.texture);
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
-    scene.layout.height = picture.shape(0);
-    scene.layout.width = picture.shape(1);
-    scene.layout.filter = raster::texture_filter_by_name(o.filter);
-    scene.pyramid = raster::pyramid_of(scene);
-    scene.texels = Array<float, 2>(Extents<2>{picture.shape(0) * picture.shape(1), 3});
-    std::copy_n(picture.data(), picture.size(), scene.texels.data());
-    return;
+    return set_atlas(o, bitmap, scene);
+  }
+  if (o.colour.empty()) {
+    if (const auto own = own_texture(o.mesh, scene.mesh, warnings)) {
+      scene.painted = own->faces;
+      scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
+      return set_atlas(o, own->picture, scene);
+    }
   }
   const auto& colours = scene.mesh.vertex_colours;
   if (o.colour.empty() && !colours.empty()) {
@@ -252,6 +266,19 @@ void set_texture(const Options& o, PaintedScene& scene) {
   for (std::size_t c = 0; c < o.colour.size(); ++c) scene.texels(0, c) = static_cast<float>(o.colour[c]);
 }
 
+/// What belongs to the mesh is not overwritten.
+void require_kept(const Options& o, const io::LoadedMesh& loaded) {
+  auto inputs = loaded.material_files;
+  for (const auto& material : loaded.mesh.materials)
+    if (!material.texture.empty()) inputs.push_back(material.texture);
+  ProblemList list;
+  list.require_kept("--output", o.output, inputs);
+  if (o.exported.ends_with(".obj"))
+    for (const char* end : {".mtl", ".png"})
+      list.require_kept("--export", o.exported.substr(0, o.exported.size() - 4) + end, inputs);
+  list.throw_first();
+}
+
 PaintedScene load_scene(Options& o, bool is_normalised) {
   if (o.mesh.empty()) o.mesh = BundledAssets{}.mesh();
   auto loaded = io::read_obj(o.mesh);
@@ -259,10 +286,11 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   scene.painted.assign(loaded.mesh.faces.size(), 1);
   if (!o.material.empty() || !o.faces.empty())
     scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
-  print_warnings(loaded.warnings);
+  require_kept(o, loaded);
   scene.mesh = std::move(loaded.mesh);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
-  set_texture(o, scene);
+  set_texture(o, scene, loaded.warnings);
+  print_warnings(loaded.warnings);
   scene.space = image::colour_space_by_name(o.colour_space);
   scene.lighting = o.lighting;
   scene.light.ambient = o.ambient;

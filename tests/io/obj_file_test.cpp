@@ -259,6 +259,7 @@ TEST_CASE("material files are found beside the OBJ only", "[io][obj]") {
   folder.write("b c.mtl", "newmtl body\nKd 1 0 0\n");
   const auto loaded = read_with("a.mtl");
   CHECK(loaded.warnings.empty());
+  CHECK(loaded.material_files == std::vector<std::string>{folder.path("a.mtl")});
   CHECK(loaded.mesh.materials.size() == 2);
   CHECK(loaded.mesh.materials[0].colour == std::array<float, 3>{0.1F, 0.2F, 0.3F});
   CHECK(read_with("b c.mtl").mesh.materials[0].colour == std::array<float, 3>{1, 0, 0});
@@ -290,7 +291,34 @@ TEST_CASE("bad material files are refused with their line", "[io][mtl][bad_input
   REQUIRE(cut.size() == 1);
   CHECK(cut[0].name == "a b");
   CHECK(cut[0].colour == std::array<float, 3>{1, 0, 0.5F});
-  CHECK(warnings.size() == 3);
+  CHECK(cut[0].texture == folder.path("x.png"));
+  CHECK(warnings.size() == 2);
+}
+
+TEST_CASE("textures are found beside their material file or below it", "[io][mtl]") {  // O34
+  const tapestry::test::TemporaryFolder folder;
+  std::vector<std::string> warnings;
+  const auto texture = [&](const std::string& record) {
+    warnings.clear();
+    return io::read_mtl(folder.write("a.mtl", "newmtl a\nmap_Kd" + record + "\n"), warnings).at(0).texture;
+  };
+  CHECK(texture(" red paint.png ") == folder.path("red paint.png"));
+  CHECK(texture(" maps\\red.png") == folder.path("maps/red.png"));
+  CHECK(texture(" ./deep/../red.png") == folder.path("red.png"));
+  CHECK(warnings.empty());
+  CHECK(texture(" -s 1 1 1 -o .5 -clamp on -mm 0 1 red.png") == folder.path("red.png"));
+  CHECK(warnings.size() == 4);
+  CHECK(texture(" -red.png") == folder.path("-red.png"));
+  for (const char* outside : {" ../red.png", " /red.png", " ..", " deep/../../red.png"}) {
+    CHECK(texture(outside).empty());
+    CHECK_THAT(warnings.at(0), contains("a.mtl:2:") && contains("outside the folder"));
+  }
+  for (const char* nothing : {"", " ", " -clamp on", " -clamp", " -s 1 2"}) {
+    CHECK(texture(nothing).empty());
+    CHECK_THAT(warnings.back(), contains("without a file name"));
+  }
+  check_refused(ErrorKind::malformed,
+                "a.mtl:1:", [&] { (void)io::read_mtl(folder.write("a.mtl", "map_Kd red.png\n"), warnings); });
 }
 
 TEST_CASE("material files are read once, and neither they nor their warnings fill memory",

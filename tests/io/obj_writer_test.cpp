@@ -59,8 +59,7 @@ TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
   const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
   io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 0, 1}, two_wide}, texture);
   const auto loaded = io::read_obj(folder.path("car.obj"));
-  REQUIRE(loaded.warnings.size() == 1);
-  CHECK_THAT(loaded.warnings[0], contains("textures (map_Kd) are not read"));
+  CHECK(loaded.warnings.empty());
   CHECK(loaded.mesh.faces == mesh.faces);
   CHECK(loaded.mesh.uvs == std::vector<std::array<double, 2>>{{0, 0}, {1, 1}, {0.05, 0.7}});
   const auto name = [&](std::size_t face) {
@@ -69,6 +68,8 @@ TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
   CHECK(name(0) == "paint_");  // "paint" is taken
   CHECK(name(1) == "paint");
   CHECK(name(2) == "paint_");
+  for (const auto& material : loaded.mesh.materials)
+    CHECK(material.texture == (material.name == "paint_" ? folder.path("car.png") : ""));
   CHECK_THAT(folder.read("car.mtl"), contains("map_Kd car.png"));
   CHECK((io::read_image(folder.path("car.png")).shape() == tapestry::Extents<3>{2, 4, 3}));
 }

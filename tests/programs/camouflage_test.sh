@@ -166,6 +166,15 @@ expect_exit 0 "scenes and frames" "$camouflage" "${brief[@]}" --scenes 4 --epoch
 grep -q '"held_out": true' both_kinds/metrics.json && pass || fail "the frames were not held out"
 [ "$(grep -m1 -o '"views": [0-9]*' both_kinds/metrics.json)" = '"views": 4' ] && pass || fail "measured on other views"
 
+# The colours of a mesh are an input as the mesh is.
+mkdir own && cp "$assets"/car_sedan.{obj,mtl} own
+own=("${brief[@]}" --mesh own/car_sedan.obj --material body --epochs 1)
+expect_exit 0 "a mesh of one's own" "$camouflage" "${own[@]}" --output own_mesh
+expect_exit 0 "resumed" "$camouflage" --resume --output own_mesh
+echo '# another day' >>own/car_sedan.mtl
+expect_exit 7 "resumed with other colours" "$camouflage" --resume --output own_mesh
+expect_error_line 'inputs have changed: own/car_sedan.mtl'
+
 # Failures on the way leave what can be resumed.
 (
   ulimit -f 16 # KiB a file (F06)

@@ -85,6 +85,13 @@ expect_exit 0 "export as OBJ" "$render" --size 96 --material body --texture car.
 expect_exit 0 "the export" "$render" --mesh out.obj --size 96 --material paint --texture out.png --u-extent 1 \
   --output two.png
 expect_same one.png two.png
+expect_exit 0 "the export with its own texture" "$render" --mesh out.obj --size 96 --output two.png
+expect_same one.png two.png
+# O35
+sed 's/ out.png/ absent.png/' out.mtl >other.mtl && sed 's/out.mtl/other.mtl/' out.obj >other.obj
+expect_exit 0 "a texture that is not there" "$render" --mesh other.obj --size 96 --output two.png
+grep -q 'absent.png.*stand in for this texture' command.err && pass || fail "no word on the texture"
+cmp -s one.png two.png && fail "a texture that is not there is drawn" || pass
 expect_exit 0 "export as glTF" "$render" --size 96 --material body --texture car.png --export out.glb --output one.png
 [ "$(head -c 4 out.glb)" = glTF ] && pass || fail "out.glb is no glTF"
 expect_exit 0 "export of a colour" "$render" --size 96 --material body --colour 1 0 0 --export red.obj --output one.png
@@ -148,6 +155,9 @@ refuses_to_write 'with .npy for one' --output untouched.npy
 refuses_to_write 'with .npy for one' --view depth --turntable 3 --output untouched.npy
 refuses_to_write 'needs a light' --clear-coat 1 --light none --output untouched.png
 expect_same car.png paint.png
+refuses_to_write '--output would overwrite .*out.png' --mesh out.obj --output out.png
+cp out.obj again.obj
+refuses_to_write '--export would overwrite .*out.mtl' --mesh again.obj --export out.obj --output untouched.png
 refuses_to_write 'control character in a name' --export $'a\nv 9 9 9.obj' --output untouched.png
 [ -e untouched.png ] && fail "a refused command left a picture behind" || pass
 expect_exit 0 "a name of 255 bytes" "$render" --size 8 --output "$(printf 'n%.0s' $(seq 251)).png"

@@ -112,7 +112,7 @@ class CamouflageRun {
   [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
 
   [[nodiscard]] std::vector<std::string> input_paths() const {
-    auto paths = shell::input_paths(options_.scene, options_.detector, inputs_.frames);
+    auto paths = shell::input_paths(options_.scene, inputs_.car, options_.detector, inputs_.frames);
     const auto& ensemble = options_.optimisation.ensemble;
     paths.insert(paths.end(), ensemble.begin(), ensemble.end());
     if (is_texture_file(options_.optimisation.start)) paths.push_back(options_.optimisation.start);

@@ -87,7 +87,7 @@ class HardeningRun {
   void open_folder() {
     const Json manifest =
         make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out,
-                      input_paths(options_.scene, options_.detector, inputs_.frames));
+                      input_paths(options_.scene, inputs_.car, options_.detector, inputs_.frames));
     identity_ = identity_text(manifest);
     if (options_.resume)
       require_same_inputs(manifest, options_.output);

@@ -57,6 +57,7 @@ inline void fill_in_bundled(DetectorSettings& detector) {
 struct Car {
   raster::PaintedMesh painted;
   std::vector<std::string> warnings;
+  std::vector<std::string> material_files{};  ///< that were read beside the mesh
 };
 
 inline raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::Mesh& mesh) {
@@ -77,6 +78,8 @@ inline Car load_car(const SceneSettings& settings) {
   auto loaded = io::read_obj(settings.mesh);
   Car car;
   car.warnings = loaded.warnings;
+  car.material_files = loaded.material_files;
+  warn_about_textures(settings.mesh, loaded.mesh, car.warnings);
   car.painted.painted =
       selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
   car.painted.layout = layout_of(settings, loaded.mesh);
@@ -199,9 +202,10 @@ struct Inputs {
 };
 
 /// Every file that a run reads for its car, its detector and its frames.
-inline std::vector<std::string> input_paths(const SceneSettings& scene, const DetectorSettings& detector,
-                                            const FrameLists& frames) {
+inline std::vector<std::string> input_paths(const SceneSettings& scene, const Car& car,
+                                            const DetectorSettings& detector, const FrameLists& frames) {
   std::vector<std::string> paths{scene.mesh};
+  paths.insert(paths.end(), car.material_files.begin(), car.material_files.end());
   for (const auto& optional :
        {detector.cfg, detector.weights, detector.detector, detector.names, scene.faces})
     if (!optional.empty()) paths.push_back(optional);

@@ -7,10 +7,11 @@
 
 namespace tapestry::geometry {
 
-/// A named surface colour.
+/// A named surface: its colour, or the picture that its faces' uvs point into.
 struct Material {
   std::string name;
   std::array<float, 3> colour{0.8F, 0.8F, 0.8F};  ///< diffuse reflectance, RGB in [0, 1]
+  std::string texture{};                          ///< file with a picture of it; empty for none
 };
 
 /// One triangle: three indices into a mesh's attribute lists, counter-clockwise seen from outside.

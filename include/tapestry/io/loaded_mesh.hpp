@@ -11,12 +11,13 @@ namespace tapestry::io {
 /// A mesh and what was noticed while it was read.
 struct LoadedMesh {
   geometry::Mesh mesh;
-  std::vector<std::string> warnings;  ///< one line each, with file and line
-  std::size_t polygon_count = 0;      ///< faces of more than three corners, split into triangles
-  std::size_t crossing_count = 0;     ///< polygons that cross themselves, of which the triangles may be wrong
-  std::size_t degenerate_count = 0;   ///< triangles without area; kept, since face lists count them
-  std::size_t without_uv_count = 0;   ///< triangles with a corner that has no texture coordinates
-  std::array<double, 3> lowest{};     ///< bounds of all vertices
+  std::vector<std::string> warnings;          ///< one line each, with file and line
+  std::vector<std::string> material_files{};  ///< that were read beside the mesh, in order
+  std::size_t polygon_count = 0;              ///< faces of more than three corners, split into triangles
+  std::size_t crossing_count = 0;    ///< polygons that cross themselves, of which the triangles may be wrong
+  std::size_t degenerate_count = 0;  ///< triangles without area; kept, since face lists count them
+  std::size_t without_uv_count = 0;  ///< triangles with a corner that has no texture coordinates
+  std::array<double, 3> lowest{};    ///< bounds of all vertices
   std::array<double, 3> highest{};
 };
 

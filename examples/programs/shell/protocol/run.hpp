@@ -51,7 +51,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   options["clean-only"] = request.run.empty();
   if (!request.run.empty()) options["controls"] = request.settings.controls;
   options["seed"] = request.seed;
-  auto paths = input_paths(request.scene, request.detector, {});
+  auto paths = input_paths(request.scene, inputs.car, request.detector, {});
   if (on_photographs && request.scene.mask == "file")
     for (const auto& photograph : inputs.photographs) paths.push_back(mask_path_of(photograph));
   for (const auto* more : {&inputs.photographs, &request.settings.further_weights})

@@ -65,6 +65,7 @@ class ObjMaterials {
                                               "); materials get a default colour");
     const std::string text = read_text_file(path, bytes_left_);
     bytes_left_ -= text.size();
+    loaded_.material_files.push_back(path);
     for (const auto& material : parse_mtl(text, path, loaded_.warnings)) add(material, lines);
   }
 
