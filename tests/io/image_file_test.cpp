@@ -1,10 +1,12 @@
 #include <tapestry/io/image_file.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../support/bmp_builder.hpp"
@@ -73,6 +75,143 @@ TEST_CASE("every kind of PNG is converted by the stated rule", "[io][image]") { 
     INFO(row.kind);
     CHECK(values_of(io::read_image(folder.write("picture.jpg", png(row.parts)))) == row.expected);
   }
+}
+
+namespace {
+/// A kind of pixel that PNG knows.
+struct PixelKind {
+  int colour_type;
+  unsigned bits;
+};
+constexpr PixelKind pixel_kinds[]{{0, 1}, {0, 2}, {0, 4}, {0, 8}, {0, 16}, {2, 8}, {2, 16}, {3, 1},
+                                  {3, 2}, {3, 4}, {3, 8}, {4, 8}, {4, 16}, {6, 8}, {6, 16}};
+
+tapestry::test::PngSamples random_samples(const PixelKind& kind, std::size_t height, std::size_t width,
+                                          std::uint64_t seed) {
+  tapestry::test::PngSamples picture{height, width, tapestry::test::png_channels(kind.colour_type),
+                                     kind.bits};
+  tapestry::Random random(seed);
+  for (std::size_t i = 0; i < height * width * picture.channels; ++i)
+    picture.samples.push_back(static_cast<unsigned>(random.uniform(0, double(1U << kind.bits))));
+  return picture;
+}
+
+/// Entry k of the palette is (k, 255 - k, 3 k mod 256).
+std::string palette_of(unsigned bits) {
+  std::string colours;
+  for (int k = 0; k < 1 << bits; ++k) colours += bytes({k, 255 - k, 3 * k % 256});
+  return png_chunk("PLTE", colours);
+}
+
+/// What a pixel shows, by the rule of read_image().
+std::vector<int> expected_values(const PixelKind& kind, const tapestry::test::PngSamples& picture) {
+  std::vector<int> values;
+  for (std::size_t y = 0; y < picture.height; ++y)
+    for (std::size_t x = 0; x < picture.width; ++x)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const bool is_colour = kind.colour_type == 2 || kind.colour_type == 6;
+        const auto sample = static_cast<int>(picture.at(y, x, is_colour ? c : 0));
+        if (kind.colour_type == 3)
+          values.push_back(c == 0 ? sample : c == 1 ? 255 - sample : 3 * sample % 256);
+        else
+          values.push_back(kind.bits == 16 ? sample >> 8 : sample * 255 / ((1 << kind.bits) - 1));
+      }
+  return values;
+}
+
+PngParts parts_of(const PixelKind& kind, const tapestry::test::PngSamples& picture, bool interlaced,
+                  unsigned filter) {
+  return {.width = static_cast<std::uint32_t>(picture.width),
+          .height = static_cast<std::uint32_t>(picture.height),
+          .bits = static_cast<int>(kind.bits),
+          .colour_type = kind.colour_type,
+          .interlace = interlaced ? 1 : 0,
+          .rows = tapestry::test::png_rows(picture, interlaced, filter),
+          .before_data = kind.colour_type == 3 ? palette_of(kind.bits) : std::string()};
+}
+}  // namespace
+
+// The kinds of pictures of PngSuite (van Schaik), drawn anew: all pixels, sizes, filters, passes, chunks and
+// streams.
+TEST_CASE("every pixel, filter, size and order of rows of a PNG is read", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  std::uint64_t seed = 0;
+  for (const PixelKind& kind : pixel_kinds)
+    for (const bool interlaced : {false, true})
+      for (const std::size_t size : {1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U, 9U, 33U, 40U}) {
+        const auto filter = static_cast<unsigned>(++seed % 6);
+        INFO("colour type " << kind.colour_type << " of " << kind.bits << " bits, size " << size
+                            << ", filter " << filter << (interlaced ? ", interlaced" : ""));
+        const std::size_t width = size, height = seed % 2 == 0 ? size : 10 - size % 10;
+        const auto picture = random_samples(kind, height, width, seed);
+        const auto file = folder.write("a.png", png(parts_of(kind, picture, interlaced, filter)));
+        CHECK(values_of(io::read_image(file)) == expected_values(kind, picture));
+        if (kind.colour_type != 0 && kind.colour_type != 4) continue;
+        const auto mask = io::read_mask(file);
+        const auto largest = static_cast<float>((1U << kind.bits) - 1);
+        for (std::size_t y = 0; y < height; ++y)
+          for (std::size_t x = 0; x < width; ++x)
+            CHECK(std::abs(mask(y, x) - static_cast<float>(picture.at(y, x, 0)) / largest) <= 1e-7F);
+      }
+}
+
+TEST_CASE("what a PNG says beside its pixels does not change them", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  const std::string date = bytes({7, 208, 1, 1, 0, 0, 0}), text = "Title" + std::string(1, '\0');
+  const std::string packed = std::string(1, '\0') + tapestry::test::zlib_packed("words");
+  for (const PixelKind& kind : pixel_kinds) {
+    const auto picture = random_samples(kind, 5, 9, 7);
+    const auto expected = expected_values(kind, picture);
+    const std::size_t channels = picture.channels;
+    const bool is_palette = kind.colour_type == 3, has_alpha = kind.colour_type >= 4;
+    const std::string palette = is_palette ? palette_of(kind.bits) : std::string();
+    const std::string one = is_palette ? std::string(1, '\1') : std::string(channels >= 3 ? 6 : 2, '\0');
+    const std::string clear = is_palette ? std::string(1, '\0') : std::string(channels == 3 ? 6 : 2, '\0');
+    const std::string depth(is_palette ? 3 : channels, '\1');
+    const std::pair<const char*, std::string> rows[] = {
+        {"gamma", png_chunk("gAMA", big_endian(45455)) + palette},
+        {"chromaticities", png_chunk("cHRM", std::string(32, '\1')) + palette},
+        {"sRGB", png_chunk("sRGB", std::string(1, '\0')) + palette},
+        {"significant bits", png_chunk("sBIT", depth) + palette},
+        {"background", palette + png_chunk("bKGD", one)},
+        {"physical size", palette + png_chunk("pHYs", std::string(8, '\1') + '\1')},
+        {"date", palette + png_chunk("tIME", date)},
+        {"texts", palette + png_chunk("tEXt", text) + png_chunk("zTXt", text + packed) +
+                      png_chunk("iTXt", text + std::string(4, '\0') + "words")},
+        {"EXIF", palette + png_chunk("eXIf", std::string("MM\0*", 4) + std::string(8, '\0'))},
+        {"suggested palette", png_chunk("sPLT", text + bytes({8, 1, 2, 3, 4, 0, 5})) + palette},
+        {"histogram",
+         palette + (is_palette ? png_chunk("hIST", std::string(std::size_t{2} << kind.bits, '\1'))
+                               : std::string())},
+        {"palette of colours", channels >= 3 ? palette_of(8) : palette},
+        {"transparency", palette + (has_alpha ? std::string() : png_chunk("tRNS", clear))},
+        {"unknown", palette + png_chunk("abCd", "anything")},
+    };
+    for (const auto& [what, before_data] : rows) {
+      INFO(what << ", colour type " << kind.colour_type << " of " << kind.bits << " bits");
+      PngParts parts = parts_of(kind, picture, false, 5);
+      parts.before_data = before_data;
+      CHECK(values_of(io::read_image(folder.write("a.png", png(parts)))) == expected);
+    }
+  }
+}
+
+TEST_CASE("PNG picture data may come in any pieces and at any level of compression", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  const PixelKind kind{2, 8};
+  const auto picture = random_samples(kind, 12, 13, 9);
+  const auto expected = expected_values(kind, picture);
+  const PngParts parts = parts_of(kind, picture, true, 5);
+  const std::string beginning = tapestry::test::png_signature() + tapestry::test::png_header(parts);
+  for (const int level : {0, 1, 3, 6, 9})
+    for (const std::size_t piece : {1U, 2U, 4U, 100U, 100000U}) {
+      INFO("level " << level << ", pieces of " << piece);
+      const std::string packed = tapestry::test::zlib_packed(parts.rows, level);
+      std::string file = beginning + png_chunk("IDAT", "");
+      for (std::size_t at = 0; at < packed.size(); at += piece)
+        file += png_chunk("IDAT", packed.substr(at, piece));
+      CHECK(values_of(io::read_image(folder.write("a.png", file + png_chunk("IEND", "")))) == expected);
+    }
 }
 
 TEST_CASE("a mask keeps sixteen bits", "[io][image]") {
@@ -151,6 +290,15 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
        png({.colour_type = 3, .rows = one.rows, .before_data = png_chunk("PLTE", "1234")}), malformed,
        "palette"},
       {"I05 interlace", png({.interlace = 2, .rows = one.rows}), malformed, "compression"},
+      {"I05 depth 0", png({.bits = 0, .rows = one.rows}), malformed, "kind of pixel"},
+      {"I05 depth 99", png({.bits = 99, .rows = one.rows}), malformed, "kind of pixel"},
+      {"I05 colour type 1", png({.colour_type = 1, .rows = one.rows}), malformed, "kind of pixel"},
+      {"I05 colour type 9", png({.colour_type = 9, .rows = one.rows}), malformed, "kind of pixel"},
+      {"I05 header checksum", std::string(good).replace(29, 1, "?"), malformed, "checksum"},
+      {"I05 signature 1", std::string(good).replace(0, 1, "\xC9"), malformed, "found other bytes"},
+      {"I05 signature 2", std::string(good).replace(1, 1, "p"), malformed, "found other bytes"},
+      {"I05 signature CR", std::string(good).replace(4, 2, "\r"), malformed, "text transfer"},
+      {"I05 signature LF", std::string(good).replace(4, 2, "\n"), malformed, "text transfer"},
       {"I08 GIF", "GIF89a", malformed, "found a GIF image"},
       {"I08 PSD", "8BPS", malformed, "found a PSD image"},
       {"I08 HDR", "#?RADIANCE", malformed, "found an HDR image"},

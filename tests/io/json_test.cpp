@@ -2,6 +2,7 @@
 
 #include <string>
 #include <tapestry/io/utf8.hpp>
+#include <utility>
 #include <vector>
 
 #include "../support/bad_file.hpp"
@@ -109,4 +110,153 @@ TEST_CASE("N17: read_json refuses what is not sound JSON", "[io][json][bad_input
           {"zero byte", "{\"a\":[]}\0"s, malformed, "@16", "zero byte"},
       },
       "some.json", [](const std::string& text) { (void)io::read_json(text, "some.json", 8); });
+}
+
+TEST_CASE("read_json takes every text that a parser must take", "[io][json]") {
+  // The rules of RFC 8259 as the JSONTestSuite (Seriot, Parsing JSON is a Minefield) puts them into cases,
+  // made anew.
+  const std::vector<std::pair<std::string, std::string>> rows = {
+      // Arrays and white space.
+      {"[[]   ]", "[[]]"},
+      {"[\"\"]", "[\"\"]"},
+      {"[]", "[]"},
+      {"[\"a\"]\n", "[\"a\"]"},
+      {"[null, 1, \"1\", {}]", "[null,1,\"1\",{}]"},
+      {"[1\n]", "[1]"},
+      {" [1]", "[1]"},
+      {"[1,null,null,null,2]", "[1,null,null,null,2]"},
+      {"[2] ", "[2]"},
+      {"\t\r\n[ \t\r\n]\t\r\n", "[]"},
+      // Numbers.
+      {"[123e65]", "[1.23e+67]"},
+      {"[0e+1]", "[0.0]"},
+      {"[0e1]", "[0.0]"},
+      {"[ 4]", "[4]"},
+      {"[-0." + std::string(77, '0') + "1]", "[-1e-78]"},
+      {"[20e1]", "[200.0]"},
+      {"[-0]", "[0]"},
+      {"[-0.0]", "[-0.0]"},
+      {"[-123]", "[-123]"},
+      {"[-1]", "[-1]"},
+      {"[1E22]", "[1e+22]"},
+      {"[1E-2]", "[0.01]"},
+      {"[1E+2]", "[100.0]"},
+      {"[123e45]", "[1.23e+47]"},
+      {"[123.456e78]", "[1.23456e+80]"},
+      {"[1e-2]", "[0.01]"},
+      {"[123]", "[123]"},
+      {"[123.456789]", "[123.456789]"},
+      {"[0.5, 10.25]", "[0.5,10.25]"},
+      {"[-9223372036854775808]", "[-9223372036854775808]"},
+      // Objects.
+      {R"({"asd":"sdf", "dfg":"fgh"})", R"({"asd":"sdf","dfg":"fgh"})"},
+      {R"({"asd":"sdf"})", R"({"asd":"sdf"})"},
+      {"{}", "{}"},
+      {R"({"":0})", R"({"":0})"},
+      {R"({"foo\u0000bar": 42})", R"({"foo\u0000bar":42})"},
+      {R"({ "min": -1.0e+28, "max": 1.0e+28 })", R"({"max":1e+28,"min":-1e+28})"},
+      {R"({"a":[]})", R"({"a":[]})"},
+      {"{\n\"a\": \"b\"\n}", R"({"a":"b"})"},
+      // Strings.
+      {R"(["\u0060\u012a\u12AB"])", "[\"`Īካ\"]"},
+      {R"(["\uD801\udc37"])", "[\"\xF0\x90\x90\xB7\"]"},
+      {R"(["\ud83d\ude39\ud83d\udc8d"])", "[\"\xF0\x9F\x98\xB9\xF0\x9F\x92\x8D\"]"},
+      {R"(["\"\\\/\b\f\n\r\t"])", R"(["\"\\/\b\f\n\r\t"])"},
+      {R"(["\\u0000"])", R"(["\\u0000"])"},
+      {R"(["\""])", R"(["\""])"},
+      {R"(["a/*b*/c/*d//e"])", R"(["a/*b*/c/*d//e"])"},
+      {R"(["\\a"])", R"(["\\a"])"},
+      {R"(["\\n"])", R"(["\\n"])"},
+      {R"(["\u0012"])", R"(["\u0012"])"},
+      {R"(["\uFFFF"])", "[\"\xEF\xBF\xBF\"]"},
+      {R"(["\uDBFF\uDFFF"])", "[\"\xF4\x8F\xBF\xBF\"]"},
+      {R"(["new\u00A0line"])", "[\"new\xC2\xA0line\"]"},
+      {"[\"\xF4\x8F\xBF\xBF\"]", "[\"\xF4\x8F\xBF\xBF\"]"},
+      {"[\"\xEF\xBF\xBF\"]", "[\"\xEF\xBF\xBF\"]"},
+      {R"(["\u0000"])", R"(["\u0000"])"},
+      {R"(["\u002c"])", R"([","])"},
+      {"[\"\xCF\x80\"]", "[\"π\"]"},
+      {"[\"\xF0\x9B\xBF\xBF\"]", "[\"\xF0\x9B\xBF\xBF\"]"},
+      {"\" \"", "\" \""},
+      {R"(["\uD834\uDd1e"])", "[\"\xF0\x9D\x84\x9E\"]"},
+      {R"(["\u0821\u0123"])", "[\"\xE0\xA0\xA1\xC4\xA3\"]"},
+      {"[\"\xE2\x80\xA8\xE2\x80\xA9\"]", "[\"\xE2\x80\xA8\xE2\x80\xA9\"]"},  // U+2028, U+2029
+      {R"(["\u005C\u0022"])", R"(["\\\""])"},
+      {R"(["\u200B\u2064\uFDD0\uFFFE"])", "[\"\xE2\x80\x8B\xE2\x81\xA4\xEF\xB7\x90\xEF\xBF\xBE\"]"},
+      {"[\"€𝄞\"]", "[\"€𝄞\"]"},
+      {"[\"a\x7F"
+       "a\"]",
+       "[\"a\x7F"
+       "a\"]"},
+      // A value alone.
+      {"false", "false"},
+      {"42", "42"},
+      {"-0.1", "-0.1"},
+      {"null", "null"},
+      {"\"asd\"", "\"asd\""},
+      {"true", "true"},
+      {"\"\"", "\"\""},
+  };
+  for (const auto& [text, expected] : rows) {
+    INFO(text);
+    CHECK(value_of(text).dump() == expected);
+  }
+}
+
+TEST_CASE("read_json refuses every text that a parser must refuse", "[io][json][bad_input]") {
+  const std::vector<std::string> rows = {
+      // Arrays.
+      "[1 true]", "[a\xE5]", "[\"\": 1]", "[\"\"],", "[,1]", "[1,,2]", "[\"x\",,]", "[\"x\"]]", "[\"\",]",
+      "[\"x\"", "[x", "[3[4]]", "[\xFF]", "[1:2]", "[,]", "[-]", "[   , \"\"]", "[\"a\",\n4\n,1", "[1,]",
+      "[1,,]", "[\"\va\"\\f]", "[*]", "[\"\"", "[1,", "[1,\n1\n,1", "[{}", "[1;2]", "[\"a\" \"b\"]",
+      // Words.
+      "[fals]", "[nul]", "[tru]", "[True]", "[truth]", "nullx", "[NULL]", "undefined", "123\0"s,
+      // Numbers.
+      "[++1234]", "[+1]", "[+Inf]", "[-01]", "[-1.0.]", "[-2.]", "[-NaN]", "[.-1]", "[.2e-3]", "[0.1.2]",
+      "[0.3e+]", "[0.3e]", "[0.e1]", "[0E+]", "[0E]", "[0e+]", "[0e]", "[1.0e+]", "[1.0e-]", "[1.0e]",
+      "[1 000.0]", "[1eE2]", "[2.e+3]", "[2.e-3]", "[2.e3]", "[9.e+]", "[Inf]", "[NaN]", "[\xEF\xBC\x91]",
+      "[1+2]", "[0x1]", "[0x42]", "[Infinity]", "[0e+-1]", "[-123.123foo]", "[123\xE5]", "[1e1\xE5]",
+      "[0\xE5]", "[-Infinity]", "[-foo]", "[- 1]", "[-012]", "[-.123]", "[-1x]", "[1ea]", "[1.]", "[.123]",
+      "[1.2a-3]", "[1.8011670033376514H-308]", "[012]", "[1_000]", "-", "1e", "2@",
+      // Objects.
+      R"(["x", truth])", "{[: \"x\"}\n", R"({"x", null})", R"({"x"::"b"})", "{🇨🇭}", R"({"a":"a" 123})",
+      R"({key: 'value'})", "{\"\xB9\":\"0\",}", R"({"a" b})", R"({:"b"})", R"({"a" "b"})", R"({"a":)",
+      R"({"a")", "{1:1}", "{9999E9999:1}", "{null:null,null:null}", R"({"id":0,,,,,})", "{'a':0}",
+      R"({"id":0,})", R"({"a":"b"}/**/)", R"({"a":"b"}/**//)", R"({"a":"b"}//)", R"({"a":"b"}/)",
+      R"({"a":"b",,"c":"d"})", R"({a: "b"})", R"({"a":"a)", R"({ "foo" : "bar", "a" })", R"({"a":"b"}#)", " ",
+      "{true:1}",
+      // Strings.
+      R"(["\uD800\"])", R"(["\uD800\u"])", R"(["\uD800\u1"])", R"(["\uD800\u1x"])", "[é]", "[\"\\\0\"]"s,
+      R"(["\x00"])", R"(["\\\"])", "[\"\\\t\"]", "[\"\\🌀\"]", R"(["\"])", R"(["\u00A"])", R"(["\uD834\uDd"])",
+      R"(["\uD800\uD800\x"])", "[\"\\u\xE5\"]", R"(["\a"])", R"(["\uqqqq"])", "[\"\\\xE5\"]",
+      R"([\u0020"asd"])", R"([\n])", "\"", "['single quote']", "abc", R"(["\)", "[\"a\0a\"]"s,
+      "[\"new\nline\"]", "[\"\t\"]", R"("\UA66D")", R"(""x)", "[\"\x1F\"]",
+      // The whole.
+      "", "\xEF\xBB\xBF", "<.>", "[<null>]", "[1]x", "[1]]", R"(["asd])", "aå", "1]", R"({"x": true,)",
+      "[][]", "]", "\xEF\xBB{}", "\xE5", "[", "[\0]"s, "{}}", R"({"":)", R"({"a":/*comment*/"b"})",
+      R"({"a": true} "x")", "['", "[,", "[{", "[\"a", "[\"a\"", "{", "{]", "{,", "{[", "{\"a", "{'a'",
+      R"(["\{["\{["\{["\{)", "\xE9", "*", R"({"a":"b"}#{})", R"([\u000A""])", "[1", "[ false, nul",
+      "[ false, tru", "[ true, fals", R"({"asd":"asd")", "å", "[\xE2\x81\xA0]", "\xE2\x81\xA0", "[\f]",
+      "[\xC2\xA0]", "// one\n[]", "[] []", std::string(100000, '['),
+      // A parser may take these: texts that are not UTF-8, lone surrogates, numbers beyond double, and,
+      // stricter than
+      // others, more than 64 levels.
+      "[\"\xEF\xBF\"]", "[\"\xE6\x97\xA5\xD1\x88\xFA\"]", "[\"\xFF\"]", "[\"\x81\"]", "[\"\xC0\xAF\"]",
+      "[\"\xFC\x83\xBF\xBF\xBF\xBF\"]", "[\"\xE0\xFF\"]", "[\"\xF4\xBF\xBF\xBF\"]", "[\"\xED\xA0\x80\"]",
+      "\xFF\xFE[\0\"\0\xE9\0\"\0]\0"s, "\0[\0\"\0\xE9\0\"\0]"s, R"({"\uDFAA":0})", R"(["\uDADA"])",
+      R"(["\uD888\u1234"])", R"(["\uD800\n"])", R"(["\uDd1ea"])", R"(["\uD800\uD800\n"])", R"(["\ud800"])",
+      R"(["\uDd1e\uD834"])", R"(["\uDFAA"])", "[0.4e006699999999999999]", "[-1e+9999]", "[1.5e+9999]",
+      "[-123123e100000]", "[123123e100000]", std::string(500, '[') + std::string(500, ']'),
+      R"({"a":"b","a":"c"})"};  // N17
+  for (const auto& text : rows) {
+    INFO(text.substr(0, 80));
+    CHECK_THROWS_AS(value_of(text), tapestry::FileError);
+  }
+}
+
+TEST_CASE("read_json takes what others may refuse", "[io][json]") {
+  CHECK(value_of("\xEF\xBB\xBF{}").dump() == "{}");  // a byte order mark
+  CHECK(value_of("[123.456e-789, -1e-400]").dump() == "[0.0,-0.0]");
+  CHECK(value_of("[100000000000000000000]").dump() == "[1e+20]");
+  CHECK(value_of("[-123123123123123123123123123123]").dump() == "[-1.2312312312312312e+29]");
 }
