@@ -137,6 +137,7 @@
 #include <tapestry/geometry/orientation.hpp>
 #include <tapestry/geometry/pinhole_camera.hpp>
 #include <tapestry/geometry/plane.hpp>
+#include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/geometry/position_array.hpp>

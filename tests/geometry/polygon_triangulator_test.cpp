@@ -237,3 +237,40 @@ TEST_CASE("the work for a polygon is bounded", "[geometry][triangulate]") {
   CHECK(triangulator.triangulate(in_plane(c_shape)) == PolygonShape::intricate);  // all of it is spent
   CHECK(triangulator.triangulate(in_plane(star(100, 1))) == PolygonShape::fan);   // which needs none
 }
+
+TEST_CASE("PointColumns asks of every point in a triangle", "[geometry][triangulate]") {
+  tapestry::Random random(1);
+  const auto spread = [&] { return random.uniform(-1, 1); };
+  for (const std::size_t count : {0U, 1U, 2U, 3U, 10U, 100U, 500U}) {
+    std::vector<geometry::Vector2> points(count);
+    for (std::size_t i = 0; i < count; ++i) points[i] = {spread(), spread()};
+    for (std::size_t i = 0; i < count; i += 7) points[i][0] = 0.25;           // above each other
+    for (std::size_t i = 0; i < count; i += 11) points[i] = points[i / 2];    // one on the other
+    for (std::size_t i = 3; i < count; i += 13) points[i] = {1e30, -1e-100};  // far off
+    geometry::PointColumns columns;
+    columns.build(points);
+    for (int round = 0; round < 200; ++round) {
+      std::array<geometry::Vector2, 3> triangle;
+      for (auto& corner : triangle)
+        corner = count > 0 && round % 3 == 0 ? points[random.index(count)]
+                                             : geometry::Vector2{spread(), round % 5 == 0 ? 0.0 : spread()};
+      if (geometry::orientation(triangle[0], triangle[1], triangle[2]) < 0)
+        std::swap(triangle[0], triangle[1]);
+      std::vector<bool> is_asked(count);
+      std::uint64_t steps = 0;
+      CHECK_FALSE(columns.any_in(triangle, steps, [&](std::size_t i) {
+        is_asked[i] = true;
+        return false;
+      }));
+      CHECK(steps <= 2 * count + 1);
+      for (std::size_t i = 0; i < count; ++i) {
+        bool is_inside = true;
+        for (std::size_t edge = 0; edge < 3; ++edge)
+          is_inside =
+              is_inside && geometry::orientation(triangle[edge], triangle[(edge + 1) % 3], points[i]) >= 0;
+        const bool is_flat = geometry::orientation(triangle[0], triangle[1], triangle[2]) == 0;
+        if (is_inside && !is_flat) CHECK(is_asked[i]);
+      }
+    }
+  }
+}

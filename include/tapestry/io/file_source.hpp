@@ -19,6 +19,9 @@ namespace tapestry::io {
 /// Bytes that a reader accepts at most unless told otherwise.
 inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 
+/// Bytes of the longest path that Linux opens; a longer one in a file is not even taken apart.
+inline constexpr std::size_t longest_path = 4096;
+
 /// A regular file open for reading, whose size was checked against a limit before anything is read.
 ///
 /// Folders, FIFOs and devices are refused without waiting on them. A file that changes its size while it

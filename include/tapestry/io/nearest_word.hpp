@@ -34,8 +34,10 @@ namespace tapestry::io {
   std::string nearest;
   std::size_t best = 0;
   for (const std::string_view candidate : known) {
+    const auto [shorter, longer] = std::minmax({word.size(), candidate.size()});
+    if (3 * (longer - shorter) > longer) continue;  // so many insertions at least, without looking
     const std::size_t distance = edit_distance(word, candidate);
-    if (3 * distance > std::max(word.size(), candidate.size())) continue;
+    if (3 * distance > longer) continue;
     if (nearest.empty() || distance < best) {
       nearest = candidate;
       best = distance;

@@ -11,6 +11,7 @@
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/zip_archive.hpp>
 #include <tapestry/io/zip_writer.hpp>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -34,6 +35,7 @@ class NpzFile {
       const std::string_view name = member.name;
       if (!name.ends_with(".npy")) continue;  // not an array; NumPy hands such members out as bytes
       file.names_.emplace_back(name.substr(0, name.size() - 4));
+      file.places_.emplace(file.names_.back(), file.arrays_.size());
       file.arrays_.push_back(parse_npy(archive.unpack(member), path + ":" + member.name));
     }
     return file;
@@ -64,14 +66,14 @@ class NpzFile {
 
  private:
   [[nodiscard]] const NpyArray* find(std::string_view name) const {
-    for (std::size_t i = 0; i < names_.size(); ++i)
-      if (names_[i] == name) return &arrays_[i];
-    return nullptr;
+    const auto found = places_.find(std::string(name));
+    return found == places_.end() ? nullptr : &arrays_[found->second];
   }
 
   std::string path_;
   std::vector<std::string> names_;
   std::vector<NpyArray> arrays_;
+  std::unordered_map<std::string, std::size_t> places_;  ///< of names, no two of which are alike in an archive
 };
 
 /// Collects arrays and writes them as one .npz file that NumPy can load.

@@ -99,7 +99,12 @@ inline detect::Box voc_box(const VocElement& bounds) {
   if (root.name != "annotation")
     annotation.fail(root.line, "not labels of Pascal VOC", "<annotation>", in_quotes("<" + root.name + ">"));
   VocAnnotation result;
-  result.filename = annotation.child("filename").text();
+  const auto filename = annotation.child("filename");
+  result.filename = filename.text();
+  if (result.filename.size() > longest_path)
+    annotation.fail(filename.line(), "<filename> is too long",
+                    "at most " + std::to_string(longest_path) + " bytes",
+                    std::to_string(result.filename.size()));
   const auto size = annotation.child("size");
   result.picture.height = static_cast<std::size_t>(size.child("height").number(1, largest_side));
   result.picture.width = static_cast<std::size_t>(size.child("width").number(1, largest_side));

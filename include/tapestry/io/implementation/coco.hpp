@@ -146,6 +146,9 @@ class CocoReader {
     constexpr std::uint64_t largest_side = std::uint64_t(1) << 20U;
     for_each_entry("images", [&](const CocoEntry& entry, std::uint64_t id) {
       const std::string name = entry.text("file_name");
+      if (name.size() > longest_path)
+        entry.fail("file_name", "is too long", "at most " + std::to_string(longest_path) + " bytes",
+                   std::to_string(name.size()));
       LabelledPicture picture{(std::filesystem::path(images_) / name).string(), id,
                               static_cast<std::size_t>(entry.integer("height", 1, largest_side)),
                               static_cast<std::size_t>(entry.integer("width", 1, largest_side))};

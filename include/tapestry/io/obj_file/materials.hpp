@@ -40,8 +40,8 @@ class ObjMaterials {
     std::error_code ignored;
     const std::string names(lines.rest_of_line());
     if (names.empty()) lines.fail("mtllib without a name");
-    if (std::filesystem::exists(folder_of(lines) / names, ignored) ||
-        names.find_first_of(" \t") == std::string::npos)
+    if (names.find_first_of(" \t") == std::string::npos ||
+        (names.size() <= longest_path && std::filesystem::exists(folder_of(lines) / names, ignored)))
       return read_library(lines, names);
     for (std::string_view name = lines.word(); !name.empty(); name = lines.word())
       read_library(lines, std::string(name));
@@ -53,6 +53,8 @@ class ObjMaterials {
   }
 
   void read_library(const TextLines& lines, const std::string& name) {
+    if (name.size() > longest_path)
+      return lines.warn(loaded_.warnings, "mtllib " + in_quotes(name) + " is longer than a path can be");
     const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
     if (!names_.insert(relative.string()).second) return;
     if (relative.has_root_path() || *relative.begin() == "..")
