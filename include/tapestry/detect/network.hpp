@@ -129,8 +129,8 @@ class Network final : public Detector<T> {
         .run(images.data(), logits_of(pass, 0));
   }
 
-  /// The layers' windows are those of Detector::forward_within() exactly, grown to whole tiles where
-  /// convolutions round by tiles. In Mode::training everything is computed.
+  /// The layers' windows are their receptive fields, and where convolutions round by tiles all on which a bit
+  /// depends. In Mode::training everything is computed.
   void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
                       Mode mode = Mode::inference) const override {
     this->require_images(images);

@@ -9,32 +9,51 @@
 
 namespace tapestry::nn {
 
-/// Outputs of an axis that depend on any of a range of inputs, where `tile` outputs side by side are computed
-/// from all inputs that they read together: whole tiles, at least one, from 0 to axis.output.
-[[nodiscard]] inline BlockRange outputs_reached(const AxisWindow& axis, std::size_t tile, BlockRange inputs) {
-  // Tile k reads from k·tile·stride − padding on, `reach` inputs.
-  const auto step = static_cast<std::ptrdiff_t>(tile * axis.stride);
-  const auto reach = static_cast<std::ptrdiff_t>(axis.reach(tile));
-  const auto last_tile = static_cast<std::ptrdiff_t>(block_count(axis.output, tile)) - 1;
-  const auto most = static_cast<std::ptrdiff_t>(inputs.end) - 1 + axis.padding;  // of k · step
-  const auto least = static_cast<std::ptrdiff_t>(inputs.begin) + axis.padding - reach + 1;
-  const auto last = std::clamp(most < 0 ? 0 : most / step, std::ptrdiff_t(0), last_tile);
+/// Outputs side by side along an axis that are computed together, from all inputs that any of them reads, so
+/// that each one's rounding depends on most of these.
+struct OutputTile {
+  std::size_t outputs = 1;
+  std::size_t own_of_first = 0;  ///< leading inputs on which no bit depends but of the first output
+  std::size_t own_of_last = 0;   ///< trailing ones, of the last output
+};
+
+/// Outputs of an axis any bit of which depends on a range of inputs; at least one.
+[[nodiscard]] inline BlockRange outputs_reached(const AxisWindow& axis, const OutputTile& tile,
+                                                BlockRange inputs) {
+  // Tile k reads from k·step − padding on, `reach` inputs.
+  const auto step = static_cast<std::ptrdiff_t>(tile.outputs * axis.stride);
+  const auto reach = static_cast<std::ptrdiff_t>(axis.reach(tile.outputs));
+  const auto last_tile = static_cast<std::ptrdiff_t>(block_count(axis.output, tile.outputs)) - 1;
+  const auto first_place = static_cast<std::ptrdiff_t>(inputs.begin) + axis.padding;
+  const auto last_place = static_cast<std::ptrdiff_t>(inputs.end) - 1 + axis.padding;
+  const auto least = first_place - reach + 1;  // of k · step
+  const auto last = std::clamp(last_place < 0 ? 0 : last_place / step, std::ptrdiff_t(0), last_tile);
   const auto first = std::clamp(least <= 0 ? 0 : (least + step - 1) / step, std::ptrdiff_t(0), last);
-  return {static_cast<std::size_t>(first) * tile,
-          std::min(axis.output, (static_cast<std::size_t>(last) + 1) * tile)};
+  const bool only_last = first_place - first * step >= reach - static_cast<std::ptrdiff_t>(tile.own_of_last);
+  const bool only_first = last_place - last * step < static_cast<std::ptrdiff_t>(tile.own_of_first);
+  const std::size_t begin =
+      static_cast<std::size_t>(first) * tile.outputs + (only_last ? tile.outputs - 1 : 0);
+  const std::size_t end = static_cast<std::size_t>(last) * tile.outputs + (only_first ? 1 : tile.outputs);
+  return {std::min(begin, axis.output - 1),
+          std::clamp(end, std::min(begin, axis.output - 1) + 1, axis.output)};
 }
 
-/// Inputs of an axis between the first and the last that whole tiles of a range of outputs read; empty where
-/// all of them lie outside.
-[[nodiscard]] inline BlockRange inputs_read(const AxisWindow& axis, std::size_t tile, BlockRange outputs) {
+/// Inputs of an axis between the first and the last on which any bit of a range of outputs depends; empty
+/// where all of them lie outside.
+[[nodiscard]] inline BlockRange inputs_needed(const AxisWindow& axis, const OutputTile& tile,
+                                              BlockRange outputs) {
   if (outputs.begin >= outputs.end) return {0, 0};
-  const std::size_t first = outputs.begin / tile * tile;
-  const std::size_t count = block_count(outputs.end, tile) * tile - first;
-  const auto begin = static_cast<std::ptrdiff_t>(first * axis.stride) - axis.padding;
-  const auto end = begin + static_cast<std::ptrdiff_t>(axis.reach(count));
-  const auto extent = static_cast<std::ptrdiff_t>(axis.input);
-  return {static_cast<std::size_t>(std::clamp(begin, std::ptrdiff_t(0), extent)),
-          static_cast<std::size_t>(std::clamp(end, std::ptrdiff_t(0), extent))};
+  const std::size_t first = outputs.begin / tile.outputs * tile.outputs;
+  const std::size_t end = block_count(outputs.end, tile.outputs) * tile.outputs;
+  const std::size_t before = outputs.begin == first ? 0 : tile.own_of_first;
+  const std::size_t after = outputs.end == end ? 0 : tile.own_of_last;
+  const auto begin_place = static_cast<std::ptrdiff_t>(first * axis.stride) - axis.padding;
+  const auto end_place = begin_place + static_cast<std::ptrdiff_t>(axis.reach(end - first) - after);
+  const auto inside = [&](std::ptrdiff_t place) {
+    return static_cast<std::size_t>(
+        std::clamp(place, std::ptrdiff_t(0), static_cast<std::ptrdiff_t>(axis.input)));
+  };
+  return {inside(begin_place + static_cast<std::ptrdiff_t>(before)), inside(end_place)};
 }
 
 /// Outputs of an axis that lie in a range of places, where output i is at place first + i · step.
@@ -55,17 +74,22 @@ template <std::floating_point T>
 }
 
 /// The convolution that writes only those outputs that lie within a window of the picture that they are
-/// written to; possibly none. Sums are the same bits if the window's outputs begin and end with whole tiles
-/// of tile_of().
+/// written to, and what shares a tile with them; possibly none. They are the same bits as of the whole one.
+///
+/// \param tile  along both axes, as tile_of() tells
 template <std::floating_point T>
-[[nodiscard]] PackedConvolution<T> windowed(const PackedConvolution<T>& packed, const Window& window) {
+[[nodiscard]] PackedConvolution<T> windowed(const PackedConvolution<T>& packed, const OutputTile& tile,
+                                            const Window& window) {
   PackedConvolution<T> part = packed;
   const auto crop = [](AxisWindow& axis, std::size_t& first, std::size_t step, BlockRange outputs) {
     axis.padding -= static_cast<std::ptrdiff_t>(outputs.begin * axis.stride);
     axis.output = outputs.end - outputs.begin;
     first += outputs.begin * step;
   };
-  const Window outputs = outputs_inside(packed, window);
+  Window outputs = outputs_inside(packed, window);
+  outputs.rows = aligned(outputs.rows, tile.outputs, packed.shape.rows.output);
+  outputs.columns = aligned(outputs.columns, tile.outputs, packed.shape.columns.output);
+  if (outputs_inside(packed, window).is_empty()) outputs = {};
   crop(part.shape.rows, part.first_row, part.row_step, outputs.rows);
   crop(part.shape.columns, part.first_column, part.column_step, outputs.columns);
   return part;

@@ -68,19 +68,20 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Outputs side by side, along both axes, whose bits depend on all inputs that any of them reads: those of a
-/// tile of Winograd's algorithm where the engine uses it, else 1.
+/// What the engine computes together along either axis: a tile of Winograd's algorithm where it uses it.
+/// There the product at the point ∞ reads the last input, and no other does, and only the last output takes
+/// it; with three taps, the product at 0 likewise the first ones.
 template <std::floating_point T>
-[[nodiscard]] std::size_t tile_of(Engine engine, const PackedConvolution<T>& packed) {
+[[nodiscard]] OutputTile tile_of(Engine engine, const PackedConvolution<T>& packed) {
   const auto form = detail::winograd_form(engine, packed);
-  return form ? extents_of(*form).outputs : 1;
+  if (!form) return {};
+  return {extents_of(*form).outputs, extents_of(*form).taps == 3 ? std::size_t(1) : std::size_t(0), 1};
 }
 
 /// convolve() by the engine's choice of algorithm. Arguments otherwise as there.
 ///
-/// \param window  of the picture that outputs are written to: no others are computed, and those within are
-/// the
-///                same bits as without it if it begins and ends with whole tiles, see windowed(). None: all
+/// \param window  of the picture that outputs are written to: no others are computed but those of the same
+///                tiles, see windowed(), with the same bits as without it. None: all
 ///
 /// Engines differ in rounding. Winograd's also carry a NaN or an infinity to every output of the tile that
 /// reads it, as NaN, and overflow within two decades of the largest number.
@@ -96,7 +97,7 @@ void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t ima
     convolve(part, images, in, end, out, out_image_size);
   };
   if (!window) return run(packed);
-  const PackedConvolution<T> part = windowed(packed, *window);
+  const PackedConvolution<T> part = windowed(packed, tile_of(engine, packed), *window);
   if (part.shape.rows.output > 0 && part.shape.columns.output > 0) run(part);
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <tapestry/core/parallel.hpp>
@@ -16,8 +15,8 @@
 namespace tapestry::detect::detail {
 
 /// What must be computed anew, forward and backward, when one picture changes within a window. Windows are
-/// those of pixels of each value, the image's included, and are grown to whole tiles where convolutions round
-/// by tiles, so that whatever is computed is the same bits as of a whole pass.
+/// those of pixels of each value, the image's included. They hold whatever changes by a bit: where
+/// convolutions round by tiles that is more than the receptive field.
 struct WindowPlan {
   nn::Engine engine = nn::Engine::automatic;  ///< whose tiles they are
   /// Of each value: all that depends on the picture's window, and the adjoint of all else is not needed.
@@ -61,20 +60,15 @@ class WindowPlanner {
   /// \param adjoint_weights  null if no adjoint will be asked for
   WindowPlanner(const Graph& graph, nn::Engine engine, const ForwardWeights<T>& weights,
                 const AdjointWeights<T>* adjoint_weights)
-      : graph_(graph),
-        engine_(engine),
-        weights_(weights),
-        adjoint_weights_(adjoint_weights),
-        steps_(graph.image() + 1, 1) {}
+      : graph_(graph), engine_(engine), weights_(weights), adjoint_weights_(adjoint_weights) {}
 
   /// \param picture  the window that changes, not empty
   [[nodiscard]] WindowPlan plan(const nn::Window& picture) {
     plan_.engine = engine_;
-    find_steps();
     plan_.changed.resize(graph_.image() + 1);
-    plan_.changed.back() = in_steps(graph_.image(), picture);
+    plan_.changed.back() = picture;
     for (std::size_t i = 0; i < graph_.image(); ++i)
-      if (graph_.makes_value(i)) plan_.changed[i] = in_steps(i, reached(i));
+      if (graph_.makes_value(i)) plan_.changed[i] = reached(i);
     for (std::size_t i = graph_.image(); i-- > 0;)
       if (is_plain_sum(i))
         for (const std::size_t input : graph_.inputs[i])
@@ -87,11 +81,6 @@ class WindowPlanner {
   }
 
  private:
-  [[nodiscard]] nn::Window in_steps(std::size_t value, const nn::Window& window) const {
-    return {nn::aligned(window.rows, steps_[value], graph_.shapes[value].height),
-            nn::aligned(window.columns, steps_[value], graph_.shapes[value].width)};
-  }
-
   [[nodiscard]] bool is_plain_sum(std::size_t i) const {
     return graph_.makes_value(i) && graph_.config.layers[i].kind == LayerKind::shortcut &&
            std::ranges::all_of(graph_.inputs[i], [&](std::size_t v) { return graph_.is_whole(i, v); });
@@ -101,22 +90,21 @@ class WindowPlanner {
     return value != graph_.image() && graph_.first_use[value] == i && graph_.last_use[value] == i;
   }
 
-  /// Windows of a value begin and end with tiles of the convolution that makes it, and of those that make its
-  /// adjoint.
-  void find_steps() {
-    for (std::size_t i = 0; i < graph_.image(); ++i) {
-      if (!graph_.makes_value(i)) continue;
-      const LayerConfig& layer = graph_.config.layers[i];
-      if (layer.kind == LayerKind::upsample) steps_[i] = layer.stride;
-      if (is_plain_sum(i))
-        for (const std::size_t input : graph_.inputs[i])
-          if (is_read_only_by(i, input)) steps_[i] = std::lcm(steps_[i], steps_[input]);
-      if (layer.kind != LayerKind::convolutional) continue;
-      steps_[i] = nn::tile_of(engine_, weights_.convolutions[i]);
-      std::size_t& before = steps_[graph_.inputs[i].front()];
-      for (const auto& part : adjoint_parts(i))
-        before = std::lcm(before, nn::tile_of(engine_, part) * part.row_step);
-    }
+  /// What is computed of a layer's output: its window, and what shares tiles with it.
+  [[nodiscard]] nn::Window computed(std::size_t i) const {
+    nn::Window window = plan_.changed[i];
+    const auto grow = [&](std::size_t convolution) {
+      const std::size_t tile = nn::tile_of(engine_, weights_.convolutions[convolution]).outputs;
+      const FeatureShape& shape = graph_.shapes[i];
+      window = nn::hull(window, {nn::aligned(plan_.changed[i].rows, tile, shape.height),
+                                 nn::aligned(plan_.changed[i].columns, tile, shape.width)});
+    };
+    if (graph_.config.layers[i].kind == LayerKind::convolutional) grow(i);
+    if (is_plain_sum(i))
+      for (const std::size_t input : graph_.inputs[i])
+        if (is_read_only_by(i, input) && graph_.config.layers[input].kind == LayerKind::convolutional)
+          grow(input);
+    return window;
   }
 
   [[nodiscard]] std::span<const nn::PackedConvolution<T>> adjoint_parts(std::size_t i) const {
@@ -131,8 +119,8 @@ class WindowPlanner {
     if (layer.kind == LayerKind::convolutional && has_whole_bytes(i)) return reached_by_convolution(i, in);
     if (layer.kind == LayerKind::maxpool) {
       const nn::PoolingShape shape = graph_.pooling(i);
-      return {nn::outputs_reached(shape.rows(), 1, in.rows),
-              nn::outputs_reached(shape.columns(), 1, in.columns)};
+      return {nn::outputs_reached(shape.rows(), {}, in.rows),
+              nn::outputs_reached(shape.columns(), {}, in.columns)};
     }
     if (layer.kind == LayerKind::upsample)
       return {{in.rows.begin * layer.stride, in.rows.end * layer.stride},
@@ -147,14 +135,14 @@ class WindowPlanner {
 
   [[nodiscard]] nn::Window reached_by_convolution(std::size_t i, const nn::Window& in) const {
     const nn::ConvolutionShape shape = graph_.convolution(i);
-    const std::size_t tile = nn::tile_of(engine_, weights_.convolutions[i]);
+    const nn::OutputTile tile = nn::tile_of(engine_, weights_.convolutions[i]);
     nn::Window window{nn::outputs_reached(shape.rows, tile, in.rows),
                       nn::outputs_reached(shape.columns, tile, in.columns)};
     for (const auto& part : adjoint_parts(i)) {
       const nn::Window outputs = nn::outputs_inside(part, in);
-      const std::size_t own = nn::tile_of(engine_, part);
-      window.rows = nn::hull(window.rows, nn::inputs_read(part.shape.rows, own, outputs.rows));
-      window.columns = nn::hull(window.columns, nn::inputs_read(part.shape.columns, own, outputs.columns));
+      const nn::OutputTile own = nn::tile_of(engine_, part);
+      window.rows = nn::hull(window.rows, nn::inputs_needed(part.shape.rows, own, outputs.rows));
+      window.columns = nn::hull(window.columns, nn::inputs_needed(part.shape.columns, own, outputs.columns));
     }
     return window;
   }
@@ -167,18 +155,18 @@ class WindowPlanner {
   /// Adds to plan_.read what layer i reads to compute what has changed.
   void read_inputs(std::size_t i) {
     const LayerConfig& layer = graph_.config.layers[i];
-    const nn::Window& out = plan_.changed[i];
+    const nn::Window out = computed(i);
     for (const std::size_t input : graph_.inputs[i]) {
       nn::Window window = whole_of(graph_.shapes[input]);
       if (layer.kind == LayerKind::convolutional) {
         const nn::ConvolutionShape shape = graph_.convolution(i);
-        const std::size_t tile = nn::tile_of(engine_, weights_.convolutions[i]);
-        window = {nn::inputs_read(shape.rows, tile, out.rows),
-                  nn::inputs_read(shape.columns, tile, out.columns)};
+        const nn::OutputTile tile = nn::tile_of(engine_, weights_.convolutions[i]);
+        window = {nn::inputs_needed(shape.rows, tile, out.rows),
+                  nn::inputs_needed(shape.columns, tile, out.columns)};
       } else if (layer.kind == LayerKind::maxpool) {
         const nn::PoolingShape shape = graph_.pooling(i);
-        window = {nn::inputs_read(shape.rows(), 1, out.rows),
-                  nn::inputs_read(shape.columns(), 1, out.columns)};
+        window = {nn::inputs_needed(shape.rows(), {}, out.rows),
+                  nn::inputs_needed(shape.columns(), {}, out.columns)};
       } else if (layer.kind == LayerKind::upsample) {
         window = before_upsampling(out, layer.stride);
       } else if (layer.kind == LayerKind::route || is_plain_sum(i)) {
@@ -192,7 +180,6 @@ class WindowPlanner {
   nn::Engine engine_;
   const ForwardWeights<T>& weights_;
   const AdjointWeights<T>* adjoint_weights_;
-  std::vector<std::size_t> steps_;  ///< of each value: its windows begin and end at multiples of it
   WindowPlan plan_{};
 };
 
