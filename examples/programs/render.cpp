@@ -96,8 +96,9 @@ void describe_scene(CLI::App& app, Options& o) {
   app.add_option("--light-direction", o.light_direction, "towards the light, z up")
       ->expected(3)
       ->capture_default_str();
-  app.add_option("--clear-coat", o.coat,
-                 "share of the surface under a clear coat that mirrors the light, 0 to 1")
+  app.add_option(
+         "--clear-coat", o.coat,
+         "share of the surface under a clear coat that mirrors the light, 0 to 1; not part of --export")
       ->capture_default_str();
   app.add_option("--roughness", o.roughness, "of the clear coat, 0.01 (a mirror) to 1 (matt)")
       ->capture_default_str();
