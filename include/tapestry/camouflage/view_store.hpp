@@ -1,10 +1,13 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <utility>
 #include <vector>
@@ -19,7 +22,8 @@ template <class T>
 }
 
 /// Prepares views when they are first asked for and keeps them up to a memory limit, so that an epoch
-/// after the first rasterises nothing as long as the frames fit, and 12,500 frames still run.
+/// after the first rasterises nothing as long as the frames fit, and 12,500 frames still run. Frames that
+/// have the size of the network's input are kept as bytes, a quarter of what they are as numbers.
 ///
 /// What a view holds does not depend on whether it was kept, so neither does any result.
 template <class T>
@@ -46,7 +50,7 @@ class ViewStore {
 
   /// View number `index`; throws what its loader throws.
   [[nodiscard]] std::shared_ptr<const View<T>> view(std::size_t index) {
-    if (kept_[index]) return kept_[index];
+    if (kept_[index].view) return unpacked(kept_[index]);
     auto made = make(index);
     keep(index, made);
     return made;
@@ -59,10 +63,10 @@ class ViewStore {
       const auto [begin, end] = block_range(block, size(), views_at_a_time);
       std::vector<ViewPointer> views(end - begin);
       parallel_for(views.size(), [&, first = begin](std::size_t i) {
-        views[i] = kept_[first + i] ? kept_[first + i] : make(first + i);
+        views[i] = kept_[first + i].view ? unpacked(kept_[first + i]) : make(first + i);
       });
       for (std::size_t i = begin; i < end; ++i) {
-        if (!kept_[i]) keep(i, views[i - begin]);
+        if (!kept_[i].view) keep(i, views[i - begin]);
         visit(i, *views[i - begin]);
       }
     }
@@ -70,6 +74,11 @@ class ViewStore {
 
  private:
   using ViewPointer = std::shared_ptr<const View<T>>;
+  /// A view, without its background where bytes say the same.
+  struct Kept {
+    ViewPointer view{};
+    Array<std::uint8_t, 3> background{};
+  };
   static constexpr std::size_t views_at_a_time = 16;
 
   [[nodiscard]] ViewPointer make(std::size_t index) const {
@@ -79,15 +88,32 @@ class ViewStore {
   }
 
   void keep(std::size_t index, const ViewPointer& view) {
-    if (kept_bytes_ + view_bytes(*view) > settings_.keep_bytes) return;
-    kept_bytes_ += view_bytes(*view);
-    kept_[index] = view;
+    Kept kept = packed(view);
+    const std::size_t bytes = view_bytes(*kept.view) + kept.background.size();
+    if (kept_bytes_ + bytes > settings_.keep_bytes) return;
+    kept_bytes_ += bytes;
+    kept_[index] = std::move(kept);
+  }
+
+  [[nodiscard]] static Kept packed(const ViewPointer& view) {
+    Kept kept{view, image::to_bytes(view->background)};
+    if (image::from_bytes<T>(kept.background) != view->background) return {view};
+    auto rest = std::make_shared<View<T>>(*view);
+    rest->background = Array<T, 3>();
+    kept.view = std::move(rest);
+    return kept;
+  }
+  [[nodiscard]] static ViewPointer unpacked(const Kept& kept) {
+    if (kept.background.size() == 0) return kept.view;
+    auto view = std::make_shared<View<T>>(*kept.view);
+    view->background = image::from_bytes<T>(kept.background);
+    return view;
   }
 
   const raster::PaintedMesh& car_;
   Settings settings_;
   std::vector<Loader> loaders_;
-  std::vector<std::shared_ptr<const View<T>>> kept_;
+  std::vector<Kept> kept_;
   std::size_t kept_bytes_ = 0;
 };
 

@@ -73,7 +73,8 @@ class NpzFile {
   std::string path_;
   std::vector<std::string> names_;
   std::vector<NpyArray> arrays_;
-  std::unordered_map<std::string, std::size_t> places_;  ///< of names, no two of which are alike in an archive
+  std::unordered_map<std::string, std::size_t>
+      places_;  ///< of names, no two of which are alike in an archive
 };
 
 /// Collects arrays and writes them as one .npz file that NumPy can load.
