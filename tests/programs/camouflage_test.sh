@@ -161,6 +161,11 @@ expect_exit 3 "a cut frame after the first" "$camouflage" --frames cut_later --o
 expect_exit 0 "another car with the bundled frames" "$camouflage" --check --mesh "$assets/van.obj" --material body
 grep -q '^warning: .*van.obj' command.err && pass || fail "no warning that the frames show another car"
 
+# What is kept of a network's layers changes no bit.
+expect_exit 0 "layers kept" "$camouflage" "${brief[@]}" --epochs 3 --output kept_layers
+expect_exit 0 "layers not kept" "$camouflage" "${brief[@]}" --epochs 3 --keep-layers-mib 0 --output all_layers
+cmp -s kept_layers/texture.npz all_layers/texture.npz && pass || fail "kept layers change the texture"
+
 # Scenes to optimise on, frames to measure on.
 expect_exit 0 "scenes and frames" "$camouflage" "${brief[@]}" --scenes 4 --epochs 1 --output both_kinds
 grep -q '"held_out": true' both_kinds/metrics.json && pass || fail "the frames were not held out"
