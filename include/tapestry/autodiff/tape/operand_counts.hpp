@@ -41,10 +41,15 @@ template <class Factor, class Partial, class Multiply>
   }
 }
 
+/// Stands for the product where only the type matters. No lambda: clang 14 stops at one in a type that it
+/// reads from a precompiled header.
+struct TypeOfFactor {
+  auto operator()(const auto& factor, const auto&) const { return factor; }
+};
+
 template <class Factor, class Slope>
-using Chained =
-    std::remove_cvref_t<decltype(chain_slopes(std::declval<Factor>(), std::declval<Slope>(),
-                                              [](const Factor& factor, const Slope&) { return factor; }))>;
+using Chained = std::remove_cvref_t<decltype(chain_slopes(std::declval<Factor>(), std::declval<Slope>(),
+                                                          TypeOfFactor{}))>;
 
 /// The types of an operation's partial derivatives: numbers, unless it says otherwise.
 template <class Operation, class T>

@@ -25,7 +25,7 @@ const std::vector<std::string> reductions = {"ReduceSum",       "ReduceMean",   
 constexpr double infinity = std::numeric_limits<double>::infinity();
 }  // namespace
 
-TEST_CASE("adjoints of reductions agree with central differences", "[nn][network][gradient]") {
+TEST_CASE("adjoints of reductions agree with central differences", "[nn][network][reduction][gradient]") {
   for (const std::string& name : reductions)
     for (const std::int64_t keepdims : {0, 1}) {
       const auto check = [&](nn::Shape shape, const Integers& axes) {
@@ -59,7 +59,7 @@ TEST_CASE("adjoints of reductions agree with central differences", "[nn][network
   check_operator({"ReduceLogSumExp", {{70, 70}}, {{"axes", Integers{0}}}, {}, 13, -2, 2});
 }
 
-TEST_CASE("reductions take the values of their definitions", "[nn][network]") {
+TEST_CASE("reductions take the values of their definitions", "[nn][network][reduction]") {
   const auto of = [](const std::string& name) {
     return results_of({name, {{2, 3}}, {{"axes", Integers{1}}, {"keepdims", std::int64_t(0)}}, {}, 11},
                       {{1, 2, 3, 4, 5, 6}});
@@ -78,7 +78,7 @@ TEST_CASE("reductions take the values of their definitions", "[nn][network]") {
   CHECK(results_of(mean, {{-3, 0}}, nn::ElementType::integer) == std::vector<double>{-1});
 }
 
-TEST_CASE("a product's adjoint counts zeros right", "[nn][network][gradient]") {
+TEST_CASE("a product's adjoint counts zeros right", "[nn][network][reduction][gradient]") {
   OperatorRun run(description_of({"ReduceProd", {{2, 3}}, {{"axes", Integers{1}}}, {}, 13}));
   const double x[] = {2, 0, 3, 0, 5, 0};
   std::copy_n(x, 6, run.inputs[0].data());
@@ -87,7 +87,8 @@ TEST_CASE("a product's adjoint counts zeros right", "[nn][network][gradient]") {
   CHECK(gradient[0] == std::vector<double>{1, 1 + 6 * std::cos(1.0), 1, 1, 1, 1});
 }
 
-TEST_CASE("extremes give the first of equal elements the adjoint, and NaN comes first", "[nn][network]") {
+TEST_CASE("extremes give the first of equal elements the adjoint, and NaN comes first",
+          "[nn][network][reduction]") {
   for (const char* name : {"ReduceMax", "ReduceMin"}) {
     OperatorRun run(description_of({name, {{2, 3}}, {{"axes", Integers{1}}}, {}, 13}));
     const double x[] = {4, 4, 4, 1, std::nan(""), 2};
@@ -99,7 +100,7 @@ TEST_CASE("extremes give the first of equal elements the adjoint, and NaN comes 
   }
 }
 
-TEST_CASE("logarithms of sums of exponentials stay finite far out", "[nn][network]") {
+TEST_CASE("logarithms of sums of exponentials stay finite far out", "[nn][network][reduction]") {
   const OperatorCase given{"ReduceLogSumExp", {{5, 2}}, {{"axes", Integers{1}}}, {}, 13};
   const auto y =
       results_of(given, {{1e300, 1e300, -1e300, -1e300, 700, 800, -infinity, -infinity, infinity, 0}});
@@ -110,7 +111,7 @@ TEST_CASE("logarithms of sums of exponentials stay finite far out", "[nn][networ
   CHECK(y[4] == infinity);
 }
 
-TEST_CASE("adjoints of softmax agree with central differences", "[nn][network][gradient]") {
+TEST_CASE("adjoints of softmax agree with central differences", "[nn][network][reduction][gradient]") {
   for (const char* name : {"Softmax", "LogSoftmax"}) {
     for (const std::int64_t axis : {-4, 1, 2, 3}) {
       check_operator({name, {{2, 3, 4, 2}}, {{"axis", axis}}, {}, 13, -3, 3});
@@ -123,7 +124,8 @@ TEST_CASE("adjoints of softmax agree with central differences", "[nn][network][g
   }
 }
 
-TEST_CASE("softmax adds to one, does not see a common shift, and stays finite far out", "[nn][network]") {
+TEST_CASE("softmax adds to one, does not see a common shift, and stays finite far out",
+          "[nn][network][reduction]") {
   const std::vector<double> x = {1, 2, 3, 1001, 1002, 1003, -2000, 0, 1e300};
   const auto y = results_of({"Softmax", {{3, 3}}}, {x}),
              logarithm = results_of({"LogSoftmax", {{3, 3}}}, {x});
@@ -138,7 +140,7 @@ TEST_CASE("softmax adds to one, does not see a common shift, and stays finite fa
   CHECK(logarithm[8] == 0);
 }
 
-TEST_CASE("axes of reductions that make no sense are refused", "[nn][network]") {
+TEST_CASE("axes of reductions that make no sense are refused", "[nn][network][reduction]") {
   CHECK(complaint_of({"ReduceMean", {{2, 3}}, {{"axes", Integers{2}}}, {}, 13}) == "axis 2 of 2 axes");
   CHECK(complaint_of({"ReduceMean", {{2, 3}}, {{"axes", Integers{0, -2}}}, {}, 13}) ==
         "axis -2 is named twice");
