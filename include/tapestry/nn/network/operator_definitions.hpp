@@ -12,6 +12,7 @@
 #include <tapestry/nn/network/operators/gather.hpp>
 #include <tapestry/nn/network/operators/gemm.hpp>
 #include <tapestry/nn/network/operators/generators.hpp>
+#include <tapestry/nn/network/operators/grid_sample.hpp>
 #include <tapestry/nn/network/operators/group_normalization.hpp>
 #include <tapestry/nn/network/operators/interleave_channels.hpp>
 #include <tapestry/nn/network/operators/layer_normalization.hpp>
@@ -52,6 +53,7 @@ const OperatorTable<T>& operators() {
     add_max_pool(all);
     add_average_pool(all);
     add_resize(all);
+    add_grid_sample(all);
     add_local_response_normalization(all);
     add_layer_normalization(all);
     add_group_normalization(all);

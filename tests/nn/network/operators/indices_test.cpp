@@ -103,6 +103,15 @@ TEST_CASE("orders, sums and triangles are those of ONNX", "[nn][network]") {
                                   {{1, 9, 2, 8, 7, 5, 6, 5}});
   CHECK(columns == std::vector<double>{1, 0, 0, 0});
   CHECK(std::isnan(results_of({"TopK", {{3}}, {}, {{1, integers({1})}}}, {{1, std::nan(""), 2}}).at(0)));
+  CHECK(results_of({"Hardmax", {{2, 3}}}, {{1, 4, 4, 2, 1, 0}}) == std::vector<double>{0, 1, 0, 1, 0, 0});
+  CHECK(results_of({"Hardmax", {{2, 2}}, {{"axis", zero}}}, {{1, 4, std::nan(""), 4}}) ==
+        std::vector<double>{0, 1, 1, 0});
+  CHECK(results_of({"Hardmax", {{1, 2, 2}}, {}, {}, 11}, {{1, 4, 5, 4}}) ==
+        std::vector<double>{0, 0, 1, 0});  // of all axes from the second on
+  CHECK(results_of({"EyeLike", {{2, 3}}, {{"k", one}}}, {std::vector<double>(6, 7)}) ==
+        std::vector<double>{0, 1, 0, 0, 0, 1});
+  CHECK(results_of({"EyeLike", {{3, 2}}, {{"k", std::int64_t(-1)}}}, {std::vector<double>(6, 7)}) ==
+        std::vector<double>{0, 0, 1, 0, 0, 1});
   const auto sums = [&](std::int64_t exclusive, std::int64_t reverse) {
     return results_of(
         {"CumSum", {{4}}, {{"exclusive", exclusive}, {"reverse", reverse}}, {{1, integers({0})}}}, {x});
@@ -165,6 +174,60 @@ TEST_CASE("non-maximum suppression chooses the best boxes that do not overlap", 
   given.constants[1] = numbers({1, 1, 4}, scores);
   given.shapes.clear();  // all is known: no row too many
   CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0});
+}
+
+TEST_CASE("a grid reads between pixels and beyond them", "[nn][network]") {
+  const std::vector<double> x = {1, 2, 3, 4};
+  const auto at = [&](double column, double row, const std::string& mode, const std::string& padding,
+                      std::int64_t aligned) {
+    return results_of({"GridSample",
+                       {{1, 1, 2, 2}, {1, 1, 1, 2}},
+                       {{"mode", mode}, {"padding_mode", padding}, {"align_corners", aligned}}},
+                      {x, {column, row}})
+        .at(0);
+  };
+  for (const std::int64_t aligned : {0, 1}) CHECK(at(0, 0, "bilinear", "zeros", aligned) == 2.5);
+  CHECK(at(-1, 1, "bilinear", "zeros", 1) == 3);
+  CHECK(at(-1, -1, "bilinear", "zeros", 0) == 0.25);  // half a pixel out along both axes
+  CHECK(at(-1, -1, "linear", "border", 0) == 1);
+  CHECK(at(-1, -1, "bilinear", "reflection", 0) == 1);
+  CHECK(at(3.5, 0, "bilinear", "zeros", 0) == 0);
+  CHECK(at(3.5, -0.5, "bilinear", "border", 0) == 2);
+  CHECK(at(2.5, -0.5, "bilinear", "reflection", 0) == 1);  // columns 1, 1, 0, 0 lie behind the second one
+  CHECK(at(2, -1, "bilinear", "reflection", 1) == 1.5);
+  CHECK(at(0.4, 0.6, "nearest", "zeros", 0) == 4);
+  CHECK(at(0.5, -0.5, "bicubic", "zeros", 0) == 2);  // a pixel's centre
+  CHECK(at(0, 0, "cubic", "border", 0) == Approx(2.5).epsilon(1e-14));
+  CHECK(std::isnan(at(std::nan(""), 0, "bilinear", "border", 0)));
+  const double far = std::numeric_limits<double>::max();
+  CHECK(at(far, -far, "bilinear", "zeros", 0) == 0);
+  CHECK(at(far, -far, "bicubic", "border", 1) == 2);
+  CHECK(complaint_of({"GridSample", {{1, 1, 2, 2}, {1, 1, 2}}}) ==
+        "pictures and grid are [1, 1, 2, 2] and [1, 1, 2], expected [N, C, H, W] and [N, rows, columns, 2]");
+  CHECK(complaint_of({"GridSample", {{1, 1, 2, 2}, {1, 1, 1, 2}}, {{"mode", std::string("area")}}}) ==
+        "attribute 'mode' is 'area'");
+}
+
+TEST_CASE("adjoints of reading by a grid agree with central differences", "[nn][network][gradient]") {
+  for (const std::string& mode : {std::string("bilinear"), std::string("nearest"), std::string("bicubic")})
+    for (const std::string& padding :
+         {std::string("zeros"), std::string("border"), std::string("reflection")})
+      for (const std::int64_t aligned : {0, 1}) {
+        std::vector<double> kinks;  // where a coordinate is a pixel's centre, half way between two or an edge
+        for (int k = -16; k <= 16; ++k) {
+          kinks.push_back(k / 8.0);
+          kinks.push_back(k / 6.0);
+        }
+        check_operator({"GridSample",
+                        {{2, 3, 4, 4}, {2, 3, 2, 2}},
+                        {{"mode", mode}, {"padding_mode", padding}, {"align_corners", aligned}},
+                        {},
+                        16,
+                        -1.4,
+                        1.4,
+                        kinks});
+      }
+  check_operator({"GridSample", {{1, 2, 1, 1}, {1, 1, 2, 2}}, {{"align_corners", one}}, {}, 16, -0.7, 0.7});
 }
 
 TEST_CASE("indices out of range are an error when a network runs", "[nn][network]") {

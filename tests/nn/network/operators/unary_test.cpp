@@ -47,6 +47,15 @@ std::vector<OperatorCase> smooth_cases() {
       {"Sin", picture, {}, {}, 7, -3, 3},
       {"Cos", picture, {}, {}, 7, -3, 3},
       {"Atan", picture, {}, {}, 7, -3, 3},
+      {"Tan", picture, {}, {}, 7, -1.2, 1.2},
+      {"Asin", picture, {}, {}, 7, -0.9, 0.9},
+      {"Acos", picture, {}, {}, 7, -0.9, 0.9},
+      {"Sinh", picture, {}, {}, 9, -2, 2},
+      {"Cosh", picture, {}, {}, 9, -2, 2},
+      {"Asinh", picture, {}, {}, 9, -3, 3},
+      {"Acosh", picture, {}, {}, 9, 1.3, 4},
+      {"Atanh", picture, {}, {}, 9, -0.9, 0.9},
+      {"Shrink", picture, {{"lambd", 0.5}, {"bias", 0.25}}, {}, 9, -2, 2, {-0.5, 0.5}},
       {"Clip", picture, {{"min", -0.5}, {"max", 0.75}}, {}, 6, -2, 2, {-0.5, 0.75}},
       {"Clip", picture, {}, {{1, numbers({}, {-0.5})}, {2, numbers({}, {0.75})}}, 13, -2, 2, {-0.5, 0.75}},
       {"Sigmoid", {{5}}, {}, {}, 13, -4, 4},
@@ -86,7 +95,39 @@ TEST_CASE("functions of each element take the values of their definitions", "[nn
   near("Elu", [](double v) { return v > 0 ? v : std::expm1(v); });
   near("Gelu", [](double v) { return v * 0.5 * (1 + std::erf(v / std::sqrt(2.0))); });
   near("Tanh", [](double v) { return std::tanh(v); });
+  near("Tan", [](double v) { return std::tan(v); });
+  near("Sinh", [](double v) { return std::sinh(v); });
+  near("Cosh", [](double v) { return std::cosh(v); });
+  near("Asinh", [](double v) { return std::asinh(v); });
   near("Exp", [](double v) { return std::exp(v); });
+}
+
+TEST_CASE("inverse functions end where their ranges do", "[nn][network]") {
+  const auto of = [](const char* name, double x) { return results_of({name, {{1}}}, {{x}}).at(0); };
+  CHECK(of("Asin", 1) == std::asin(1.0));
+  CHECK(of("Acos", -1) == std::acos(-1.0));
+  CHECK(of("Acosh", 1) == 0);
+  CHECK(of("Atanh", 1) == std::numeric_limits<double>::infinity());
+  for (const auto& [name, x] :
+       {std::pair("Asin", 1.5), std::pair("Acos", -2.0), std::pair("Acosh", 0.5), std::pair("Atanh", 3.0)})
+    CHECK(std::isnan(of(name, x)));
+}
+
+TEST_CASE("a shrinkage keeps what lies between its ends at 0, and NaN", "[nn][network]") {
+  const OperatorCase shrink{"Shrink", {{6}}, {{"lambd", 1.0}, {"bias", 0.5}}};
+  const auto y = results_of(shrink, {{-2, -1, 0.5, 1, 3, std::nan("")}});
+  CHECK(std::vector<double>(y.begin(), y.end() - 1) == std::vector<double>{-1.5, 0, 0, 0, 2.5});
+  CHECK(std::isnan(y.back()));
+}
+
+TEST_CASE("infinities are told by their sign where that is asked for", "[nn][network]") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const std::vector<double> x = {infinity, -infinity, 1, std::nan("")};
+  CHECK(results_of({"IsInf", {{4}}}, {x}) == std::vector<double>{1, 1, 0, 0});
+  CHECK(results_of({"IsInf", {{4}}, {{"detect_negative", std::int64_t(0)}}}, {x}) ==
+        std::vector<double>{1, 0, 0, 0});
+  CHECK(results_of({"IsInf", {{4}}, {{"detect_positive", std::int64_t(0)}}}, {x}) ==
+        std::vector<double>{0, 1, 0, 0});
 }
 
 TEST_CASE("halves are rounded to the even integer", "[nn][network]") {

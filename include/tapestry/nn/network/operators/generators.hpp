@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/cast.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/softmax.hpp>
 #include <utility>
@@ -56,6 +57,29 @@ class OneHot : public Operation<T> {
  private:
   AxisRuns runs_;
   T off_, on_;
+};
+
+/// A matrix with 1 on one diagonal, of elements [i, i + diagonal], and 0 elsewhere.
+template <std::floating_point T>
+class Eye : public Operation<T> {
+ public:
+  Eye(const Shape& shape, ElementType type, std::int64_t diagonal)
+      : Operation<T>({{shape, type}}), diagonal_(diagonal) {}
+
+  void forward(const ForwardCall<T>& call) const override {
+    T* const y = call.outputs[0].values;
+    std::fill_n(y, call.outputs[0].size(), T(0));
+    const Shape& shape = this->result_shape();
+    const auto columns = static_cast<std::int64_t>(shape[1]);
+    for (std::size_t row = 0; row < shape[0]; ++row)
+      if (const std::int64_t column = static_cast<std::int64_t>(row) + diagonal_;
+          column >= 0 && column < columns)
+        y[row * shape[1] + static_cast<std::size_t>(column)] = T(1);
+  }
+  [[nodiscard]] bool is_differentiable(std::size_t) const override { return false; }
+
+ private:
+  std::int64_t diagonal_;
 };
 
 /// The part of matrices on one side of a diagonal, and 0 elsewhere.
@@ -150,6 +174,16 @@ template <std::floating_point T>
 }
 
 template <std::floating_point T>
+[[nodiscard]] std::unique_ptr<Operation<T>> make_eye(OperatorContext& context) {
+  const Operand& x = context.input(0);
+  if (x.shape.size() != 2) throw ShapeError(tapestry::detail::to_text(x.shape) + " is no matrix");
+  const std::int64_t type = context.integer("dtype", 0), diagonal = context.integer("k", 0);
+  constexpr std::int64_t most = std::int64_t(1) << 32U;  // further than any matrix reaches
+  return std::make_unique<Eye<T>>(x.shape, type == 0 ? x.type : meaning_of(type),
+                                  std::clamp(diagonal, -most, most));
+}
+
+template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_triangle(OperatorContext& context) {
   const Operand& x = context.input(0);
   if (x.shape.size() < 2) throw ShapeError(tapestry::detail::to_text(x.shape) + " is no matrix");
@@ -159,12 +193,13 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// ConstantOfShape, Range, OneHot and Trilu.
+/// ConstantOfShape, Range, OneHot, EyeLike and Trilu.
 template <std::floating_point T>
 void add_generators(OperatorTable<T>& table) {
   table["ConstantOfShape"] = {LayoutRule::plain, 0, false, detail::make_constant_of_shape<T>};
   table["Range"] = {LayoutRule::plain, 0, false, detail::make_range<T>};
   table["OneHot"] = {LayoutRule::plain, 1, false, detail::make_one_hot<T>};
+  table["EyeLike"] = {LayoutRule::plain, 1, false, detail::make_eye<T>};
   table["Trilu"] = {LayoutRule::plain, 1, false, detail::make_triangle<T>};
 }
 

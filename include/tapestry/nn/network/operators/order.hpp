@@ -55,6 +55,29 @@ class ArgExtreme : public Operation<T> {
   bool is_largest_, takes_last_;
 };
 
+/// 1 where the largest element of each run is, the first of equal ones, and 0 elsewhere.
+template <std::floating_point T>
+class Hardmax : public Operation<T> {
+ public:
+  Hardmax(const Operand& x, const AxisRuns& runs) : Operation<T>({{x.shape, x.type}}), runs_(runs) {}
+
+  void forward(const ForwardCall<T>& call) const override {
+    std::fill_n(call.outputs[0].values, call.outputs[0].size(), T(0));
+    for (std::size_t run = 0; run < runs_.outer * runs_.inner && runs_.count > 0; ++run) {
+      const std::size_t first = run / runs_.inner * runs_.count * runs_.inner + run % runs_.inner;
+      const T* const x = call.inputs[0].values + first;
+      std::size_t best = 0;
+      for (std::size_t i = 1; i < runs_.count; ++i)
+        if (detail::comes_before(x[i * runs_.inner], x[best * runs_.inner], true)) best = i;
+      call.outputs[0].values[first + best * runs_.inner] = T(1);
+    }
+  }
+  [[nodiscard]] bool is_differentiable(std::size_t) const override { return false; }
+
+ private:
+  AxisRuns runs_;
+};
+
 /// The k largest or smallest elements of each run, in order, and where they were; of equal ones the first.
 template <std::floating_point T>
 class TopK : public Operation<T> {
@@ -200,6 +223,9 @@ void add_order_operators(OperatorTable<T>& table) {
     table[is_largest ? "ArgMax" : "ArgMin"] = {LayoutRule::plain, 1, false, make};
   }
   table["TopK"] = {LayoutRule::plain, 1, false, detail::make_top_k<T>};
+  table["Hardmax"] = {LayoutRule::plain, 1, false, [](OperatorContext& context) {
+                        return std::make_unique<Hardmax<T>>(context.input(0), detail::softmax_runs(context));
+                      }};
   table["CumSum"] = {LayoutRule::any, 1, false, detail::make_cum_sum<T>};
 }
 

@@ -129,6 +129,20 @@ struct ThresholdedRelu : Function<Reads::input> {
   }
 };
 
+/// x + b below −a, x − b above a, 0 between, of derivative 0 at either.
+struct Shrink : Function<Reads::input> {
+  template <class T>
+  static T value(T x, T a, T b) {
+    if (x < -a) return x + b;
+    if (x > a) return x - b;
+    return x == x ? T(0) : x;
+  }
+  template <class T>
+  static T slope(T x, T a, T) {
+    return x < -a || x > a ? T(1) : T(0);
+  }
+};
+
 /// |x|, of derivative 0 at 0.
 struct Abs : Function<Reads::input> {
   template <class T>
@@ -211,6 +225,14 @@ struct Not : Function<Reads::no_derivative> {
   template <class T>
   static T value(T x, T, T) {
     return x == 0 ? T(1) : T(0);
+  }
+};
+
+/// 1 if x is −∞ and a is not 0, or ∞ and b is not.
+struct IsInf : Function<Reads::no_derivative> {
+  template <class T>
+  static T value(T x, T a, T b) {
+    return std::isinf(x) && (x < 0 ? a : b) != 0 ? T(1) : T(0);
   }
 };
 

@@ -174,11 +174,10 @@ class Softmax : public Operation<T> {
 };
 
 namespace detail {
-/// Along one axis from opset 13 on; before, along that axis and all behind it.
-template <std::floating_point T>
-[[nodiscard]] std::unique_ptr<Operation<T>> make_softmax(OperatorContext& context, bool is_log) {
-  const Operand& x = context.input(0);
-  const std::size_t rank = x.shape.size();
+/// What Softmax and its like work along: one axis from opset 13 on; before, that axis and all behind it.
+[[nodiscard]] inline AxisRuns softmax_runs(OperatorContext& context) {
+  const Shape& shape = context.input(0).shape;
+  const std::size_t rank = shape.size();
   const bool has_one = context.opset() >= 13;
   std::int64_t axis = context.integer("axis", has_one ? -1 : 1);
   std::size_t first = context.axis(axis, rank), last = first + 1;
@@ -188,14 +187,16 @@ template <std::floating_point T>
     first = std::min(first, context.axis(a, rank));
     last = std::max(last, context.axis(a, rank) + 1);
   }
-  return std::make_unique<Softmax<T>>(x, AxisRuns(x.shape, first, last), is_log);
+  return AxisRuns(shape, first, last);
 }
 }  // namespace detail
 
 template <std::floating_point T>
 void add_softmax_operators(OperatorTable<T>& table) {
   for (const bool is_log : {false, true}) {
-    const auto make = [is_log](OperatorContext& context) { return detail::make_softmax<T>(context, is_log); };
+    const auto make = [is_log](OperatorContext& context) {
+      return std::make_unique<Softmax<T>>(context.input(0), detail::softmax_runs(context), is_log);
+    };
     table[is_log ? "LogSoftmax" : "Softmax"] = {LayoutRule::any, 1, false, make};
   }
 }

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/operators/piecewise_functions.hpp>
+#include <tapestry/nn/network/operators/trigonometric_functions.hpp>
 #include <tapestry/nn/network/operators/unary_functions.hpp>
 #include <tapestry/nn/pointwise.hpp>
 
@@ -55,8 +56,9 @@ void unary_adjoint(const T* kept, const T* dy, T* dx, std::size_t count, T a, T 
 
 template <class F, class T>
 [[nodiscard]] UnaryLoops<T> unary_loops() {
-  UnaryLoops<T> loops{&unary_forward<F, T>, nullptr, F::reads,
-                      std::same_as<F, unary::Not> || std::same_as<F, unary::IsNan>};
+  UnaryLoops<T> loops{
+      &unary_forward<F, T>, nullptr, F::reads,
+      std::same_as<F, unary::Not> || std::same_as<F, unary::IsNan> || std::same_as<F, unary::IsInf>};
   if constexpr (F::reads != unary::Reads::no_derivative) loops.adjoint = &unary_adjoint<F, T>;
   return loops;
 }
@@ -190,6 +192,14 @@ template <std::floating_point T>
 }
 
 template <std::floating_point T>
+[[nodiscard]] std::unique_ptr<Operation<T>> make_is_inf(OperatorContext& context) {
+  const T below = context.integer("detect_negative", 1) != 0 ? T(1) : T(0);
+  const T above = context.integer("detect_positive", 1) != 0 ? T(1) : T(0);
+  return std::make_unique<Unary<T>>(context.input(0), ElementType::boolean, unary_loops<unary::IsInf, T>(),
+                                    below, above);
+}
+
+template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_gelu(OperatorContext& context) {
   const std::string approximation = context.text("approximate", "none");
   if (approximation != "none" && approximation != "tanh")
@@ -238,13 +248,23 @@ void add_unary_operators(OperatorTable<T>& table) {
   add_unary<unary::Neg>(table, "Neg");
   add_unary<unary::Sin>(table, "Sin");
   add_unary<unary::Cos>(table, "Cos");
+  add_unary<unary::Tan>(table, "Tan");
+  add_unary<unary::Asin>(table, "Asin");
+  add_unary<unary::Acos>(table, "Acos");
   add_unary<unary::Atan>(table, "Atan");
+  add_unary<unary::Sinh>(table, "Sinh");
+  add_unary<unary::Cosh>(table, "Cosh");
+  add_unary<unary::Asinh>(table, "Asinh");
+  add_unary<unary::Acosh>(table, "Acosh");
+  add_unary<unary::Atanh>(table, "Atanh");
+  add_unary<unary::Shrink>(table, "Shrink", {"lambd", 0.5}, {"bias", 0});
   add_unary<unary::Floor>(table, "Floor");
   add_unary<unary::Ceil>(table, "Ceil");
   add_unary<unary::Round>(table, "Round");
   add_unary<unary::Sign>(table, "Sign");
   add_unary<unary::Not>(table, "Not");
   add_unary<unary::IsNan>(table, "IsNaN");
+  table["IsInf"] = {LayoutRule::any, 1, false, detail::make_is_inf<T>};
 }
 
 }  // namespace tapestry::nn

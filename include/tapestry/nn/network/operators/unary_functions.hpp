@@ -242,40 +242,4 @@ struct Reciprocal : Function<Reads::output> {
   }
 };
 
-/// sin x.
-struct Sin : Function<Reads::input> {
-  template <class T>
-  static T value(T x, T, T) {
-    return std::sin(x);
-  }
-  template <class T>
-  static T slope(T x, T, T) {
-    return std::cos(x);
-  }
-};
-
-/// cos x.
-struct Cos : Function<Reads::input> {
-  template <class T>
-  static T value(T x, T, T) {
-    return std::cos(x);
-  }
-  template <class T>
-  static T slope(T x, T, T) {
-    return -std::sin(x);
-  }
-};
-
-/// arctan x.
-struct Atan : Function<Reads::input> {
-  template <class T>
-  static T value(T x, T, T) {
-    return std::atan(x);
-  }
-  template <class T>
-  static T slope(T x, T, T) {
-    return 1 / (1 + x * x);
-  }
-};
-
 }  // namespace tapestry::nn::unary
