@@ -43,10 +43,11 @@ void describe(CLI::App& app, Options& options) {
   app.add_option(
       "--heat-map", options.heat_map,
       "folder for copies of the pictures that show where in a layer the score of the surest detection "
-      "comes from, for .onnx models; none when left out");
-  app.add_option("--layer", options.layer,
-                 "name of the value in the model that --heat-map looks into; left out, the last one that all "
-                 "outputs depend on");
+      "comes from; none when left out");
+  app.add_option(
+      "--layer", options.layer,
+      "what --heat-map looks into: the name of a value of an .onnx model, the number of a layer of "
+      "a Darknet network, from 0; left out, the last one that all outputs depend on");
   app.add_option("--heat-map-kind", options.heat_map_kind,
                  "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels")
       ->capture_default_str();

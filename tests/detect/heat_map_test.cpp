@@ -1,17 +1,23 @@
 #include <tapestry/detect/heat_map.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <tapestry/detect/graph_detector.hpp>
+#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
 #include <variant>
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/random_detector.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/small_exports.hpp"
 
 namespace detect = tapestry::detect;
+namespace io = tapestry::io;
 namespace nn = tapestry::nn;
 namespace test = tapestry::test;
 using tapestry::Array;
@@ -42,6 +48,26 @@ struct Explained {
     return sum;
   }
 };
+/// Two convolutions and a head of two anchors and two classes, on 2 × 2 cells.
+const std::string darknet_cfg =
+    "[net]\nwidth=16\nheight=16\n"
+    "[convolutional]\nfilters=4\nsize=9\nstride=8\npad=1\nactivation=leaky\n"
+    "[dropout]\nprobability=.5\n"
+    "[convolutional]\nfilters=14\nsize=1\nactivation=linear\n"
+    "[yolo]\nmask=0,1\nanchors=4,5, 9,8\nclasses=2\nnum=2\n";
+
+detect::Network<double> darknet(const std::string& cfg, const std::vector<std::size_t>& layers) {
+  auto network = test::random_detector<double>(io::parse_network_config(cfg, "some.cfg"), 1);
+  network.tell_layers(layers);
+  return network;
+}
+
+template <class Arrays>
+std::vector<const Array<double, 4>*> pointers_to(const Arrays& arrays) {
+  std::vector<const Array<double, 4>*> pointers;
+  for (const auto& array : arrays) pointers.push_back(&array);
+  return pointers;
+}
 }  // namespace
 
 TEST_CASE("the share of a heat map within a mask is its heat there over all of it", "[detect][heat_map]") {
@@ -161,4 +187,120 @@ TEST_CASE("layers that are not there or are no maps are refused", "[detect][heat
   detector.forward(test::pictures<double>(1, 64), pass);
   const std::vector<const Array<double, 4>*> none(3, nullptr);
   CHECK_THROWS_AS(detector.layer_adjoint(pass, none, 0, 0), tapestry::DomainError);
+}
+
+TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[detect][heat_map]") {
+  const auto network = darknet(darknet_cfg, {1, 0});  // a dropout only passes layer 0 on
+  CHECK(network.common_layer() == 0U);
+  detect::Pass<double> pass;
+  network.forward(test::pictures<double>(3, 16), pass, detect::Mode::input_gradient);
+  const detect::BestCandidate best{0, 1 * 4 + 2, 0.5};  // anchor 1, cell 2: the lower left one
+  const std::size_t image = 2;
+  const auto adjoints = detect::score_adjoint(network.heads(), pass.logits, image, 1, best);
+  const auto values = network.layer_values(pass, 0, image);
+  const auto adjoint = network.layer_adjoint(pass, pointers_to(adjoints), 0, image);
+  REQUIRE(values.shape() == tapestry::Extents<3>{4, 2, 2});
+  // The head reads W · A + b, of which the score is the sum of two rows: objectness and the class.
+  const double* const weights = network.parameters().data() + network.layout().layers[2].weight;
+  const double* const biases = network.parameters().data() + network.layout().layers[2].bias;
+  const std::size_t objectness = 7 + 4, class_row = 7 + 5 + 1;
+  double score = biases[objectness] + biases[class_row], heat = 0;
+  for (std::size_t c = 0; c < 4; ++c) {
+    const double asked = weights[objectness * 4 + c] + weights[class_row * 4 + c];
+    score += asked * values(c, 1, 0);
+    heat += std::max(asked, 0.0) * values(c, 1, 0);
+    for (std::size_t y = 0; y < 2; ++y)
+      for (std::size_t x = 0; x < 2; ++x)
+        CHECK(adjoint(c, y, x) == Approx(y == 1 && x == 0 ? asked : 0.0).margin(1e-15));
+  }
+  const auto& logits = pass.logits[0];
+  CHECK(score == Approx(logits(image, objectness, 1, 0) + logits(image, class_row, 1, 0)).epsilon(1e-13));
+  const auto map = detect::layer_cam(values, adjoint);
+  for (std::size_t y = 0; y < 2; ++y)
+    for (std::size_t x = 0; x < 2; ++x)
+      CHECK(map(y, x) == Approx(y == 1 && x == 0 ? std::max(heat, 0.0) : 0.0).margin(1e-15));
+  CHECK(test::relative_distance(network.layer_values(pass, 1, image), values) == 0);
+  CHECK(test::relative_distance(network.layer_adjoint(pass, pointers_to(adjoints), 1, image), adjoint) == 0);
+}
+
+TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's bias, and change nothing",
+          "[detect][heat_map][gradient]") {
+  const std::string cfg = test::cfg_text(GENERATE("every_layer", "fused_layers", "two_heads"));
+  const auto plain = darknet(cfg, {});
+  std::vector<std::size_t> layers;
+  for (std::size_t i = 0; i < plain.config().layers.size(); ++i) layers.push_back(i);
+  const auto network = darknet(cfg, layers);
+  const auto images = test::pictures<double>(2, plain.input_width());
+  detect::Pass<double> pass, other;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  plain.forward(images, other, detect::Mode::input_gradient);
+  std::vector<Array<double, 4>> adjoints;
+  for (std::size_t h = 0; h < pass.logits.size(); ++h) {
+    CHECK(test::relative_distance(pass.logits[h], other.logits[h]) == 0);
+    const auto shape = pass.logits[h].shape();
+    adjoints.push_back(test::random_array<double>({shape[0], shape[1], shape[2], shape[3]}, 5 + h));
+  }
+  auto gradient = tapestry::zeros<double, 4>(images.shape()), expected = gradient;
+  network.input_adjoint(pass, adjoints, gradient);
+  plain.input_adjoint(other, adjoints, expected);
+  CHECK(test::relative_distance(gradient, expected) == 0);
+
+  std::size_t checked = 0;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const auto& layer = plain.config().layers[i];
+    const bool is_known = layer.activation == nn::Activation::linear ||
+                          layer.activation == nn::Activation::leaky ||
+                          layer.activation == nn::Activation::logistic;
+    if (layer.kind != detect::LayerKind::convolutional || !is_known) continue;
+    const std::size_t channel = i % layer.filters;
+    double sum = 0;
+    for (std::size_t image = 0; image < 2; ++image) {
+      const auto values = network.layer_values(pass, i, image);
+      const auto asked = network.layer_adjoint(pass, pointers_to(adjoints), i, image);
+      const std::size_t pixels = values.shape(1) * values.shape(2);
+      for (std::size_t p = channel * pixels; p < (channel + 1) * pixels; ++p) {
+        const double a = values.data()[p];
+        const double slope = layer.activation == nn::Activation::linear  ? 1
+                             : layer.activation == nn::Activation::leaky ? (a > 0 ? 1 : 0.1)
+                                                                         : a * (1 - a);
+        sum += slope * asked.data()[p];
+      }
+    }
+    const auto score_with = [&](double step) {
+      auto moved = darknet(cfg, {});
+      moved.parameters()[moved.layout().layers[i].bias + channel] += step;
+      detect::Pass<double> pass_with;
+      moved.forward(images, pass_with);
+      double score = 0;
+      for (std::size_t h = 0; h < adjoints.size(); ++h)
+        for (std::size_t k = 0; k < adjoints[h].size(); ++k)
+          score += adjoints[h].data()[k] * pass_with.logits[h].data()[k];
+      return score;
+    };
+    const double step = 1e-6, slope = (score_with(step) - score_with(-step)) / (2 * step);
+    INFO("layer " << i << ": " << sum << " " << slope);
+    CHECK(std::abs(sum - slope) <=
+          1e-7 * std::abs(slope) + 1e-8);  // rounding of a score of some tens over 2h
+    ++checked;
+  }
+  CHECK(checked >= 2);
+}
+
+TEST_CASE("Darknet layers that cannot be looked into are refused", "[detect][heat_map][bad_input]") {
+  auto network = darknet(darknet_cfg, {});
+  CHECK_THROWS_WITH(network.tell_layers({4}), Catch::Contains("layer 4 cannot be looked into"));
+  const std::string dropped = "[net]\nwidth=16\nheight=16\n[dropout]\n" + darknet_cfg.substr(25);
+  CHECK_THROWS_WITH(darknet(dropped, {0}), Catch::Contains("layer 0 cannot be looked into"));
+  CHECK(darknet(test::cfg_text("two_heads"), {}).common_layer() == 0U);
+  network.tell_layers({0});
+  detect::Pass<double> pass;
+  network.forward(test::pictures<double>(1, 16), pass);
+  const std::vector<const Array<double, 4>*> none(1, nullptr);
+  CHECK_THROWS_AS(network.layer_values(pass, 0, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(network.layer_adjoint(pass, none, 0, 0), tapestry::DomainError);
+  network.forward(test::pictures<double>(1, 16), pass, detect::Mode::input_gradient);
+  CHECK_THROWS_AS(network.layer_values(pass, 1, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(network.layer_values(pass, 0, 1), tapestry::DomainError);
+  const auto asked = network.layer_adjoint(pass, none, 0, 0);
+  CHECK(std::ranges::all_of(asked.storage(), [](double value) { return value == 0; }));
 }

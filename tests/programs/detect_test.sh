@@ -67,9 +67,16 @@ expect_exit 3 "nothing but a broken one" "$detect" --json cut.png
 [ "$(tr -d ' \n' <command.out)" = "[]" ] && pass || fail "not an empty array"
 grep -q 'failed$' command.err && fail "a count of one" || pass
 
-# Heat maps are of .onnx models, see real_frames_test.sh.
-expect_exit 2 "a heat map of a Darknet detector" "$detect" --heat-map maps "$frame"
-expect_error_line 'layers can be looked into in .onnx models only'
+# Heat maps of the bundled detector; those of .onnx models are in real_frames_test.sh.
+expect_exit 0 "heat maps" "$detect" --heat-map last "$frame"
+expect_exit 0 "heat maps of an early layer" "$detect" --heat-map early --layer 1 "$frame"
+map="$(basename "$frame" .npz)-heat_map.png"
+expect_file "last/$map"
+cmp -s "last/$map" "early/$map" && fail "all layers are one" || pass
+expect_exit 4 "a layer that is not there" "$detect" --heat-map maps --layer 999 "$frame"
+expect_error_line 'layer 999 cannot be looked into'
+expect_exit 2 "a layer by name" "$detect" --heat-map maps --layer conv1 "$frame"
+expect_error_line "layers of Darknet networks are numbers"
 expect_exit 2 "a layer of nothing" "$detect" --layer conv1 "$frame"
 expect_exit 2 "a heat map of no kind" "$detect" --heat-map maps --heat-map-kind warm "$frame"
 expect_error_line "expected one of layer_cam, grad_cam, grad_cam_plus_plus"

@@ -30,7 +30,18 @@ struct Detector {
 
 namespace detail {
 
-inline Detector load_darknet(const DetectorSettings& settings) {
+/// The layer of a Darknet network that a number names, or without one the last that all heads see.
+inline std::size_t darknet_layer(const detect::Network<float>& network, const std::string& layer) {
+  if (layer.empty()) return network.common_layer().value_or(0);
+  const bool is_number = layer.size() < 6 && std::all_of(layer.begin(), layer.end(), [](unsigned char c) {
+                           return std::isdigit(c) != 0;
+                         });
+  if (!is_number)
+    throw Error(ErrorKind::usage, "--layer '" + layer + "': layers of Darknet networks are numbers, from 0");
+  return std::stoul(layer);
+}
+
+inline Detector load_darknet(const DetectorSettings& settings, const std::vector<std::string>& layers) {
   if (!settings.detector.empty())
     throw Error(ErrorKind::usage, "--detector describes .onnx weights; those of " + settings.weights +
                                       " are described by a cfg");
@@ -43,6 +54,9 @@ inline Detector load_darknet(const DetectorSettings& settings) {
   if (loaded.network.heads().empty())
     throw FileError(ErrorKind::mismatch,
                     {loaded.network.config().name, "", "the network has no [yolo] or [region] section"});
+  std::vector<std::size_t> told;
+  for (const std::string& layer : layers) told.push_back(darknet_layer(loaded.network, layer));
+  loaded.network.tell_layers(told);
   const auto fit =
       settings.fit.empty() ? detect::fit_of(loaded.network.config()) : image::fit_by_name(settings.fit);
   Detector detector{std::make_unique<detect::Network<float>>(std::move(loaded.network)),
@@ -81,14 +95,12 @@ inline Detector load_onnx(const DetectorSettings& settings, std::vector<std::str
 /// Whether weights are an ONNX model, by the file's name.
 inline bool is_onnx(const std::string& path) { return path.ends_with(".onnx"); }
 
-/// \param layers  of an .onnx model, whose values and adjoints the detector tells; an empty name stands for
-///                detect::common_layer()
-/// \throws Error (usage) for layers of another network
+/// \param layers  whose values and adjoints the detector tells: names of values of an .onnx model, numbers of
+///                a Darknet network's; an empty one stands for the last that all heads see
+/// \throws Error (usage) for a name in the place of a number
 inline Detector load_detector(const DetectorSettings& settings, const std::vector<std::string>& layers = {}) {
-  if (!layers.empty() && !is_onnx(settings.weights))
-    throw Error(ErrorKind::usage, "layers can be looked into in .onnx models only");
-  Detector detector =
-      is_onnx(settings.weights) ? detail::load_onnx(settings, layers) : detail::load_darknet(settings);
+  Detector detector = is_onnx(settings.weights) ? detail::load_onnx(settings, layers)
+                                                : detail::load_darknet(settings, layers);
   if (!settings.names.empty())
     detector.names = io::read_class_names(settings.names, detector.network->heads().front().classes);
   return detector;

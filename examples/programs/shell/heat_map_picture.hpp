@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour.hpp>
@@ -39,7 +38,7 @@ inline HeatMap heat_map_by_name(const std::string& name) {
   throw Error(ErrorKind::usage, "--heat-map-kind is '" + name + "'; expected one of " + known);
 }
 
-/// Where in the first layer that a graph detector tells the score of a class comes from, that of its surest
+/// Where in the first layer that a detector tells the score of a class comes from, that of its surest
 /// candidate, however unsure: spread over the input, [H, W]; zeros where there is no candidate.
 ///
 /// \param input     [H, W, 3], as the network takes it
@@ -47,19 +46,19 @@ inline HeatMap heat_map_by_name(const std::string& name) {
 ///                  to a place, more about the channels than about the place
 inline Array<float, 2> heat_of_input(const Array<float, 3>& input, const Detector& detector,
                                      std::size_t class_index, HeatMap heat_map) {
-  const auto& graph = dynamic_cast<const detect::GraphDetector<float>&>(*detector.network);
-  const std::size_t height = graph.input_height(), width = graph.input_width();
+  const auto& network = *detector.network;
+  const std::size_t height = network.input_height(), width = network.input_width();
   detect::Pass<float> pass;
-  graph.forward(image::batch_of(input), pass, detect::Mode::input_gradient);
+  network.forward(image::batch_of(input), pass, detect::Mode::input_gradient);
   std::vector<const Array<float, 4>*> logits;
   for (const auto& of_head : pass.logits) logits.push_back(&of_head);
   auto heat = zeros<float, 2>({height, width});
-  const auto best = detect::best_candidate(graph.heads(), logits, 0, {class_index}, height, width);
+  const auto best = detect::best_candidate(network.heads(), logits, 0, {class_index}, height, width);
   if (!best) return heat;
-  const auto adjoints = detect::score_adjoint(graph.heads(), pass.logits, 0, class_index, *best);
+  const auto adjoints = detect::score_adjoint(network.heads(), pass.logits, 0, class_index, *best);
   std::vector<const Array<float, 4>*> pointers;
   for (const auto& of_head : adjoints) pointers.push_back(&of_head);
-  const auto map = heat_map(graph.layer_values(pass, 0, 0), graph.layer_adjoint(pass, pointers, 0, 0));
+  const auto map = heat_map(network.layer_values(pass, 0, 0), network.layer_adjoint(pass, pointers, 0, 0));
   Array<float, 3> single(Extents<3>{map.shape(0), map.shape(1), 1});
   std::copy_n(map.data(), map.size(), single.data());
   const auto spread = image::resize_bilinear(single, height, width);

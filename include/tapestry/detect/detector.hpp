@@ -62,6 +62,20 @@ class Detector {
   virtual void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                          Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const = 0;
 
+  /// What one of the layers that the detector tells holds for one image of a pass, [C, H, W].
+  ///
+  /// \param pass   of forward(), of a Network in another mode than inference
+  /// \param layer  its place among those named for this, see Network::tell_layers() and GraphDetector
+  /// \throws DomainError or std::out_of_range if there is no such layer or image
+  [[nodiscard]] virtual Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer,
+                                                 std::size_t image) const = 0;
+
+  /// What logits_adjoint asks of such a layer for one image, [C, H, W]; parameters and errors as for
+  /// pull_back() and layer_values().
+  [[nodiscard]] virtual Array<T, 3> layer_adjoint(Pass<T>& pass,
+                                                  const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                                  std::size_t layer, std::size_t image) const = 0;
+
   /// pull_back() to the images alone.
   void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
                      Array<T, 4>& images_adjoint) const {

@@ -50,18 +50,17 @@ class GraphDetector final : public Detector<T> {
     return network_.output_shape(head_output_count() + layer);
   }
 
-  /// What a named layer holds for one image of a pass, [C, H, W].
-  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer, std::size_t image) const {
+  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer,
+                                         std::size_t image) const override {
     const auto& shape = layer_shape(layer);
     Array<T, 3> values(Extents<3>{shape[1], shape[2], shape[3]});
     std::copy_n(pass.graph.at(image).output(head_output_count() + layer), values.size(), values.data());
     return values;
   }
 
-  /// What logits_adjoint asks of a named layer for one image, [C, H, W]; parameters as for pull_back().
   [[nodiscard]] Array<T, 3> layer_adjoint(Pass<T>& pass,
                                           const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                          std::size_t layer, std::size_t image) const {
+                                          std::size_t layer, std::size_t image) const override {
     this->require_logits_adjoint("GraphDetector::layer_adjoint", pass, pass.graph.size() == pass.images,
                                  logits_adjoint);
     const auto& shape = layer_shape(layer);

@@ -17,6 +17,7 @@
 #include <tapestry/detect/network/kept_forward.hpp>
 #include <tapestry/detect/network/pass.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
+#include <tapestry/detect/network/told_layers.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/image/pixel_window.hpp>
@@ -84,6 +85,29 @@ class Network final : public Detector<T> {
     cache_.forget();
   }
 
+  /// Names layers, by their places among config().layers, whose values and adjoints passes tell from now on,
+  /// which takes the memory of these values. What a pass computes stays the same.
+  /// \throws FileError (mismatch) for a layer that is not there, or hands on the picture itself
+  void tell_layers(const std::vector<std::size_t>& layers) { detail::tell_layers(graph_, layers); }
+  /// The last layer of which all heads are computed; nothing if there is none.
+  [[nodiscard]] std::optional<std::size_t> common_layer() const { return detail::common_value(graph_); }
+
+  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer,
+                                         std::size_t image) const override {
+    return detail::told_values(graph_, pass, layer, image);
+  }
+  /// \throws DomainError also for a pass of forward_within()
+  [[nodiscard]] Array<T, 3> layer_adjoint(Pass<T>& pass,
+                                          const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                          std::size_t layer, std::size_t image) const override {
+    this->require_logits_adjoint("Network::layer_adjoint", pass,
+                                 pass.within.empty() && pass.layers.size() == graph_.image() + 1,
+                                 logits_adjoint);
+    const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
+    return detail::told_adjoint(detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, pass), graph_,
+                                pass, logits_adjoint, layer, image);
+  }
+
   [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }
   void set_images_seen(std::uint64_t count) { images_seen_ = count; }
 
@@ -107,6 +131,7 @@ class Network final : public Detector<T> {
       other.parameters_[i] = static_cast<U>(parameters_[i]);
     other.images_seen_ = images_seen_;
     other.engine_ = engine_;
+    other.graph_.told = graph_.told;
     return other;
   }
 
@@ -116,6 +141,7 @@ class Network final : public Detector<T> {
     other.parameters_ = parameters_;
     other.images_seen_ = images_seen_;
     other.engine_ = engine_;
+    other.graph_.told = graph_.told;
     return other;
   }
 

@@ -27,7 +27,7 @@ inline const std::vector<ProtocolEntry>& protocols() {
   static const std::vector<ProtocolEntry> entries{
       {"digital", "held-out photographs, with every control and each detector (table 1)", digital_protocol,
        true},
-      {"attention", "heat maps of .onnx detectors on held-out photographs, and their share on the car",
+      {"attention", "heat maps of detectors on held-out photographs, and their share on the car",
        attention_protocol, true},
       {"views", "4,320 views from all around, by azimuth and distance (table 3)", views_protocol},
       {"occlusion", "1,080 views of a partly hidden car, by hidden share and distance (table 4)",

@@ -30,19 +30,19 @@ class BackwardPass {
   void run(const std::vector<const T*>& logits_adjoint, T* images_adjoint, T* parameters_adjoint) {
     wants_image_ = images_adjoint != nullptr;
     parameters_adjoint_ = parameters_adjoint;
-    std::size_t head = graph_.head_values.size();
-    for (std::size_t i = graph_.image(); i-- > 0;) {
-      if (graph_.hands_out(i)) {
-        --head;
-        if (logits_adjoint[head] != nullptr) read_logits(graph_.head_values[head], logits_adjoint[head]);
-      }
-      if (!graph_.makes_value(i) || adjoints_[i].empty()) continue;
-      run_layer(i);
-      pass_.workspace.give(std::move(adjoints_[i]));
-    }
+    run_down_to(0, logits_adjoint);
     auto& image = adjoints_[graph_.image()];
     if (wants_image_ && !image.empty()) add_to_image(image.data(), images_adjoint);
     pass_.workspace.give(std::move(image));
+  }
+
+  /// What all that read a value that is told ask of it: [N, H, W, C], or empty if nobody asks anything.
+  [[nodiscard]] nn::Buffer<T> adjoint_of(std::size_t value, const std::vector<const T*>& logits_adjoint) {
+    run_down_to(value + 1, logits_adjoint);
+    if (graph_.hands_out(value)) read_head(value, logits_adjoint);
+    nn::Buffer<T> asked = std::move(adjoints_[value]);
+    for (auto& adjoint : adjoints_) pass_.workspace.give(std::move(adjoint));
+    return asked;
   }
 
  private:
@@ -53,6 +53,23 @@ class BackwardPass {
       nn::add(adjoint + first * shape.channels, images_adjoint + first * shape.channels,
               count * shape.channels);
     });
+  }
+
+  /// Pulls back through the layers from the last to `first`.
+  void run_down_to(std::size_t first, const std::vector<const T*>& logits_adjoint) {
+    for (std::size_t i = graph_.image(); i-- > first;) {
+      if (graph_.hands_out(i)) read_head(i, logits_adjoint);
+      if (!graph_.makes_value(i) || adjoints_[i].empty()) continue;
+      run_layer(i);
+      pass_.workspace.give(std::move(adjoints_[i]));
+    }
+  }
+
+  /// What is asked of the logits that layer i hands out.
+  void read_head(std::size_t i, const std::vector<const T*>& logits_adjoint) {
+    std::size_t head = 0;
+    for (std::size_t before = 0; before < i; ++before) head += graph_.hands_out(before) ? 1U : 0U;
+    if (logits_adjoint[head] != nullptr) read_logits(graph_.head_values[head], logits_adjoint[head]);
   }
 
   /// The adjoint of a value to add to; zero if nothing has been added before.
@@ -103,7 +120,8 @@ class BackwardPass {
   /// True if layer i, the last to add to a value's adjoint, may as well multiply it by the slopes of the
   /// activation that made the value.
   [[nodiscard]] bool is_gate(std::size_t i, std::size_t value) const {
-    return graph_.first_use[value] == i && value != graph_.image() && !pass_.layers[value].positive.empty() &&
+    return graph_.first_use[value] == i && value != graph_.image() && !graph_.is_told(value) &&
+           !pass_.layers[value].positive.empty() &&
            nn::slope_needs_sign(graph_.config.layers[value].activation);
   }
 

@@ -85,11 +85,11 @@ class ForwardPass {
   }
 
   /// True if the adjoint will ask for a value's output: for an activation's slope, softmax, a product, or
-  /// weights.
+  /// weights; or if somebody else will.
   [[nodiscard]] bool keeps_output(std::size_t value) const {
     if (pass_.mode == Mode::inference) return false;
     if (pass_.mode == Mode::training) return true;
-    if (graph_.is_multiplied[value]) return true;
+    if (graph_.is_multiplied[value] || graph_.is_told(value)) return true;
     if (value == graph_.image()) return false;
     const LayerConfig& layer = graph_.config.layers[value];
     return layer.kind == LayerKind::softmax || layer.activation == nn::Activation::logistic;

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
@@ -24,12 +25,14 @@ struct Graph {
   std::vector<std::size_t> first_use{};            ///< layer that reads each value first
   std::vector<std::size_t> last_use{};             ///< and last; 0 if none does
   std::vector<bool> is_multiplied{};               ///< a product reads it, whose adjoint needs the value
+  std::vector<std::size_t> told{};                 ///< values of which Network tells what they hold
   ParameterLayout layout{};
   std::vector<Head> heads{};
   std::vector<std::size_t> head_values{};  ///< the value that each head's logits are; without heads the last
                                            ///< layer's alone
 
   [[nodiscard]] std::size_t image() const { return config.layers.size(); }
+  [[nodiscard]] bool is_told(std::size_t value) const { return std::ranges::count(told, value) > 0; }
   [[nodiscard]] bool makes_value(std::size_t layer) const { return value_of[layer] == layer; }
 
   /// Whether a layer's input, or of a network without heads the last layer's output, is handed out.
@@ -113,6 +116,23 @@ struct Graph {
     graph.last_use[last] = count - 1;
   }
   return graph;
+}
+
+/// The last value of which all that is handed out is computed; nothing if that is the picture alone.
+[[nodiscard]] inline std::optional<std::size_t> common_value(const Graph& graph) {
+  std::vector<std::size_t> readers(graph.image() + 1, 0);  // results that are computed of each value
+  for (const std::size_t result : graph.head_values) {
+    std::vector<bool> is_needed(graph.image() + 1, false);
+    is_needed[result] = true;
+    for (std::size_t i = graph.image(); i-- > 0;) {
+      if (!graph.makes_value(i) || !is_needed[i]) continue;
+      if (i != result) ++readers[i];
+      for (const std::size_t input : graph.inputs[i]) is_needed[input] = true;
+    }
+  }
+  for (std::size_t i = graph.image(); i-- > 0;)
+    if (readers[i] == graph.head_values.size() && readers[i] > 0) return i;
+  return std::nullopt;
 }
 
 }  // namespace tapestry::detect::detail
