@@ -176,6 +176,20 @@ TEST_CASE("convolutions apply what follows them", "[nn][network][simplify]") {
     b.network.outputs = {"y", "a"};
     check(b, {"Conv", name});
   }
+  SECTION("PRelu of one slope, but not of several, and no slope that is computed") {
+    b.convolution("x", 6, 16, "a");
+    b.network.constants["one"] = {{16, 1, 1}, nn::ElementType::floating, std::vector<double>(16, 0.25)};
+    b.node("PRelu", {"a", "one"}, "b");
+    b.convolution("b", 16, 4, "c");
+    b.node("PRelu", {"c", b.constant("several", {4, 1, 1}, 0.1, 0.9)}, "d");
+    b.convolution("d", 4, 4, "e");
+    b.network.constants["below"] = {{1}, nn::ElementType::floating, std::vector<double>{-0.5}};
+    b.node("PRelu", {"e", "below"}, "f");
+    b.convolution("f", 4, 4, "g");
+    b.node("PRelu", {"f", "g"}, "y");
+    b.network.outputs = {"y"};
+    check(b, {"FusedConv", "Conv", "PRelu", "Conv", "PRelu", "Conv", "PRelu"});
+  }
   SECTION("Clip with one bound, or two, or attributes") {
     b.convolution("x", 6, 16, "a");
     b.node("Clip", {"a", b.constant("low", {}, -0.5, -0.4), ""}, "b");

@@ -13,7 +13,8 @@ namespace tapestry::nn {
 /// normalisations and constants that scale channels go into the weights before them, patterns that stand for
 /// one operation become that (Swish, HardSwish, ChannelShuffle, padded convolutions; InterleaveChannels,
 /// PixelUnshuffle and FlattenPixels, which suit tensors stored channels last), and convolutions do their
-/// activation and the addition behind them (FusedConv). What has become known beforehand is a constant.
+/// activation and the addition behind them (FusedConv). What has become known beforehand is a constant. A
+/// single slope of PRelu that a convolution takes over is a weight no more.
 ///
 /// \param facts  of the description's values, at the extents that the network will have
 [[nodiscard]] inline NetworkDescription simplified(NetworkDescription description,

@@ -21,12 +21,26 @@ namespace detail {
   return true;
 }
 
+/// The slope of a LeakyRelu, or of a PRelu of `value` that has a single one for all channels; NaN if there is
+/// none.
+[[nodiscard]] inline double common_slope(const EditableGraph& graph, const Node& node,
+                                         const std::string& value) {
+  if (node.operation == "LeakyRelu") return attribute_of(node, "alpha", 0.01);
+  const Constant* slopes = node.inputs[0] == value ? graph.constant(node.inputs[1]) : nullptr;
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  if (slopes == nullptr || slopes->size() == 0) return none;
+  for (std::size_t i = 1; i < slopes->size(); ++i)
+    if (slopes->at(i) != slopes->at(0)) return none;
+  return slopes->at(0);
+}
+
 /// Adds a node's activation to a FusedConv that has none. \returns whether it could
 [[nodiscard]] inline bool take_activation(const EditableGraph& graph, const Node& node, Node& fused) {
   double a = 0, b = 0;
-  const std::string& name = node.operation;
-  if (name == "LeakyRelu") {
-    a = attribute_of(node, "alpha", 0.01);
+  std::string name = node.operation;
+  if (name == "LeakyRelu" || name == "PRelu") {
+    a = common_slope(graph, node, fused.outputs[0]);
+    name = "LeakyRelu";
     if (!(a >= 0)) return false;
   } else if (name == "HardSigmoid") {
     a = attribute_of(node, "alpha", 0.2);
