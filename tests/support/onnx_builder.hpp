@@ -244,4 +244,50 @@ inline ModelParts small_model() {
   return parts;
 }
 
+/// A model of many operators, that of a picture [1, 2, 3, 4].
+inline ModelParts model_of_many() {
+  const auto numbers = [](std::size_t count) {
+    std::vector<float> values(count);
+    for (std::size_t i = 0; i < count; ++i) values[i] = 0.25F + 0.125F * static_cast<float>(i % 7);
+    return values;
+  };
+  ModelParts parts;
+  parts.inputs = {value("picture", float32, {Extent(1), Extent(2), Extent(3), Extent(4)})};
+  parts.outputs = {value("scores", float32, {}), value("best", float32, {})};
+  parts.initialisers = {float_tensor("w", {3, 2, 3, 3}, numbers(54)),
+                        float_tensor("c", {3}, numbers(3)),
+                        float_tensor("slopes", {3, 1, 1}, numbers(3)),
+                        int64_tensor("sizes", {4}, {1, 3, 4, 6}),
+                        int64_tensor("pads", {8}, {0, 0, 0, 1, 0, 0, 1, 1}),
+                        int64_tensor("zero", {1}, {0}),
+                        int64_tensor("one", {1}, {1}),
+                        int64_tensor("four", {1}, {4}),
+                        float_tensor("v", {4, 5}, numbers(20)),
+                        int64_tensor("rows", {3}, {1, -1, 4}),
+                        float_tensor("u", {4, 2}, numbers(8)),
+                        float_tensor("shift", {2}, numbers(2))};
+  parts.nodes = {
+      node("Conv", {"picture", "w", "c"}, {"sums"}, {ints_attribute("pads", {1, 1, 1, 1})}),
+      node("BatchNormalization", {"sums", "c", "c", "c", "c"}, {"normal"}),
+      node("PRelu", {"normal", "slopes"}, {"units"}),
+      node("MaxPool", {"units"}, {"pooled"}, {ints_attribute("kernel_shape", {2, 2})}),
+      node("Resize", {"pooled", "", "", "sizes"}, {"wide"}, {string_attribute("mode", "linear")}),
+      node("Pad", {"units", "pads"}, {"padded"}, {string_attribute("mode", "reflect")}),
+      node("Concat", {"wide", "padded"}, {"both"}, {int_attribute("axis", 1)}),
+      node("Slice", {"both", "zero", "four", "one"}, {"part"}),
+      node("Softmax", {"part"}, {"shares"}, {int_attribute("axis", 1)}),
+      node("ReduceMean", {"shares"}, {"means"},
+           {ints_attribute("axes", {2, 3}), int_attribute("keepdims", 0)}),
+      node("Gemm", {"means", "v"}, {"scores"}, {float_attribute("alpha", 0.5F)}),
+      node("Transpose", {"part"}, {"turned"}, {ints_attribute("perm", {0, 2, 3, 1})}),
+      node("Reshape", {"turned", "rows"}, {"tokens"}),
+      node("MatMul", {"tokens", "u"}, {"products"}),
+      node("Add", {"products", "shift"}, {"shifted"}),
+      node("Sigmoid", {"shifted"}, {"odds"}),
+      node("TopK", {"odds", "one"}, {"top", "places"}, {int_attribute("axis", 1)}),
+      node("Gather", {"top", "zero"}, {"best"}, {int_attribute("axis", 2)}),
+  };
+  return parts;
+}
+
 }  // namespace tapestry::test::onnx

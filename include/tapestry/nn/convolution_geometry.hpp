@@ -37,21 +37,23 @@ struct AxisAdjoint {
   const std::size_t common = std::gcd(axis.stride, axis.spacing);
   const auto stride = static_cast<std::ptrdiff_t>(axis.stride);
   std::vector<AxisAdjoint> parts;
-  for (std::size_t first = 0; first < std::min(axis.stride, axis.input); ++first) {
-    std::vector<std::size_t> taps;
-    for (std::size_t t = 0; t < axis.taps; ++t) {
-      const auto numerator =
-          static_cast<std::ptrdiff_t>(first) + axis.padding - static_cast<std::ptrdiff_t>(t * axis.spacing);
-      if (numerator % stride == 0) taps.push_back(t);
-    }
-    if (taps.empty()) continue;
+  std::vector<std::size_t> taps(std::min(axis.stride, axis.input), 0), last_tap(taps.size(), 0);
+  for (std::size_t t = 0; t < axis.taps; ++t) {
+    const auto place = (static_cast<std::ptrdiff_t>(t * axis.spacing) - axis.padding) % stride;
+    const auto first = static_cast<std::size_t>(place < 0 ? place + stride : place);
+    if (first >= taps.size()) continue;
+    ++taps[first];
+    last_tap[first] = t;
+  }
+  for (std::size_t first = 0; first < taps.size(); ++first) {
+    if (taps[first] == 0) continue;
     AxisAdjoint part;
     part.first = first;
-    part.first_tap = taps.back();
+    part.first_tap = last_tap[first];
     part.tap_step = axis.stride / common;
     part.window.input = axis.output;
     part.window.output = (axis.input - first + axis.stride - 1) / axis.stride;
-    part.window.taps = taps.size();
+    part.window.taps = taps[first];
     part.window.spacing = axis.spacing / common;
     part.window.padding = -(static_cast<std::ptrdiff_t>(first) + axis.padding -
                             static_cast<std::ptrdiff_t>(part.first_tap * axis.spacing)) /

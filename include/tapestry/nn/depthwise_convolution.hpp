@@ -12,11 +12,12 @@ namespace detail {
 /// Taps of an axis that lie inside for one output.
 [[nodiscard]] inline BlockRange inner_taps(const AxisWindow& axis, std::size_t output) {
   const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(output * axis.stride) - axis.padding;
-  const auto place = [&](std::size_t tap) { return first + static_cast<std::ptrdiff_t>(tap * axis.spacing); };
-  BlockRange taps{0, axis.taps};
-  while (taps.begin < taps.end && place(taps.begin) < 0) ++taps.begin;
-  while (taps.end > taps.begin && place(taps.end - 1) >= static_cast<std::ptrdiff_t>(axis.input)) --taps.end;
-  return taps;
+  const auto step = static_cast<std::ptrdiff_t>(axis.spacing);
+  const auto before = [&](std::ptrdiff_t place) {  // taps that lie before it
+    return place <= first ? std::size_t(0)
+                          : std::min(axis.taps, static_cast<std::size_t>((place - first - 1) / step + 1));
+  };
+  return {before(0), std::max(before(0), before(static_cast<std::ptrdiff_t>(axis.input)))};
 }
 }  // namespace detail
 

@@ -12,8 +12,9 @@
 
 namespace tapestry::nn {
 
-/// Elements that one folded result may have: 512 MiB in double.
-inline constexpr std::size_t largest_folded_size = std::size_t(1) << 26U;
+/// Elements that all folded results of a network may have together, beside four for each that its constants
+/// have: 256 MiB in double.
+inline constexpr std::size_t largest_folded_size = std::size_t(1) << 25U;
 
 /// An operand of a node that is folded.
 struct FoldOperand {
@@ -56,12 +57,17 @@ namespace detail {
 }  // namespace detail
 
 /// The results of a node all of whose operands are known, computed in double.
+/// \param most  elements that they may have
 /// \throws DomainError or ShapeError if the node is not supported or its results are too large
 [[nodiscard]] inline std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
-                                                     const std::vector<FoldOperand>& operands) {
-  if (node.operation == "Shape") return {detail::shape_constant(node, opset, operands.at(0).shape)};
-  if (node.operation == "Size")
-    return {detail::integers({static_cast<double>(size_of(operands.at(0).shape))}, {})};
+                                                     const std::vector<FoldOperand>& operands,
+                                                     std::size_t most) {
+  if (node.operation == "Shape" || node.operation == "Size") {
+    if (operands.empty() || !operands.front().is_there) throw DomainError("input 0 is missing");
+    const Shape& shape = operands.front().shape;
+    if (node.operation == "Shape") return {detail::shape_constant(node, opset, shape)};
+    return {detail::integers({static_cast<double>(size_of(shape))}, {})};
+  }
   const Operator<double>& kind = operators<double>().find(node.operation)->second;
   const bool is_last = detail::lies_last(kind, operands);
   std::vector<Operand> inputs;
@@ -85,9 +91,11 @@ namespace detail {
   std::vector<Buffer<double>> results;
   std::vector<TensorView<double>> result_views;
   for (const auto& result : operation->results()) {
-    if (size_of(result.shape) > largest_folded_size)
+    const std::size_t count = size_of(result.shape);
+    if (count > most)
       throw ShapeError("a constant result " + tapestry::detail::to_text(result.shape) + " is too large");
-    results.emplace_back(size_of(result.shape));
+    most -= count;
+    results.emplace_back(count);
     result_views.push_back({&result.shape, results.back().data()});
   }
   operation->prepare(views);

@@ -7,6 +7,7 @@
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/network/tensor.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -69,7 +70,10 @@ class Operation {
     ElementType type = ElementType::floating;
   };
 
-  explicit Operation(std::vector<Result> results) : results_(std::move(results)) {}
+  /// \throws ShapeError as require_room()
+  explicit Operation(std::vector<Result> results) : results_(std::move(results)) {
+    for (const Result& result : results_) require_room(result.shape);
+  }
   Operation(const Operation&) = delete;
   Operation& operator=(const Operation&) = delete;
   virtual ~Operation() = default;

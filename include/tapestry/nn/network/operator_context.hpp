@@ -49,12 +49,26 @@ class OperatorContext {
     return inputs[i];
   }
   /// Integers of an operand that must be known beforehand, as axes and extents must; out of range ones are
-  /// cut. \throws DomainError if it is missing or depends on what the network is given
+  /// cut. \throws DomainError if it is missing, of another type or depends on what the network is given;
+  /// ShapeError for more than no node needs
   [[nodiscard]] std::vector<std::int64_t> integers(std::size_t i) const {
+    constexpr std::size_t most = 1024;
     const Constant& values = constant(i);
+    require_type(i, ElementType::integer);
+    if (values.size() > most)
+      throw ShapeError("input " + std::to_string(i) + " has " + std::to_string(values.size()) +
+                       " elements, expected at most " + std::to_string(most));
     std::vector<std::int64_t> all;
     for (std::size_t k = 0; k < values.size(); ++k) all.push_back(to_integer(values.at(k)));
     return all;
+  }
+  /// \throws DomainError if the operand is missing or of another type
+  void require_type(std::size_t i, ElementType type) const {
+    constexpr std::array<const char*, 3> names{"floating-point numbers", "integers", "truths"};
+    const ElementType own = input(i).type;
+    if (own != type)
+      throw DomainError("input " + std::to_string(i) + " holds " + names[static_cast<std::size_t>(own)] +
+                        ", expected " + names[static_cast<std::size_t>(type)]);
   }
   [[nodiscard]] const Constant& constant(std::size_t i) const {
     const Operand& operand = input(i);

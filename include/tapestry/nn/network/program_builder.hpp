@@ -30,10 +30,15 @@ class ProgramBuilder {
   ProgramBuilder(const NetworkDescription& description, const std::map<std::string, Shape>& shapes,
                  bool pictures_channels_last)
       : description_(description) {
-    for (const auto& [name, constant] : description.constants) known_[name].constant = &constant;
+    for (const auto& [name, constant] : description.constants) {
+      require_room_for("constant", name, constant.shape);
+      known_[name].constant = &constant;
+      foldable_ += 4 * constant.size();
+    }
     for (const InputDescription& input : description.inputs) {
       Known& known = known_[input.name];
       known.shape = shapes.at(input.name);
+      require_room_for("input", input.name, known.shape);
       known.type = input.type;
       const bool is_last = pictures_channels_last && known.shape.size() == 4;
       known.value[is_last ? 1 : 0] = add_value(input.name, known.shape, input.type, is_last);
@@ -44,7 +49,7 @@ class ProgramBuilder {
   /// \throws FileError (mismatch) naming every node that is not supported, and why
   [[nodiscard]] Program<T> build() {
     for (const Node& node : description_.nodes) add_node(node);
-    if (!problems_.empty()) refuse();
+    if (problem_count_ > 0) refuse();
     for (const std::string& name : description_.outputs)
       if (!known_.contains(name))
         throw FileError(ErrorKind::mismatch,
@@ -64,6 +69,15 @@ class ProgramBuilder {
 
  private:
   static constexpr std::size_t readable_past_end = 32;  ///< values, of at least 128 bytes
+
+  void require_room_for(const char* kind, const std::string& name, const Shape& shape) const {
+    try {
+      require_room(shape);
+    } catch (const ShapeError& error) {
+      throw FileError(ErrorKind::limit, {description_.path, "",
+                                         std::string(kind) + " " + in_quotes(name) + ": " + error.what()});
+    }
+  }
 
   /// What is known of a named value: a constant, or where the program has it in either layout.
   struct Known {
@@ -89,7 +103,7 @@ class ProgramBuilder {
       if (input.empty()) continue;
       const auto known = known_.find(input);
       if (known == known_.end()) {
-        problems_.push_back(label_of(node) + ": nothing makes its input " + in_quotes(input));
+        add_problem(label_of(node) + ": nothing makes its input " + in_quotes(input));
         return fail(node);
       }
       if (known->second.failed) return fail(node);
@@ -102,10 +116,16 @@ class ProgramBuilder {
       if (all_constant || asks_extents) return fold(node);
       make(node, found->second);
     } catch (const Error& error) {
-      problems_.push_back(label_of(node) + " (opset " + std::to_string(description_.opset) +
-                          "): " + error.what());
+      add_problem(label_of(node) + " (opset " + std::to_string(description_.opset) + "): " + error.what());
       fail(node);
     }
+  }
+
+  /// Of a network that cannot be run at all the first nodes tell enough.
+  void add_problem(const std::string& problem) {
+    constexpr std::size_t most = 64, longest = 2000;
+    if (problem_count_++ < most) problems_ += (problems_.empty() ? "" : "; ") + problem.substr(0, longest);
+    if (problem_count_ == most + 1) problems_ += "; …";
   }
 
   void fail(const Node& node) {
@@ -122,7 +142,8 @@ class ProgramBuilder {
       const Known& known = known_.at(input);
       operands.push_back({known.constant, shape_of(known), true});
     }
-    auto results = fold_node(node, description_.opset, operands);
+    auto results = fold_node(node, description_.opset, operands, foldable_);
+    for (const Constant& result : results) foldable_ -= std::min(foldable_, result.size());
     for (std::size_t i = 0; i < node.outputs.size(); ++i) {
       if (node.outputs[i].empty()) continue;
       require_result(i, results.size());
@@ -158,7 +179,6 @@ class ProgramBuilder {
     OperatorContext context(node, description_.opset, std::move(operands), is_last);
     ProgramStep<T> step{kind.make(context), {}, {}, label_of(node)};
     context.require_all_asked();
-    for (const auto& result : step.operation->results()) require_room(result.shape);
     for (std::size_t i = 0; i < node.inputs.size(); ++i) {
       const std::string& input = node.inputs[i];
       const bool is_data = is_last && i < kind.data_inputs;
@@ -168,16 +188,6 @@ class ProgramBuilder {
     note_weights(step);
     for (std::size_t i = 0; i < node.outputs.size(); ++i) add_output(node.outputs[i], i, is_last, step);
     program_.steps.push_back(std::move(step));
-  }
-
-  static void require_room(const Shape& shape) {
-    constexpr std::size_t most = std::size_t(1) << 32U;  // elements
-    std::size_t count = 1;
-    for (const std::size_t extent : shape) {
-      if (extent > 0 && count > most / extent)
-        throw ShapeError("a result " + tapestry::detail::to_text(shape) + " is too large");
-      count *= extent;
-    }
   }
 
   void add_output(const std::string& name, std::size_t i, bool is_last, ProgramStep<T>& step) {
@@ -248,11 +258,10 @@ class ProgramBuilder {
   }
 
   [[noreturn]] void refuse() const {
-    std::string all;
-    for (const std::string& problem : problems_) all += (all.empty() ? "" : "; ") + problem;
-    throw FileError(ErrorKind::mismatch, {description_.path, "",
-                                          std::to_string(problems_.size()) + " node" +
-                                              (problems_.size() == 1 ? "" : "s") + " cannot be run: " + all});
+    throw FileError(ErrorKind::mismatch,
+                    {description_.path, "",
+                     std::to_string(problem_count_) + " node" + (problem_count_ == 1 ? "" : "s") +
+                         " cannot be run: " + problems_});
   }
 
   const NetworkDescription& description_;
@@ -260,7 +269,9 @@ class ProgramBuilder {
   std::map<std::string, Known> known_;
   std::map<std::string, std::unique_ptr<Constant>> stored_;
   std::vector<std::unique_ptr<Constant>> folded_;
-  std::vector<std::string> problems_;
+  std::size_t foldable_ = largest_folded_size;  ///< elements that results may still have
+  std::size_t problem_count_ = 0;
+  std::string problems_;
   std::set<std::size_t> noted_;
 };
 

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <span>
 #include <string>
+#include <tapestry/core/check.hpp>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -16,6 +17,24 @@ using Shape = std::vector<std::size_t>;
 /// Product of the extents: 1 for a scalar.
 [[nodiscard]] inline std::size_t size_of(const Shape& shape) {
   return std::accumulate(shape.begin(), shape.end(), std::size_t(1), std::multiplies<>());
+}
+
+/// Elements that a tensor of a network may have, and axes.
+inline constexpr std::size_t most_elements = std::size_t(1) << 32U;
+inline constexpr std::size_t most_axes = 32;
+
+/// Checks that no product of a tensor's extents wraps, not even of those beside one that is 0.
+/// \throws ShapeError for more than most_elements or most_axes
+inline void require_room(const Shape& shape) {
+  if (shape.size() > most_axes)
+    throw ShapeError("a tensor of " + std::to_string(shape.size()) + " axes, expected at most " +
+                     std::to_string(most_axes));
+  std::size_t count = 1;
+  for (const std::size_t extent : shape) {
+    if (extent > 0 && count > most_elements / extent)
+      throw ShapeError("a tensor " + tapestry::detail::to_text(shape) + " is too large");
+    count *= extent > 0 ? extent : 1;
+  }
 }
 
 /// What the elements of a tensor mean. All are computed in one floating type: integers, which are indices and

@@ -72,7 +72,7 @@ TEST_CASE("blocks are gathered and scattered as numpy does", "[nn][network]") {
   const std::vector<double> x = {1, 2, 3, 4, 5, 6};
   CHECK(results_of({"Gather", {{3, 2}}, {}, {{1, indices({2}, {2, -3})}}}, {x}) ==
         std::vector<double>{5, 6, 1, 2});
-  CHECK(results_of({"Gather", {{3, 2}, {2}}}, {x, {2, -3}}) ==
+  CHECK(results_of({"Gather", {{3, 2}, {2}}}, {x, {2, -3}}, nn::ElementType::integer) ==
         std::vector<double>{5, 6, 1, 2});  // computed ones
   CHECK(results_of({"GatherElements", {{2, 2}}, {{"axis", one}}, {{1, indices({2, 2}, {0, 0, 1, 0})}}},
                    {{1, 2, 3, 4}}) == std::vector<double>{1, 1, 4, 3});
@@ -232,24 +232,27 @@ TEST_CASE("adjoints of reading by a grid agree with central differences", "[nn][
 
 TEST_CASE("indices out of range are an error when a network runs", "[nn][network]") {
   const OperatorCase gather{"Gather", {{3}, {1}}};
-  CHECK_THROWS_WITH(results_of(gather, {{1, 2, 3}, {3}}), contains("of 3"));
-  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {-4}}), tapestry::DomainError);
-  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {std::nan("")}}), tapestry::DomainError);
-  CHECK_THROWS_AS(results_of({"ScatterND", {{3}, {1, 1}, {1}}}, {{1, 2, 3}, {1e30}, {1}}),
+  const auto type = nn::ElementType::integer;
+  CHECK_THROWS_WITH(results_of(gather, {{1, 2, 3}, {3}}, type), contains("of 3"));
+  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {-4}}, type), tapestry::DomainError);
+  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {std::nan("")}}, type), tapestry::DomainError);
+  CHECK_THROWS_AS(results_of({"ScatterND", {{3}, {1, 1}, {1}}}, {{1, 2, 3}, {1e30}, {1}}, type),
                   tapestry::DomainError);
 }
 
 TEST_CASE("indices and settings that make no sense are refused", "[nn][network]") {
-  CHECK(complaint_of({"Gather", {{}, {1}}}) == "a scalar has no axes");
-  CHECK(complaint_of({"Gather", {{2}, {1}}, {{"axis", one}}}) == "axis 1 of 1 axes");
-  CHECK(complaint_of({"GatherElements", {{2, 2}, {2}}}) == "indices are [2] for [2, 2]");
-  CHECK(complaint_of({"GatherElements", {{2, 2}, {2, 3}}}) == "indices are [2, 3] for [2, 2]");
-  CHECK(complaint_of({"GatherND", {{2, 2}, {2, 3}}}) == "indices are [2, 3] for [2, 2]");
-  CHECK(complaint_of({"GatherND", {{2, 2}, {3, 1}}, {{"batch_dims", one}}}) ==
+  const auto type = nn::ElementType::integer;
+  CHECK(complaint_of({"Gather", {{}, {1}}}, type) == "a scalar has no axes");
+  CHECK(complaint_of({"Gather", {{2}, {1}}, {{"axis", one}}}, type) == "axis 1 of 1 axes");
+  CHECK(complaint_of({"GatherElements", {{2, 2}, {2}}}, type) == "indices are [2] for [2, 2]");
+  CHECK(complaint_of({"GatherElements", {{2, 2}, {2, 3}}}, type) == "indices are [2, 3] for [2, 2]");
+  CHECK(complaint_of({"GatherND", {{2, 2}, {2, 3}}}, type) == "indices are [2, 3] for [2, 2]");
+  CHECK(complaint_of({"GatherND", {{2, 2}, {3, 1}}, {{"batch_dims", one}}}, type) ==
         "indices are [3, 1] for [2, 2]");
-  CHECK(complaint_of({"ScatterND", {{2, 2}, {1, 1}, {1, 1}}}) == "updates are [1, 1], expected [1, 2]");
-  CHECK(complaint_of({"ScatterND", {{2}, {1, 1}, {1}}, {{"reduction", std::string("sub")}}}) ==
+  CHECK(complaint_of({"ScatterND", {{2, 2}, {1, 1}, {1, 1}}}, type) == "updates are [1, 1], expected [1, 2]");
+  CHECK(complaint_of({"ScatterND", {{2}, {1, 1}, {1}}, {{"reduction", std::string("sub")}}}, type) ==
         "reduction is 'sub', expected 'none', 'add', 'mul', 'max' or 'min'");
+  CHECK(complaint_of({"Gather", {{2}, {1}}}) == "input 1 holds floating-point numbers, expected integers");
   CHECK(complaint_of({"TopK", {{2}}, {}, {{1, integers({3})}}}) == "k is 3 of 2 elements");
   CHECK(complaint_of({"TopK", {{2}, {1}}}) == "input 1 is computed; only a constant one is supported");
   CHECK(complaint_of({"ArgMax", {{2, 0}}, {{"axis", one}}}) == "axis 1 has no elements");

@@ -147,7 +147,7 @@ class Binary : public Operation<T> {
 };
 
 namespace detail {
-enum class BinaryKind { arithmetic, test, weighted };
+enum class BinaryKind { arithmetic, mixed, test, weighted };  ///< mixed: of operands of any types
 
 /// \param integers  where the first operand holds integers
 template <std::floating_point T>
@@ -157,6 +157,7 @@ template <std::floating_point T>
     const Operand &a = context.input(0), &b = context.input(1);
     const bool is_discrete = a.type == ElementType::integer;
     const bool is_weighted = kind == BinaryKind::weighted;
+    if (kind != BinaryKind::mixed) context.require_type(1, a.type);
     if (is_weighted && broadcast_shape(a.shape, b.shape) != a.shape)
       throw ShapeError("the slope is " + tapestry::detail::to_text(b.shape) + ", expected what goes with " +
                        tapestry::detail::to_text(a.shape));
@@ -193,8 +194,8 @@ void add_binary_operators(OperatorTable<T>& table) {
   add_binary<binary::Mul>(table, "Mul", Kind::arithmetic);
   table["Div"] = binary_operator(Kind::arithmetic, binary_loops<binary::Div, T>(),
                                  binary_loops<binary::IntegerDiv, T>());
-  table["Pow"] = binary_operator(Kind::arithmetic, binary_loops<binary::Pow, T>(),
-                                 binary_loops<binary::IntegerPow, T>());
+  table["Pow"] =
+      binary_operator(Kind::mixed, binary_loops<binary::Pow, T>(), binary_loops<binary::IntegerPow, T>());
   table["Mod"] = {LayoutRule::any, all_inputs, true, detail::make_mod<T>};
   add_binary<binary::PRelu>(table, "PRelu", Kind::weighted);
   add_binary<binary::Equal>(table, "Equal", Kind::test);

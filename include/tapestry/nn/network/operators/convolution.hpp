@@ -200,6 +200,7 @@ template <std::floating_point T>
   plan.images = picture[0];
   plan.weight = weight;
   plan.has_computed_weights = context.input(weight).constant == nullptr;
+  context.require_type(weight, ElementType::floating);
   if (!context.has_input(weight + 1)) return plan;
   plan.bias = weight + 1;
   require_bias(context, plan.bias, plan.shape.out_channels);

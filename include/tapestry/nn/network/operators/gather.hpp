@@ -148,6 +148,7 @@ namespace detail {
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_gather(OperatorContext& context) {
   const Operand &x = context.input(0), &indices = context.input(1);
+  context.require_type(1, ElementType::integer);
   const std::size_t axis = axis_of(context, x.shape, 0);
   const auto place = static_cast<std::ptrdiff_t>(axis);
   Shape shape(x.shape.begin(), x.shape.begin() + place);
@@ -160,6 +161,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_gather_elements(OperatorContext& context) {
   const Operand &x = context.input(0), &indices = context.input(1);
+  context.require_type(1, ElementType::integer);
   const std::size_t axis = axis_of(context, x.shape, 0);
   return std::make_unique<Gather<T>>(indices.shape, x.type,
                                      IndexPlan::of_elements(x.shape, axis, indices.shape));
@@ -168,6 +170,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_gather_nd(OperatorContext& context) {
   const Operand &x = context.input(0), &indices = context.input(1);
+  context.require_type(1, ElementType::integer);
   const std::int64_t batch = context.integer("batch_dims", 0);
   if (batch < 0) throw DomainError("batch_dims is " + std::to_string(batch));
   const auto first = static_cast<std::size_t>(batch);

@@ -124,6 +124,8 @@ namespace detail {
                      tapestry::detail::to_text(shape));
   };
   if (own.size() > shape.size()) refuse();
+  if (size_of(shape) > (std::size_t(1) << 24U))
+    throw ShapeError("rows of " + tapestry::detail::to_text(shape) + " are too large");
   own.insert(own.begin(), shape.size() - own.size(), 1);
   std::vector<std::size_t> places{0};
   for (std::size_t axis = 0; axis < shape.size(); ++axis) {

@@ -46,10 +46,12 @@ struct MatMulPlan {
     return axis + own < rank ? 1 : shape[axis + own - rank];
   };
   plan.a = plan.b = {0};
+  constexpr std::size_t most = std::size_t(1) << 20U;  // matrices
   for (std::size_t axis = 0; axis < rank; ++axis) {
     const std::size_t of_a = stack(a, axis), of_b = stack(b, axis);
     if (of_a != of_b && of_a != 1 && of_b != 1) refuse();
     const std::size_t extent = of_a == 1 ? of_b : of_a;
+    if (plan.a.size() * extent > most) throw ShapeError("more than 1048576 matrices are to be multiplied");
     plan.out.push_back(extent);
     std::vector<std::size_t> next_a, next_b;
     for (std::size_t i = 0; i < plan.a.size(); ++i)

@@ -108,7 +108,8 @@ template <std::floating_point T>
   const Operand &boxes = context.input(0), &scores = context.input(1);
   SuppressionSettings settings;
   settings.has_centres = context.integer("center_point_box", 0) != 0;
-  if (context.has_input(2)) settings.most = to_extent(std::max<std::int64_t>(context.integers(2).at(0), 0));
+  if (context.has_input(2))
+    settings.most = to_extent(std::max<std::int64_t>(OperatorContext::to_integer(scalar_of(context, 2)), 0));
   if (context.has_input(3)) settings.overlap = scalar_of(context, 3);
   if (context.has_input(4)) settings.score = scalar_of(context, 4);
   const Shape &a = boxes.shape, &b = scores.shape;
@@ -117,6 +118,8 @@ template <std::floating_point T>
                      tapestry::detail::to_text(b) + ", expected [N, B, 4] and [N, K, B]");
   std::size_t rows = b[0] * b[1] * std::min(settings.most, a[1]);
   if (boxes.constant != nullptr && scores.constant != nullptr) {
+    if (a[1] > (std::size_t(1) << 16U))  // each is compared with all others
+      throw ShapeError(std::to_string(a[1]) + " constant boxes are too many");
     const auto value = [](const Constant* constant) {
       return [constant](std::size_t i) { return static_cast<double>(static_cast<T>(constant->at(i))); };
     };

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <tapestry/nn/network/operators/rearrange.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/views.hpp>
+#include <tapestry/nn/network/operators/window_attributes.hpp>
 #include <vector>
 
 namespace tapestry::nn {
@@ -41,6 +43,12 @@ struct PadRun {
   for (std::ptrdiff_t to = 0; to < padded; ++to) {
     const std::ptrdiff_t from = pad_source(mode, to - before, extent);
     if (from < 0) continue;
+    if (from == to - before) {  // the axis itself
+      const std::ptrdiff_t length = std::min(padded - to, extent - from);
+      runs.push_back({to, from, 1, static_cast<std::size_t>(length)});
+      to += length - 1;
+      continue;
+    }
     if (!runs.empty()) {
       PadRun& run = runs.back();
       const auto length = static_cast<std::ptrdiff_t>(run.count);
@@ -90,8 +98,12 @@ struct PadSettings {
 [[nodiscard]] inline std::vector<Piece> pad_pieces(const std::vector<std::vector<PadRun>>& runs,
                                                    const Shape& from_shape, const Shape& to_shape) {
   const auto from_strides = strides_of(from_shape), to_strides = strides_of(to_shape);
+  constexpr std::size_t most = std::size_t(1) << 16U;
   std::size_t count = 1;
-  for (const auto& axis : runs) count *= axis.size();
+  for (const auto& axis : runs) {
+    count *= axis.size();
+    if (count > most) throw DomainError("pads repeat the tensor too often");
+  }
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < count; ++i) {
     LoopNest<2> nest;
@@ -116,10 +128,12 @@ template <std::floating_point T>
   std::vector<std::int64_t> before(x.shape.size(), 0), behind(x.shape.size(), 0);
   for (std::size_t i = 0; i < settings.axes.size(); ++i) {
     const std::size_t axis = context.axis(settings.axes[i], x.shape.size());
+    if (axis >= x.shape.size()) throw ShapeError("a scalar has no axes");
     for (const bool is_behind : {false, true}) {
       const std::int64_t pad = settings.pads[i + (is_behind ? settings.axes.size() : 0)];
-      static_cast<void>(to_extent(std::abs(pad)));
-      (is_behind ? behind : before).at(axis) = pad;
+      if (pad < -largest_window || pad > largest_window)
+        throw DomainError("pads are out of range: " + std::to_string(pad));
+      (is_behind ? behind : before)[axis] = pad;
     }
   }
   Shape shape;
@@ -131,8 +145,11 @@ template <std::floating_point T>
     if (extent == 0 && padded > 0 && settings.mode != "constant")
       throw ShapeError("axis " + std::to_string(axis) + " of " + tapestry::detail::to_text(x.shape) +
                        " has nothing to pad with");
-    runs.push_back(pad_runs(settings.mode, extent, before[axis], padded));
   }
+  require_room(shape);
+  for (std::size_t axis = 0; axis < x.shape.size(); ++axis)
+    runs.push_back(pad_runs(settings.mode, static_cast<std::ptrdiff_t>(x.shape[axis]), before[axis],
+                            static_cast<std::ptrdiff_t>(shape[axis])));
   const Coverage coverage{false, settings.mode != "constant"};
   return std::make_unique<Rearrange<T>>(std::vector<typename Operation<T>::Result>{{shape, x.type}},
                                         pad_pieces(runs, x.shape, shape), coverage, 1,

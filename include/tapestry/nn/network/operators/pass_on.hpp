@@ -55,7 +55,8 @@ namespace detail {
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_dropout(OperatorContext& context) {
   for (const char* setting : {"ratio", "seed", "is_test"}) context.ignore(setting);
-  const bool is_training = context.has_input(2) && context.integers(2) != std::vector<std::int64_t>{0};
+  const bool is_training =
+      context.has_input(2) && (context.constant(2).size() != 1 || context.constant(2).at(0) != 0);
   const bool drops =
       !context.has_input(1) || context.constant(1).size() != 1 || context.constant(1).at(0) != 0;
   if (is_training && drops) throw DomainError("training_mode is true; only false is supported");

@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
+#include <string>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
@@ -79,15 +81,17 @@ struct PoolingPlan {
   plan.columns = axis_window(window, 1, picture[2], rounds_up);
   const auto windows = [&](const AxisWindow& axis, std::size_t after) {
     std::vector<WindowTaps> all;
+    if (axis.output > static_cast<std::size_t>(2 * detail::largest_window))
+      throw ShapeError(std::to_string(axis.output) + " windows along an axis are too many");
     for (std::size_t i = 0; i < axis.output; ++i) {
       const BlockRange taps = detail::inner_taps(axis, i);
       if (taps.begin == taps.end && !may_be_empty)
         throw ShapeError("a window lies outside the picture altogether");
       const auto padding = static_cast<std::size_t>(axis.padding);
       const std::size_t end = axis.input + padding + after;  // counted from the first zero
-      WindowTaps one{i * axis.stride + taps.begin * axis.spacing - padding, taps.end - taps.begin, 0};
-      for (std::size_t t = 0; t < axis.taps; ++t)
-        one.with_padding += i * axis.stride + t * axis.spacing < end ? 1U : 0U;
+      const std::size_t first = i * axis.stride;
+      WindowTaps one{first + taps.begin * axis.spacing - padding, taps.end - taps.begin, 0};
+      if (first < end) one.with_padding = std::min(axis.taps, (end - first - 1) / axis.spacing + 1);
       if (one.count == 0) one.first = 0;
       all.push_back(one);
     }

@@ -52,7 +52,6 @@ namespace detail {
                                     bool allows_zero) {
   Shape shape;
   std::optional<std::size_t> open;
-  std::size_t known = 1;
   for (std::size_t axis = 0; axis < wanted.size(); ++axis) {
     if (wanted[axis] == -1 && !open) {
       open = axis;
@@ -63,9 +62,9 @@ namespace detail {
     if (is_kept && axis >= from.size())
       throw ShapeError("extent 0 at axis " + std::to_string(axis) + " of " + tapestry::detail::to_text(from));
     shape.push_back(is_kept ? from[axis] : to_extent(wanted[axis]));
-    known *= shape.back();
   }
-  if (open && known != 0) shape[*open] = size_of(from) / known;
+  require_room(shape);
+  if (const std::size_t known = size_of(shape); open && known != 0) shape[*open] = size_of(from) / known;
   if (size_of(shape) != size_of(from))
     throw ShapeError(tapestry::detail::to_text(from) + " cannot become " + tapestry::detail::to_text(wanted));
   return shape;

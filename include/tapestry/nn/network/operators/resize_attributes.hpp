@@ -39,7 +39,7 @@ namespace detail {
 }
 
 [[nodiscard]] inline std::size_t resized_extent(double value) {
-  constexpr double most = 1 << 24;
+  constexpr double most = 1 << 20;
   if (!(value >= 1 && value <= most))
     throw ShapeError("an extent would be " + std::to_string(value) + " after resizing");
   return static_cast<std::size_t>(value);
@@ -101,6 +101,9 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   if (size_of(shape) == 0) throw ShapeError("input 0 is empty");
   for (const std::int64_t axis : detail::resized_axes(context)) {
     const std::size_t stored = context.axis(axis, shape.size());
+    const auto is_same = [stored](const ResizeAxis& other) { return other.axis == stored; };
+    if (stored >= shape.size() || std::ranges::any_of(attributes.axes, is_same))
+      throw DomainError("axis " + std::to_string(axis) + " is named twice, or of a scalar");
     attributes.axes.push_back({stored, shape[stored], shape[stored], 1, 0, 1});
   }
   auto& axes = attributes.axes;

@@ -125,6 +125,7 @@ inline void require_updates(const OperatorContext& context, const Shape& expecte
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_scatter_nd(OperatorContext& context) {
   const Operand &x = context.input(0), &indices = context.input(1);
+  context.require_type(1, ElementType::integer);
   IndexPlan plan = IndexPlan::of_tuples(x.shape, 0, indices.shape);
   Shape expected(indices.shape.begin(), indices.shape.end() - 1);
   expected.insert(expected.end(), x.shape.begin() + static_cast<std::ptrdiff_t>(indices.shape.back()),
@@ -136,6 +137,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_scatter_elements(OperatorContext& context) {
   const Operand &x = context.input(0), &indices = context.input(1);
+  context.require_type(1, ElementType::integer);
   const std::size_t axis = axis_of(context, x.shape, 0);
   IndexPlan plan = IndexPlan::of_elements(x.shape, axis, indices.shape);
   require_updates(context, indices.shape);

@@ -137,7 +137,9 @@ template <std::floating_point T>
   if (has_operand && context.has_input(1)) return context.integers(1);
   if (!has_operand && context.has_attribute("split")) return context.integers("split");
   const auto whole = static_cast<std::int64_t>(extent);
-  if (count < 1) throw DomainError("there are no results");
+  if (count < 1 || count > wanted)
+    throw DomainError("num_outputs is " + std::to_string(count) + " of a node with " +
+                      std::to_string(wanted) + " results");
   if (context.opset() < 18 && whole % count != 0)
     throw ShapeError(std::to_string(whole) + " cannot be split into " + std::to_string(count) +
                      " equal parts");

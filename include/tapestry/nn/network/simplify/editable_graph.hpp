@@ -30,7 +30,7 @@ class EditableGraph {
 
   EditableGraph(NetworkDescription description, const NetworkFacts& facts)
       : description_(std::move(description)), facts_(facts) {
-    note_uses();
+    for (std::size_t i = 0; i < size(); ++i) note_uses(i);
   }
 
   [[nodiscard]] std::size_t size() const { return description_.nodes.size(); }
@@ -78,17 +78,19 @@ class EditableGraph {
 
   /// Puts another node in the place of node i.
   void replace(std::size_t i, Node node) {
+    forget_uses(i);
     description_.nodes[i] = std::move(node);
-    note_uses();
+    note_uses(i);
   }
-  void remove(std::size_t i) {
-    description_.nodes[i] = Node{};
-    note_uses();
-  }
+  void remove(std::size_t i) { replace(i, Node{}); }
   /// Everyone who reads `from` reads `to` from now on.
   void redirect(const std::string& from, const std::string& to) {
-    for (Node& node : description_.nodes) std::ranges::replace(node.inputs, from, to);
-    note_uses();
+    const std::vector<std::size_t> places = readers(from);
+    for (const std::size_t i : places) {
+      forget_uses(i);
+      std::ranges::replace(description_.nodes[i].inputs, from, to);
+      note_uses(i);
+    }
   }
   /// A new constant, under a name like this.
   [[nodiscard]] std::string add_constant(std::string name, Constant constant) {
@@ -115,14 +117,24 @@ class EditableGraph {
   }
 
  private:
-  void note_uses() {
-    makers_.clear();
-    readers_.clear();
-    for (std::size_t i = 0; i < size(); ++i) {
-      for (const std::string& output : node(i).outputs)
-        if (!output.empty()) makers_[output] = i;
-      for (const std::string& input : node(i).inputs)
-        if (!input.empty()) readers_[input].push_back(i);
+  void note_uses(std::size_t i) {
+    for (const std::string& output : node(i).outputs)
+      if (!output.empty()) makers_[output] = i;
+    for (const std::string& input : node(i).inputs) {
+      if (input.empty()) continue;
+      auto& places = readers_[input];
+      places.insert(std::ranges::upper_bound(places, i), i);
+    }
+  }
+  /// What note_uses() noted, but of values that another node has been put down for since.
+  void forget_uses(std::size_t i) {
+    for (const std::string& output : node(i).outputs)
+      if (const auto found = makers_.find(output); found != makers_.end() && found->second == i)
+        makers_.erase(found);
+    for (const std::string& input : node(i).inputs) {
+      if (input.empty()) continue;
+      auto& places = readers_[input];
+      places.erase(std::ranges::lower_bound(places, i));
     }
   }
 

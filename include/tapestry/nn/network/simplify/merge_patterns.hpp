@@ -71,7 +71,7 @@ inline void merge_shuffle(EditableGraph& graph, std::size_t i) {
     if (value == nullptr || value->size() != 1 || value->at(0) != 0) return {};
   }
   auto pads = attribute_of(pad, "pads", std::vector<std::int64_t>());
-  if (pad.inputs.size() > 1) {
+  if (graph.opset() >= 11) {
     const Constant* known = graph.constant(pad.inputs[1]);
     if (known == nullptr) return {};
     for (std::size_t i = 0; i < known->size(); ++i) pads.push_back(static_cast<std::int64_t>(known->at(i)));
@@ -120,7 +120,8 @@ inline void remove_copies(EditableGraph& graph) {
     if (node.operation != "Identity" && node.operation != "Dropout") continue;
     const bool has_mask = node.outputs.size() > 1 &&
                           (graph.is_result(node.outputs[1]) || !graph.readers(node.outputs[1]).empty());
-    if (has_mask || node.inputs.empty() || graph.is_result(node.outputs[0])) continue;
+    if (has_mask || node.inputs.empty() || node.outputs[0].empty() || graph.is_result(node.outputs[0]))
+      continue;
     graph.redirect(node.outputs[0], node.inputs[0]);
     graph.remove(i);
   }

@@ -56,7 +56,7 @@ struct GridOfPixels {
 /// What node i adds to a grid, if it is a Slice of rows or columns to their end.
 [[nodiscard]] inline bool follow_slice(const EditableGraph& graph, std::size_t i, GridOfPixels& grid) {
   const Node& node = graph.node(i);
-  if (node.operation != "Slice" || node.inputs.size() != 5) return false;
+  if (node.operation != "Slice" || node.inputs.size() != 5 || graph.opset() < 10) return false;
   const Constant* given[5] = {};
   for (std::size_t k = 1; k < 5; ++k)
     if (given[k] = graph.constant(node.inputs[k]); given[k] == nullptr) return false;
