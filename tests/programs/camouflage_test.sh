@@ -212,7 +212,7 @@ expect_exit 3 "evaluate with a manifest nested 200,000 deep" "$programs/evaluate
 expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
 expect_exit 3 "resume with it" "$camouflage" --resume --output damaged
 expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
-for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^"]*"/"version": "9.9.9"/'; do
+for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^"]*"/"version": "9.9.9"/'; do # N22
   sed "$foreign" limited/manifest.json >damaged/manifest.json
   expect_exit 4 "measuring the run of another program or version" "$programs/evaluate" --run damaged
   expect_error_line 'damaged/manifest.json: the run of another (program|version); expected .*, found '

@@ -1,7 +1,8 @@
 // Preloaded into a program, makes one of its system calls fail: TAPESTRY_FAULT is `call:n:errno`, the n-th
 // call of that name from 1 on, `errno` as a number or, for write, `short`, which then writes one byte only.
 // When it does, it makes the file TAPESTRY_FAULT_MARK. Calls that the C library makes within itself are not
-// seen.
+// seen. `create` is an open that may create a file; `allocation` is one of 4 KiB or more, for smaller ones
+// seldom fail and are without number.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/syscall.h>
@@ -44,6 +45,11 @@ bool fails(std::string_view call) {
   return true;
 }
 
+constexpr std::size_t small_allocation = 4096;
+
+/// Whether a block of that size is refused.
+bool refuses(std::size_t bytes) { return bytes >= small_allocation && fails("allocation"); }
+
 template <class Function>
 Function* next(const char* name) {
   return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
@@ -51,13 +57,32 @@ Function* next(const char* name) {
 }  // namespace
 
 extern "C" {
+void* __libc_malloc(std::size_t bytes);
+void* __libc_calloc(std::size_t count, std::size_t bytes);
+void* __libc_realloc(void* block, std::size_t bytes);
+void* __libc_memalign(std::size_t alignment, std::size_t bytes);
+
+void* malloc(std::size_t bytes) noexcept { return refuses(bytes) ? nullptr : __libc_malloc(bytes); }
+void* calloc(std::size_t count, std::size_t bytes) noexcept {
+  return refuses(count * bytes) ? nullptr : __libc_calloc(count, bytes);
+}
+void* realloc(void* block, std::size_t bytes) noexcept {
+  return refuses(bytes) ? nullptr : __libc_realloc(block, bytes);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t bytes) noexcept {
+  return refuses(bytes) ? nullptr : __libc_memalign(alignment, bytes);
+}
+int posix_memalign(void** block, std::size_t alignment, std::size_t bytes) noexcept {
+  *block = refuses(bytes) ? nullptr : __libc_memalign(alignment, bytes);
+  return *block == nullptr ? ENOMEM : 0;
+}
 int open(const char* path, int flags, ...) {
   static const auto real = next<int(const char*, int, ...)>("open");
   std::va_list arguments;
   va_start(arguments, flags);
   const int mode = (flags & O_CREAT) != 0 ? va_arg(arguments, int) : 0;
   va_end(arguments);
-  return fails("open") ? -1 : real(path, flags, mode);
+  return fails("open") || ((flags & O_CREAT) != 0 && fails("create")) ? -1 : real(path, flags, mode);
 }
 ssize_t write(int descriptor, const void* bytes, std::size_t size) {
   static const auto real = next<ssize_t(int, const void*, std::size_t)>("write");

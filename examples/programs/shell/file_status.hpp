@@ -31,9 +31,17 @@ inline bool is_folder(const std::string& path, ErrorKind kind) {
 /// Makes sure that files can be written into a folder, before hours are spent.
 inline void require_writable_folder(const std::string& folder) {
   const std::string probe = folder + "/.tapestry-probe";
-  io::write_file_atomically(probe, std::string_view("tapestry\n"));
-  std::error_code ignored;
-  std::filesystem::remove(probe, ignored);
+  const auto remove_probe = [&] {
+    std::error_code ignored;
+    std::filesystem::remove(probe, ignored);
+  };
+  try {
+    io::write_file_atomically(probe, std::string_view("tapestry\n"));
+  } catch (const FileError&) {
+    remove_probe();  // it is there where only its folder could not be flushed
+    throw;
+  }
+  remove_probe();
 }
 
 /// Clears the folder of a file to be written of what killed processes left.

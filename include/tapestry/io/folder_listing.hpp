@@ -4,6 +4,7 @@
 #include <concepts>
 #include <filesystem>
 #include <iterator>
+#include <new>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -13,7 +14,7 @@
 namespace tapestry::io {
 
 /// Paths of a folder's entries that `accepts` takes, sorted.
-/// \throws FileError (malformed) if the folder cannot be listed
+/// \throws FileError (malformed) if the folder cannot be listed; std::bad_alloc
 template <std::predicate<const std::filesystem::path&> Accepts>
 [[nodiscard]] std::vector<std::string> listed_paths(const std::string& folder, Accepts accepts) {
   std::vector<std::string> paths;
@@ -21,6 +22,7 @@ template <std::predicate<const std::filesystem::path&> Accepts>
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error))
     if (accepts(entry->path())) paths.push_back(entry->path().string());
+  if (error == std::errc::not_enough_memory) throw std::bad_alloc();
   if (error)
     throw FileError(ErrorKind::malformed, {folder, "", "cannot list the folder: " + error.message()});
   std::sort(paths.begin(), paths.end());

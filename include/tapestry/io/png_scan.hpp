@@ -193,6 +193,7 @@ class PngScan {
     }
     const std::uint64_t unpacked = stream.total_out;
     inflateEnd(&stream);
+    if (status == Z_MEM_ERROR) throw std::bad_alloc();
     if (status != Z_STREAM_END)
       fail(33, "PNG picture data is damaged or cut", std::to_string(needed) + " bytes",
            std::to_string(unpacked) + " good ones");

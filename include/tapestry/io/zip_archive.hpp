@@ -191,6 +191,7 @@ class ZipArchive {
     const std::uint64_t made = stream.total_out;
     const bool all_read = stream.avail_in == 0;
     inflateEnd(&stream);
+    if (status == Z_MEM_ERROR) throw std::bad_alloc();
     if (status != Z_STREAM_END || made != size || !all_read)
       fail(at, "member '" + name + "' does not unpack to its size", std::to_string(size) + " bytes",
            status == Z_STREAM_END ? std::to_string(made) : "a damaged deflate stream");

@@ -8,6 +8,7 @@
 #include <zlib.h>
 
 #include <cstdlib>
+#include <new>
 #include <string>
 #include <string_view>
 #include <tapestry/io/image_file.hpp>
@@ -60,12 +61,22 @@ inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* com
 
 namespace tapestry::io::detail {
 
+/// What stb made of a file that it could not decode: nothing, unless it had no memory, for which it does not
+/// always name a reason.
+template <class Element>
+std::vector<Element> none_decoded() {
+  const char* const reason = stbi_failure_reason();
+  if (reason == nullptr || std::string_view(reason) == "outofmem") throw std::bad_alloc();
+  return {};
+}
+
 std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels) {
   int width = 0, height = 0, stored_channels = 0;
+  stbi__g_failure_reason = nullptr;
   stbi_us* const pixels =
       stbi_load_16_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
                                &width, &height, &stored_channels, channels);
-  if (pixels == nullptr) return {};
+  if (pixels == nullptr) return none_decoded<std::uint16_t>();
   const auto count =
       static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels);
   std::vector<std::uint16_t> result(pixels, pixels + count);
@@ -75,10 +86,11 @@ std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels) {
 
 std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels) {
   int width = 0, height = 0, stored_channels = 0;
+  stbi__g_failure_reason = nullptr;
   stbi_uc* const pixels =
       stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
                             &width, &height, &stored_channels, channels);
-  if (pixels == nullptr) return {};
+  if (pixels == nullptr) return none_decoded<std::uint8_t>();
   const auto count =
       static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels);
   std::vector<std::uint8_t> result(pixels, pixels + count);
