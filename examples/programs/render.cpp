@@ -247,6 +247,8 @@ void set_texture(const Options& o, PaintedScene& scene, std::vector<std::string>
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     return set_atlas(o, bitmap, scene);
   }
+  if (!o.colour.empty() && std::ranges::find(scene.painted, 0) != scene.painted.end())
+    warn_about_textures(o.mesh, scene.mesh, warnings);
   if (o.colour.empty()) {
     if (const auto own = own_texture(o.mesh, scene.mesh, warnings)) {
       scene.painted = own->faces;
@@ -277,6 +279,12 @@ void require_kept(const Options& o, const io::LoadedMesh& loaded) {
   if (o.exported.ends_with(".obj"))
     for (const char* end : {".mtl", ".png"})
       list.require_kept("--export", o.exported.substr(0, o.exported.size() - 4) + end, inputs);
+  const bool has_texture = inputs.size() > loaded.material_files.size();
+  if (o.exported.ends_with(".obj") && has_texture && o.colour.empty()) {
+    const std::string written = o.exported.substr(0, o.exported.size() - 4) + ".png";
+    list.require(std::filesystem::weakly_canonical(written) != std::filesystem::weakly_canonical(o.output),
+                 "--export writes the texture to " + written + ", which is --output");
+  }
   list.throw_first();
 }
 

@@ -189,7 +189,10 @@ TEST_CASE("derivatives of functions of Eigen vectors have their shapes", "[autod
   CHECK((second - curvature).norm() < 1e-14);
   const Eigen::VectorXd any_size = x;
   CHECK(tapestry::gradient(f, any_size).gradient == found.gradient);
-  CHECK(tapestry::hessian(f, 2 * (any_size / 2)) == second);  // an expression
+  CHECK(tapestry::hessian(f, 2 * (any_size / 2)) == second);               // an expression
+  const auto form = [&](const auto& y) { return y.transpose() * a * y; };  // one entry
+  CHECK((tapestry::gradient(form, x).gradient - 2 * a * x).norm() < 1e-14);
+  CHECK((tapestry::hessian(form, x) - 2 * a).norm() < 1e-14);
 
   const auto wide = [](const auto& y) { return (y.head(2) * y[2]).eval(); };  // 2 × 3
   const auto tall = []<class Y>(const Y& y) {                                 // 6 × 3

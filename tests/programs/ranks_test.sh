@@ -74,7 +74,7 @@ wait "$process"
 [ $? -ne 0 ] && pass || fail "the death of a rank was not seen"
 [ -e dead/report.html ] && fail "the run ended before its rank was killed" || pass
 expect_exit 0 "going on with three" mpirun -n 3 "${here[@]}" "$camouflage" --resume --output dead --threads 1
-expect_exit 0 "the same in one go, without mpirun" "$camouflage" "${paint[@]}" --threads 1 --epochs 30 --output whole
+expect_exit 0 "the same in one go, without mpirun" "$camouflage" "${paint[@]}" --epochs 30 --output whole
 expect_same_run whole dead
 
 # Refusals end all ranks with the exit code of one process.

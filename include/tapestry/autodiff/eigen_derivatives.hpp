@@ -26,8 +26,9 @@ template <class X>
 concept EigenPoint = std::derived_from<X, Eigen::MatrixBase<X>> && X::ColsAtCompileTime == 1 &&
                      std::floating_point<typename X::Scalar>;
 
-/// f of a span, for an f of Eigen's vectors; see derivatives.hpp. It has a type of its own for each f.
-template <class Function, int Rows>
+/// f of a span, for an f of Eigen's vectors; see derivatives.hpp. It has a type of its own for each f. What f
+/// returns is a number, perhaps as a matrix of one entry, or if ReturnsVector a column vector.
+template <class Function, int Rows, bool ReturnsVector = false>
 struct OfEigenVector {
   const Function& f;
 
@@ -37,10 +38,12 @@ struct OfEigenVector {
   }
   template <class S>
   [[nodiscard]] auto operator()(std::span<const S> x) const {
-    if constexpr (requires { f(map(x)).size(); }) {
+    if constexpr (ReturnsVector) {
       const auto results = f(map(x)).eval();
       static_assert(decltype(results)::ColsAtCompileTime == 1, "the function's result is no column vector");
       return std::vector<S>(results.data(), results.data() + results.size());
+    } else if constexpr (requires { f(map(x)).eval(); }) {
+      return S(f(map(x)).value());
     } else {
       return S(f(map(x)));
     }
@@ -117,7 +120,7 @@ template <class Function, detail::EigenPoint X>
 [[nodiscard]] auto jacobian(const Function& f, const X& x) {
   using T = typename X::Scalar;
   constexpr int columns = X::RowsAtCompileTime;
-  const detail::OfEigenVector<Function, columns> of_span{f};
+  const detail::OfEigenVector<Function, columns, true> of_span{f};
   const auto at = detail::plain_vector(x);
   detail::SpareTape<T> tape;
   const auto scope = tape->activate();

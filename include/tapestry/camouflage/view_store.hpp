@@ -88,9 +88,13 @@ class ViewStore {
   }
 
   void keep(std::size_t index, const ViewPointer& view) {
+    if (kept_bytes_ >= settings_.keep_bytes) return;
     Kept kept = packed(view);
     const std::size_t bytes = view_bytes(*kept.view) + kept.background.size();
-    if (kept_bytes_ + bytes > settings_.keep_bytes) return;
+    if (kept_bytes_ + bytes > settings_.keep_bytes) {
+      kept_bytes_ = settings_.keep_bytes;  // full from now on
+      return;
+    }
     kept_bytes_ += bytes;
     kept_[index] = std::move(kept);
   }

@@ -33,7 +33,7 @@ namespace tapestry::raster {
 template <class Base>
 struct ClearCoat : Base {
   double coat = 1;         ///< share of the surface that is coated, in [0, 1]
-  double roughness = 0.1;  ///< in [0.01, 1]: highlights about as wide as the sun, to matt
+  double roughness = 0.1;  ///< in [0.01, 1]: a mirror to matt; of 0.06, highlights as wide as the sun
 };
 
 /// The share that a clear coat mirrors at normal incidence: refractive index 1.5.

@@ -52,9 +52,9 @@ struct GgxReflection {
                                                   const geometry::Vector3& towards, double n_dot_v,
                                                   double alpha, double f0) {
   const double c = geometry::dot(normal, towards);
-  if (!(c > 0)) return {};
   const geometry::Vector3 sum = geometry::add(towards, to_eye);
   const double size = geometry::length(sum);  // 2·(h·v)
+  if (!(c > 0) || !(size > 0)) return {};
   const geometry::Vector3 half = geometry::scale(sum, 1 / size);
   const geometry::Vector3 sine = geometry::cross(normal, half);
   const double cosine = geometry::dot(normal, half), sine_square = geometry::dot(sine, sine);

@@ -103,12 +103,13 @@ void pull_back_shape(const PosedView<Model>& view, const FragmentBands& fragment
 /// and again are faster through a TextureOperator that is kept.
 ///
 /// \param body      copied: it may change or go once this returns
-/// \param light     Unlit, Light (flat), SmoothLight or OutdoorLight; of numbers of its own or of
-/// inputs.light \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis
-/// is the
+/// \param light     Unlit, Light (flat), SmoothLight, OutdoorLight, or a ClearCoat over one of them; of
+///                  numbers of its own or of inputs.light
+/// \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis is the
 ///                  picture's, too
 /// \throws ShapeError if an input does not fit; DomainError for a pose that is not finite, and for a
-///         filtered atlas or an OutdoorLight on a mesh that moves; otherwise as render_textured()
+///         filtered atlas, an OutdoorLight or a ClearCoat on a mesh that moves; otherwise as
+///         render_textured()
 template <std::floating_point T, LightModel Model, class Gradient = BoundaryIntegral>
 [[nodiscard]] Rendering<T> render(const PaintedMesh& body, const geometry::Camera& camera, std::size_t height,
                                   std::size_t width, const Model& light, const RenderInputs<T>& inputs,

@@ -36,13 +36,13 @@ void forward_kept(const Graph& graph, nn::Engine engine, const Array<T, 1>& para
                   const nn::Window& window, KeptValues<T>& kept, Pass<T>& pass,
                   const std::vector<T*>& logits) {
   const FeatureShape& shape = graph.shapes.back();
-  const bool holds = kept.plan && kept.weights == weights && kept.mode == pass.mode &&
+  const bool holds = kept.plan && kept.weights.lock() == weights && kept.mode == pass.mode &&
                      kept.plan->engine == engine && kept.is_same_outside(shape, window, image);
   if (!holds) {
     const auto adjoint = pass.mode == Mode::inference ? nullptr : cache.adjoint(graph, parameters, true);
     WindowPlanner<T> planner(graph, engine, *weights, adjoint.get());
     kept.plan = std::make_shared<const WindowPlan>(planner.plan(at_least_a_pixel(window, shape)));
-    kept.weights = nullptr;  // does not hold until it is full
+    kept.weights.reset();  // does not hold until it is full
     kept.mode = pass.mode;
     kept.picture.resize(shape.size());
     std::copy_n(image, shape.size(), kept.picture.data());

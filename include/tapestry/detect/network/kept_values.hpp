@@ -37,7 +37,7 @@ struct KeptValues {
   std::shared_ptr<const WindowPlan> plan{};  ///< null: nothing is kept
   std::vector<nn::Buffer<T>> rings{};        ///< of each value; empty where nothing is needed
   nn::Buffer<T> picture{};                   ///< as it was
-  std::shared_ptr<const void> weights{};     ///< that they were computed with
+  std::weak_ptr<const void> weights{};       ///< that they were computed with
   nn::Mode mode = nn::Mode::inference;       ///< likewise
 
   [[nodiscard]] std::size_t bytes() const {
