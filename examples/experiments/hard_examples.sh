@@ -6,7 +6,7 @@
 # RUN     folder of a camouflage that was optimised on frames of a folder, train and test
 # COMMON  options of camouflage that RUN was made with, its mesh, detector, texels and so on, one argument; this script adds
 #         --frames, --start, --epochs, --seed and --output
-# Paths must have no spaces and no commas. In the environment: FURTHER (weights of further detectors whose failures count and that measure,
+# Paths must have no spaces. In the environment: FURTHER (weights of further detectors whose failures count and that measure,
 # too), EPOCHS (over the hard frames, 3), SEED. What is there is not done again, so that an interrupted table goes on.
 set -euo pipefail
 export LC_ALL=C  # numbers with points
@@ -38,14 +38,18 @@ measure() { # FOLDER RUN FRAMES
     ${further[@]:+--further-weights "${further[@]}"} --output "$1" >"$output/printed.txt"
 }
 
+# The frame is the last field of photographs.csv, in quotes where it needs them.
+frame='function frame(row) { sub(/^[^,]*,[^,]*,[^,]*,[^,]*,[^,]*,/, "", row)
+  if (row ~ /^"/) { row = substr(row, 2, length(row) - 2); gsub(/""/, "\"", row) } return row }'
+
 measure "$output/train" "$run" "$frames/train"
 if [ ! -e "$output/hard/done" ]; then
   rm -rf "$output/hard" "$output/chance"
   mkdir -p "$output/hard/train" "$output/chance/train"
-  awk -F , '$2 == "adversarial" && $3 == 1 && !seen[$6]++ { print $6 }' "$output/train/photographs.csv" | sort >"$output/hard.txt"
+  awk -F , "$frame"' $2 == "adversarial" && $3 == 1 && !seen[frame($0)]++ { print frame($0) }' "$output/train/photographs.csv" | sort >"$output/hard.txt"
   hard=$(wc -l <"$output/hard.txt")
   [ "$hard" -gt 0 ] || { echo "no detector finds the camouflage in any frame that it was optimised on: there are no hard examples"; exit 0; }
-  awk -F , 'NR > 1 && !seen[$6]++ { print $6 }' "$output/train/photographs.csv" | sort |
+  awk -F , "$frame"' NR > 1 && !seen[frame($0)]++ { print frame($0) }' "$output/train/photographs.csv" | sort |
     awk -v n="$hard" -v seed="${SEED:-1}" 'BEGIN { srand(seed) } { path[NR] = $0 }
       END { for (i = 1; i <= n; i++) { j = i + int(rand() * (NR - i + 1)); t = path[i]; path[i] = path[j]; path[j] = t; print path[i] } }' |
     sort >"$output/chance.txt"

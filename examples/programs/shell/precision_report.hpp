@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "csv.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
@@ -69,11 +70,6 @@ inline std::string precision_csv(const evaluate::AveragePrecision& result,
                                  const std::vector<std::string>& names) {
   std::string text = "class,objects,detections";
   for (const auto& [name, value] : named_measures({})) text += std::string(",") + name;
-  const auto quoted = [](const std::string& name) {
-    std::string field = "\"";
-    for (const char c : name) field += c == '"' ? "\"\"" : std::string(1, c);
-    return field + "\"";
-  };
   const auto add = [&](const std::string& name, const evaluate::ClassPrecision& row) {
     text += "\n" + name + "," + std::to_string(row.truths) + "," + std::to_string(row.detections);
     char number[32];
@@ -83,7 +79,7 @@ inline std::string precision_csv(const evaluate::AveragePrecision& result,
     }
   };
   add("all", all_classes(result));
-  for (std::size_t k = 0; k < names.size(); ++k) add(quoted(names[k]), result.classes[k]);
+  for (std::size_t k = 0; k < names.size(); ++k) add(csv_quoted(names[k]), result.classes[k]);
   return text + "\n";
 }
 

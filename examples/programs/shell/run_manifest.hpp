@@ -6,6 +6,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/version.hpp>
+#include <unordered_set>
 #include <vector>
 
 #include "run_folder.hpp"
@@ -71,8 +72,9 @@ inline Json read_manifest(const std::string& folder, const std::string& program 
 inline std::string names_of_missing(const Json& some, const Json& others) {
   std::string names;
   std::size_t count = 0;
+  const std::unordered_set<Json> known(others.begin(), others.end());
   for (const auto& input : some) {
-    if (std::find(others.begin(), others.end(), input) != others.end()) continue;
+    if (known.contains(input)) continue;
     if (++count <= 10) names += (names.empty() ? "" : ", ") + input.value("path", std::string("?"));
   }
   return count <= 10 ? names : names + ", ... (" + std::to_string(count) + " in all)";

@@ -10,6 +10,7 @@
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -62,16 +63,19 @@ inline std::string detector_name(const std::string& weights) {
 }
 
 /// Of these photographs those that the camouflage in a folder was optimised on, by their bytes.
-inline std::size_t trained_on(const std::string& run, const std::vector<std::string>& photographs) {
+/// \param hashes  of every input of the measurement, see input_hashes()
+inline std::size_t trained_on(const std::string& run, const std::vector<std::string>& photographs,
+                              const Json& hashes) {
   const Json manifest = read_manifest(run);
-  std::vector<std::string> hashes;
+  std::unordered_set<std::string> learnt;
   for (const auto& input : manifest["inputs"])
     if (!manifest.value("held_out", false) ||
         fs::path(input["path"].get<std::string>()).parent_path().filename() == "train")
-      hashes.push_back(input.value("sha256", std::string()));
-  const Json own = input_hashes(photographs);
-  return static_cast<std::size_t>(std::ranges::count_if(own, [&](const Json& photograph) {
-    return std::ranges::find(hashes, photograph.value("sha256", std::string())) != hashes.end();
+      learnt.insert(input.value("sha256", std::string()));
+  const std::unordered_set<std::string> own(photographs.begin(), photographs.end());
+  return static_cast<std::size_t>(std::ranges::count_if(hashes, [&](const Json& input) {
+    return own.contains(input["path"].get<std::string>()) &&
+           learnt.contains(input["sha256"].get<std::string>());
   }));
 }
 
@@ -86,7 +90,6 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     inputs.posed = loaded.frames.posed;
     inputs.photo_light = std::move(loaded.photo_light);
     inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
-    if (!request.run.empty()) request.trained_on = trained_on(request.run, inputs.photographs);
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
     for (const auto& path : settings.further_weights) {
       inputs.detectors.push_back(load_further_detector("--further-weights", path, request.detector, layers));

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "../csv.hpp"
 #include "../ranks.hpp"
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
@@ -220,7 +221,7 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
       std::snprintf(numbers.data(), numbers.size(), ",%d,%.9g,%.9g,", outcomes.found(frame, k),
                     outcomes.best_confidence(frame, k), outcomes.attention(frame, k));
       text += protocol.table.columns[protocol.frames[frame].column] + "," + result.textures[k] +
-              numbers.data() + inputs.photographs[frame % inputs.photographs.size()] + "\n";
+              numbers.data() + csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n";
     }
   }
   return text;
@@ -248,6 +249,8 @@ inline int evaluate_protocol(ProtocolRequest request) {
         *detector.network, class_index,
         evaluate::MeterSettings{request.detector.confidence, request.detector.nms, swept_thresholds});
   const Json settings = detail::settings_of(request, inputs);
+  if (protocol.on_photographs && !request.run.empty())
+    request.trained_on = detail::trained_on(request.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();
   const std::string folder = is_first ? request.output : "";
   std::optional<RunFolder> claim;
