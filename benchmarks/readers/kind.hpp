@@ -1,0 +1,37 @@
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tapestry::benchmarks {
+
+/// A reader with files that are bad for it.
+struct Kind {
+  std::string name;
+  /// A file of nearly that many bytes.
+  std::function<std::string(std::size_t bytes)> make;
+  /// Reads the file of that path; what it throws is the answer to such files.
+  std::function<void(const std::string& path)> read;
+  std::size_t largest_mb = 8;  ///< beyond it the reader refuses by size alone
+};
+
+/// `beginning`, entries of a number each until the file has its size, and `end`. The last entry may be cut by
+/// `cut` characters, such as a comma.
+template <class Entry>
+std::string filled(std::size_t bytes, std::string beginning, Entry entry, const std::string& end = "",
+                   std::size_t cut = 0) {
+  std::string text = std::move(beginning);
+  text.reserve(bytes + 4096);
+  for (std::size_t i = 0; text.size() + end.size() < bytes; ++i) text += entry(i);
+  text.resize(text.size() - cut);
+  return text += end;
+}
+
+std::vector<Kind> picture_kinds();
+std::vector<Kind> array_kinds();
+std::vector<Kind> mesh_kinds();
+std::vector<Kind> detector_kinds();
+std::vector<Kind> text_kinds();
+
+}  // namespace tapestry::benchmarks
