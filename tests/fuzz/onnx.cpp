@@ -1,5 +1,4 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/network.hpp>
 
 #include "../support/onnx_builder.hpp"
 #include "target.hpp"
@@ -8,10 +7,6 @@ namespace {
 using namespace tapestry;
 
 void read(const std::string& bytes) { (void)io::parse_onnx(bytes, fuzz::folder().path("a.onnx")); }
-
-void make_network(const std::string& bytes) {
-  const nn::Network<float> network(io::parse_onnx(bytes, fuzz::folder().path("a.onnx")));
-}
 
 void read_tensor(const std::string& bytes) {
   (void)io::read_onnx_tensor(fuzz::folder().write("tensor.pb", bytes));
@@ -26,7 +21,5 @@ std::vector<std::string> tensors() {
 
 const fuzz::Registered onnx({"onnx", read,
                              [] { return std::vector{test::onnx::model(test::onnx::small_model())}; }});
-const fuzz::Registered network({"onnx_network", make_network,
-                                [] { return std::vector{test::onnx::model(test::onnx::model_of_many())}; }});
 const fuzz::Registered tensor({"onnx_tensor", read_tensor, tensors});
 }  // namespace
