@@ -1,9 +1,8 @@
 // A step's detector, forward and input gradient, of a picture in which only a car's window changes:
-// everything computed, or only what the window reaches. yolov3 with random weights, on the threads that there
-// are.
+// everything, or only what the window reaches. yolov3 with random weights, on the threads that there are.
 #include <benchmark/benchmark.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <tapestry/core/random.hpp>
