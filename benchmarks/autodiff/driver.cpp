@@ -255,7 +255,7 @@ void run(const DriverOptions& options) {
 
 int main(int argc, char** argv) {
   using namespace tapestry;
-  CLI::App app(
+  auto app = tapestry::shell::command_line(
       "Times value and gradient of objectives, by our tape and by other ways in turn, and compares gradients "
       "with long double. Writes autodiff.csv and autodiff.svg.");
   benchmarks::DriverOptions options;

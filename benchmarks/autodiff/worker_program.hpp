@@ -56,7 +56,8 @@ template <class Objective>
 /// variant
 template <class Make>
 int run_worker(int argc, char** argv, Make make) {
-  CLI::App app("Differentiates an objective again and again, for the benchmark that starts it.");
+  auto app =
+      shell::command_line("Differentiates an objective again and again, for the benchmark that starts it.");
   std::string case_name;
   std::string variant;
   app.add_option("--case", case_name, "Objective")->required();

@@ -127,7 +127,7 @@ void run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace tapestry;
-  CLI::App app(
+  auto app = tapestry::shell::command_line(
       "Times detectors, ours and those of other libraries in turn, and compares their answers with "
       "double precision. Writes detector.csv and detector.svg.");
   benchmarks::Options options;

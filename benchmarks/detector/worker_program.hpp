@@ -71,7 +71,7 @@ class DetectorEngine {
 /// \param engines  says which values --engine has
 template <Detector D>
 int run_worker(int argc, char** argv, const std::string& engines) {
-  CLI::App app(
+  auto app = shell::command_line(
       "Runs a detector again and again, for the benchmark that starts it. Reads requests from the "
       "standard input unless told how many seconds to run.");
   WorkerOptions options;

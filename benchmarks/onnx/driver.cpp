@@ -187,7 +187,7 @@ void run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace tapestry;
-  CLI::App app(
+  auto app = tapestry::shell::command_line(
       "Times networks from ONNX files, ours and those of other libraries in turn, and compares their "
       "answers with double precision. Writes onnx.csv and onnx.svg.");
   benchmarks::Options options;

@@ -33,7 +33,7 @@ template <class T>
 /// The main function of a program that runs one library on one network.
 template <Engine E>
 int run_network_worker(int argc, char** argv) {
-  CLI::App app(
+  auto app = shell::command_line(
       "Runs a network again and again, for the benchmark that starts it. Reads requests from the "
       "standard input unless told how many seconds to run.");
   NetworkOptions options;

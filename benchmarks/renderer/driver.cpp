@@ -93,7 +93,7 @@ void run(Options options) {
 
 int main(int argc, char** argv) {
   using namespace tapestry;
-  CLI::App app(
+  auto app = tapestry::shell::command_line(
       "Times renderers, ours and those of other libraries in turn, on a car from three sides. The error is "
       "the share of samples that show another face than a reference in double precision (visibility), "
       "or the relative distance: from the means of 8 x 8 samples a pixel (frame), from the gradient to one "

@@ -56,7 +56,7 @@ class RendererEngine {
 /// \param variants  says which values --variant has
 template <Renderer R>
 int run_worker(int argc, char** argv, const std::string& variants) {
-  CLI::App app(
+  auto app = shell::command_line(
       "Renders a car again and again, for the benchmark that starts it. Reads requests from the standard "
       "input unless told how many seconds to run.");
   WorkerOptions options;

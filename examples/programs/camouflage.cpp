@@ -73,7 +73,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
 int camouflage_main(int argc, char** argv) {
   keep_freed_memory();
   CamouflageOptions options;
-  CLI::App app(
+  auto app = command_line(
       "Optimises a full-coverage camouflage for a car against a detector, for robustness research, and "
       "measures it beside the untouched photo, the clean car, noise matched to it, random noise and solid "
       "colours.");

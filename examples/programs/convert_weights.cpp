@@ -81,7 +81,7 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app(
+  auto app = command_line(
       "Puts a Darknet detector, cfg and weights, into one .safetensors file, which the other programs take "
       "as --weights without --cfg.");
   describe(app, options);

@@ -189,7 +189,7 @@ int run(Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Finds objects in pictures with a Darknet or ONNX detector.");
+  auto app = command_line("Finds objects in pictures with a Darknet or ONNX detector.");
   describe(app, options);
   app.footer(
       "  detect street.png\n"

@@ -202,7 +202,7 @@ int run(const CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app(
+  auto app = command_line(
       "Measures how often a detector finds a car: the untouched photo, the clean car, a camouflage and the "
       "controls; with --cfg or converted --weights, how well a camouflage transfers to another detector. "
       "With --protocol, the same over renders from all around, or of a partly hidden car. Or, with "

@@ -60,7 +60,7 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
 int main(int argc, char** argv) {
   keep_freed_memory();
   HardenOptions options;
-  CLI::App app(
+  auto app = command_line(
       "Fine-tunes a detector against optimised car paint (adversarial training), for robustness research, "
       "and measures it beside the undefended one: clean, under a paint made for the undefended one, and "
       "under a fresh attack on each.");

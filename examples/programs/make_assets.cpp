@@ -85,7 +85,7 @@ int make_assets(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Makes the bundled default: car meshes and frames of the sedan in street scenes."};
+  auto app = command_line("Makes the bundled default: car meshes and frames of the sedan in street scenes.");
   Options options;
   describe(app, options);
   app.footer("  make_assets --output assets --train 20 --test 10");

@@ -220,9 +220,9 @@ int make_dataset(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  auto app = command_line(
       "Draws street scenes around any car: frames to optimise a camouflage on, and frames held out. Every "
-      "frame is a scene of its own, with its camera, light, mask and box."};
+      "frame is a scene of its own, with its camera, light, mask and box.");
   Options options;
   describe(app, options);
   app.footer(

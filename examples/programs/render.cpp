@@ -470,7 +470,7 @@ int run(Options& o) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Draws a mesh, painted or in its own colours: one picture, or a turntable.");
+  auto app = command_line("Draws a mesh, painted or in its own colours: one picture, or a turntable.");
   describe(app, options);
   app.footer(
       "  render --azimuth 30 --output car.png\n"

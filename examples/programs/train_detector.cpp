@@ -329,7 +329,7 @@ int run(const CLI::App& app, const char* program, Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Trains a small detector on procedural street scenes and writes Darknet weights.");
+  auto app = command_line("Trains a small detector on procedural street scenes and writes Darknet weights.");
   Options options;
   describe(app, options);
   app.footer(

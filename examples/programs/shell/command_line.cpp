@@ -1,0 +1,155 @@
+#include "command_line.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/nearest_word.hpp>
+#include <tapestry/version.hpp>
+#include <utility>
+
+#include "config_file.hpp"
+#include "help.hpp"
+#include "verbosity.hpp"
+
+namespace tapestry::shell {
+namespace {
+
+/// Every option as it is written.
+std::vector<std::string> option_words(const CLI::App& app) {
+  std::vector<std::string> words;
+  for (const auto* option : app.get_options()) {
+    for (const auto& name : option->get_lnames()) words.push_back("--" + name);
+    for (const auto& name : option->get_snames()) words.push_back("-" + name);
+  }
+  return words;
+}
+
+/// Reports a word that is no option, with the nearest one that is.
+int unknown_option(const CLI::App& app) {
+  const auto extras = app.remaining();
+  const std::string unknown = extras.empty() ? std::string() : extras.front();
+  const std::string word = unknown.substr(0, unknown.find('='));
+  const std::string nearest = io::nearest_word(word, option_words(app));
+  std::cerr << "error: unknown " << (word.rfind('-', 0) == 0 ? "option " : "argument ") << printable(word);
+  if (!nearest.empty()) std::cerr << "; did you mean " << nearest << "?";
+  std::cerr << "\nsee --help\n";
+  return static_cast<int>(ErrorKind::usage);
+}
+
+/// Empty when all of `text` is one finite number of type T, else what was expected instead.
+template <class T>
+std::string complaint_about_number(const std::string& text, const char* expected) {
+  T value{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_sound = failure == std::errc() && end == text.data() + text.size();
+  if (is_sound && std::isfinite(static_cast<double>(value))) return {};
+  return std::string("expected ") + expected + ", found '" + text + "'";
+}
+
+/// Refuses what CLI11 would let pass: empty words, the next option in the place of a value, nan and inf, and
+/// negative numbers that wrap around.
+void require_sound_values(CLI::App& app) {
+  const auto complaint = [known = option_words(app)](const std::string& type,
+                                                     const std::string& text) -> std::string {
+    if (text.empty()) return "the value is empty";
+    if (std::find(known.begin(), known.end(), text.substr(0, text.find('='))) != known.end())
+      return "the value is missing before " + text;
+    if (type.rfind("UINT", 0) == 0)
+      return complaint_about_number<std::uint64_t>(text, "a whole number of at least 0");
+    if (type.rfind("INT", 0) == 0) return complaint_about_number<int>(text, "a whole number");
+    if (type.rfind("FLOAT", 0) == 0) return complaint_about_number<double>(text, "a finite number");
+    return {};
+  };
+  for (auto* option : app.get_options()) {
+    const std::string type = option->get_type_name();
+    if (!type.empty()) option->check([=](const std::string& text) { return complaint(type, text); });
+  }
+}
+
+/// Gives a program that was started without standard streams empty ones: the next file opened would
+/// otherwise take their place and collect what is printed.
+void open_standard_streams() {
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
+    if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
+}
+
+/// Gives the app a name and what every program has: --version, --config, --quiet, --verbose and the
+/// form of --help.
+void add_general_options(CLI::App& app, const std::string& program) {
+  app.name(std::filesystem::path(program).filename().string());
+  app.option_defaults()->group(HelpText::general);
+  app.set_version_flag("--version", app.get_name() + " (Tapestry) " TAPESTRY_VERSION_TEXT,
+                       "print the version and leave");
+  app.set_config("--config", "",
+                 "file of options, `name = value` a line (TOML), names without dashes; what the command line "
+                 "gives as well wins")
+      ->type_name("TEXT");
+  add_verbosity_options(app);
+  app.set_help_flag("-h,--help", "print this and leave");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.config_formatter(std::make_shared<ConfigFile>(app));
+  app.formatter(std::make_shared<HelpText>());
+}
+
+}  // namespace
+
+CLI::App command_line(std::string description) { return CLI::App(std::move(description)); }
+
+int parse_arguments(CLI::App& app, int argc, char** argv) {
+  open_standard_streams();
+  add_general_options(app, argv[0]);
+  require_sound_values(app);
+  try {
+    app.parse(argc, argv);
+    return -1;
+  } catch (const CLI::ExtrasError&) {
+    return unknown_option(app);
+  } catch (const CLI::FileError&) {
+    throw FileError(ErrorKind::malformed, {app.get_config_ptr()->results().front(), "", "cannot open"});
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    const auto extras = app.remaining();  // what is required may be missing because it was misspelt
+    const auto is_option = [](const std::string& word) { return word.size() > 1 && word.front() == '-'; };
+    if (std::any_of(extras.begin(), extras.end(), is_option)) return unknown_option(app);
+    std::cerr << "error: " << printable(error.what()) << "\nsee --help\n";
+    return static_cast<int>(ErrorKind::usage);
+  }
+}
+
+std::vector<std::string> given_options(const CLI::App& app, const std::vector<std::string>& except) {
+  std::vector<std::string> words;
+  for (const auto* option : app.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty() || !option->get_configurable()) continue;
+    const std::string& name = option->get_lnames().front();
+    if (std::find(except.begin(), except.end(), name) != except.end()) continue;
+    words.push_back("--" + name);
+    if (option->get_items_expected_max() == 0) continue;  // a flag
+    words.insert(words.end(), option->results().begin(), option->results().end());
+  }
+  return words;
+}
+
+std::string shell_line(const std::vector<std::string>& words) {
+  std::string line;
+  for (const auto& word : words) {
+    const bool plain = !word.empty() && word.find_first_not_of(
+                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                            "0123456789_-./=,:+@") == std::string::npos;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += (line.empty() ? "" : " ") + (plain ? word : quoted + "'");
+  }
+  return line;
+}
+
+}  // namespace tapestry::shell
