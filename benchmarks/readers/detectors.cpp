@@ -70,7 +70,7 @@ std::string empty_tensors(std::size_t bytes) {
   return with_length(filled(
       bytes, "{",
       [](std::size_t i) {
-        return "\"" + std::to_string(10000000 + i) +
+        return "\"" + std::to_string(10000000 + i) + "    " +
                "\":{\"dtype\":\"F32\",\"shape\":[0],\"data_offsets\":[0,0]},";
       },
       "}", 1));
@@ -97,7 +97,7 @@ std::string model(std::vector<std::string> nodes, std::vector<std::string> initi
 template <class Entry>
 std::vector<std::string> entries(std::size_t bytes, Entry entry) {
   std::vector<std::string> list;
-  for (std::size_t i = 0, size = 0; size < bytes; size += list.back().size() + 3) list.push_back(entry(i));
+  for (std::size_t i = 0, size = 0; size < bytes; size += list.back().size() + 3) list.push_back(entry(i++));
   return list;
 }
 std::string chain(std::size_t bytes) {
