@@ -20,7 +20,7 @@ void read_cfg(const std::string& path) { (void)io::read_network_config(path); }
 
 std::string distinct_options(std::size_t bytes) {
   return filled(
-      bytes, net, [](std::size_t i) { return "k" + std::to_string(i) + "=1\n"; }, head);
+      bytes, net, [](std::size_t i) { return std::string("k") + std::to_string(i) + "=1\n"; }, head);
 }
 std::string long_options(std::size_t bytes) {
   return filled(
@@ -32,7 +32,8 @@ std::string repeated_options(std::size_t bytes) {
 }
 std::string full_layers(std::size_t bytes) {
   std::string layer = "[maxpool]\nsize=1\nstride=1\n";
-  for (std::size_t i = 0; layer.size() < bytes / 2000; ++i) layer += "k" + std::to_string(i) + "=1\n";
+  for (std::size_t i = 0; layer.size() < bytes / 2000; ++i)
+    layer += std::string("k") + std::to_string(i) + "=1\n";
   return filled(
       bytes, net, [&](std::size_t) { return layer; }, head);
 }
@@ -40,7 +41,8 @@ std::string full_layers(std::size_t bytes) {
 /// A layer of 512 channels with as many filters as the weights have room for.
 detect::NetworkConfig wide_network(std::size_t weight_count) {
   const auto layer = [](std::size_t filters) {
-    return "[convolutional]\nfilters=" + std::to_string(filters) + "\nsize=1\nstride=1\nactivation=linear\n";
+    return std::string("[convolutional]\nfilters=") + std::to_string(filters) +
+           "\nsize=1\nstride=1\nactivation=linear\n";
   };
   return io::parse_classifier_config(
       net + layer(512) + layer(weight_count / 513 - 4) + "[avgpool]\n[softmax]\n", "a.cfg");
@@ -70,7 +72,7 @@ std::string empty_tensors(std::size_t bytes) {
   return with_length(filled(
       bytes, "{",
       [](std::size_t i) {
-        return "\"" + std::to_string(10000000 + i) + "    " +
+        return std::string("\"") + std::to_string(10000000 + i) + "    " +
                "\":{\"dtype\":\"F32\",\"shape\":[0],\"data_offsets\":[0,0]},";
       },
       "}", 1));
@@ -78,7 +80,8 @@ std::string empty_tensors(std::size_t bytes) {
 std::string metadata(std::size_t bytes) {
   return with_length(filled(
       bytes, "{\"__metadata__\":{",
-      [](std::size_t i) { return "\"" + std::to_string(i) + std::string(50, 'k') + "\":\"\","; }, "}}", 1));
+      [](std::size_t i) { return std::string("\"") + std::to_string(i) + std::string(50, 'k') + "\":\"\","; },
+      "}}", 1));
 }
 void read_safetensors(const std::string& path) { (void)io::SafetensorsFile(path); }
 
@@ -117,8 +120,9 @@ std::string many_numbers(std::size_t bytes) {
   return model({onnx::node("R", {"0"}, {"y"}, {onnx::ints_attribute("a", ones, onnx::Packing::packed)})});
 }
 std::string many_initialisers(std::size_t bytes) {
-  return model(
-      {}, entries(bytes, [](std::size_t i) { return onnx::float_tensor("i" + std::to_string(i), {0}, {}); }));
+  return model({}, entries(bytes, [](std::size_t i) {
+                 return onnx::float_tensor(std::string("i") + std::to_string(i), {0}, {});
+               }));
 }
 void read_onnx(const std::string& path) { (void)io::read_onnx(path); }
 }  // namespace

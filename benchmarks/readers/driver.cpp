@@ -46,7 +46,7 @@ void tell_memory(const std::string& name, const std::string& path) {
 /// What a process of its own prints for tell_memory().
 double told_memory(const std::string& name, const std::string& path) {
   const std::string command =
-      "/proc/" + std::to_string(::getpid()) + "/exe --memory '" + name + "' '" + path + "'";
+      std::string("/proc/") + std::to_string(::getpid()) + "/exe --memory '" + name + "' '" + path + "'";
   std::FILE* const output = ::popen(command.c_str(), "r");
   double mib = 0;
   const bool is_told = output != nullptr && std::fscanf(output, "%lf", &mib) == 1;
@@ -100,7 +100,8 @@ void measure(const Kind& kind, int rounds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Times every reader on files of 1, 2, 4 and 8 MB of kinds that are bad for it.");
+  auto app =
+      shell::command_line("Times every reader on files of 1, 2, 4 and 8 MB of kinds that are bad for it.");
   std::string pattern;
   int rounds = 5;
   std::vector<std::string> memory;

@@ -47,12 +47,13 @@ std::string skylines(std::size_t bytes) {
   while (text.size() < bytes) {
     // A corner takes about 17 bytes as a vertex and 8 of its face.
     const std::size_t count = std::min(corners, (bytes - text.size()) / 25 + 3);
-    text += "v " + std::to_string(count) + " -1 0\nv -1 -1 0\n";
+    text += std::string("v ") + std::to_string(count) + " -1 0\nv -1 -1 0\n";
     for (std::size_t i = 0; i < count; ++i)
-      text += "v " + std::to_string(i) + " ." + std::to_string(random() % 900000 + 100000) + " 0\n";
+      text +=
+          std::string("v ") + std::to_string(i) + " ." + std::to_string(random() % 900000 + 100000) + " 0\n";
     text += "f";  // backwards: from the right end of the base along the skyline to its left one
-    for (std::size_t i = 0; i < count; ++i) text += " -" + std::to_string(i + 1);
-    text += " -" + std::to_string(count + 1) + " -" + std::to_string(count + 2) + "\n";
+    for (std::size_t i = 0; i < count; ++i) text += std::string(" -") + std::to_string(i + 1);
+    text += std::string(" -") + std::to_string(count + 1) + " -" + std::to_string(count + 2) + "\n";
   }
   return text;
 }

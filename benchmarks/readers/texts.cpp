@@ -31,7 +31,8 @@ std::string nested(const std::string& open, const std::string& close, std::size_
 /// An object of many members: the limit is 131,072 of them.
 std::string members(std::size_t bytes) {
   return filled(
-      bytes, "{", [](std::size_t i) { return "\"" + std::to_string(i) + std::string(60, 'k') + "\":0,"; },
+      bytes, "{",
+      [](std::size_t i) { return std::string("\"") + std::to_string(i) + std::string(60, 'k') + "\":0,"; },
       "}", 1);
 }
 
@@ -41,7 +42,8 @@ std::string annotations(std::size_t bytes) {
       R"({"images":[{"id":1,"file_name":"/proc/self/exe","width":9,"height":9}],"categories":[{"id":1,"name":"a"}],)"
       R"("annotations":[)",
       [](std::size_t i) {
-        return "{\"id\":" + std::to_string(i) + R"(,"image_id":1,"category_id":1,"bbox":[0,0,1,1]},)";
+        return std::string("{\"id\":") + std::to_string(i) +
+               R"(,"image_id":1,"category_id":1,"bbox":[0,0,1,1]},)";
       },
       "]}", 1);
 }
@@ -49,7 +51,8 @@ std::string pictures(std::size_t bytes) {
   return filled(
       bytes, R"({"categories":[],"annotations":[],"images":[)",
       [](std::size_t i) {
-        return "{\"id\":" + std::to_string(i) + R"(,"file_name":"/proc/self/exe","width":9,"height":9},)";
+        return std::string("{\"id\":") + std::to_string(i) +
+               R"(,"file_name":"/proc/self/exe","width":9,"height":9},)";
       },
       "]}", 1);
 }
@@ -86,7 +89,7 @@ std::string manifest(std::size_t bytes) {
   beginning.back() = ',';
   return filled(
       bytes, beginning + "\"inputs\":[",
-      [](std::size_t i) { return "{\"path\":\"" + std::to_string(i) + "\"},"; }, "]}", 1);
+      [](std::size_t i) { return std::string("{\"path\":\"") + std::to_string(i) + "\"},"; }, "]}", 1);
 }
 /// With inputs of its own that the manifest lacks.
 void read_manifest(const std::string& path) {
@@ -96,7 +99,7 @@ void read_manifest(const std::string& path) {
   std::filesystem::create_hard_link(path, shell::manifest_path(folder), exists);
   const shell::Json saved = shell::read_manifest(folder);
   shell::Json own = shell::Json::array();
-  for (int i = 0; i < 2000; ++i) own.push_back({{"path", "own " + std::to_string(i)}});
+  for (int i = 0; i < 2000; ++i) own.push_back({{"path", std::string("own ") + std::to_string(i)}});
   if (shell::names_of_missing(own, saved["inputs"]).empty() ||
       shell::names_of_missing(saved["inputs"], own).empty())
     throw Error(ErrorKind::mismatch, "the manifest has the inputs");
