@@ -134,7 +134,7 @@ expect_error_line '^error: --further-weights: .*detector.weights is neither an .
 expect_exit 7 "other photographs" "$evaluate" "${photographs[@]}" --output digital
 expect_error_line '--quick \(was true, now false\)'
 
-expect_exit 0 "attention" "$evaluate" "${photographs[@]}" --protocol attention --controls matched --quick --output attention # of .onnx, see real_frames_test.sh
+expect_exit 0 "attention" "$evaluate" --protocol attention "${photographs[@]:2}" --controls matched --quick --output attention # of .onnx, see real_frames_test.sh
 [ "$(grep -c '^attention on the car' command.out)" -eq 2 ] && pass || fail "not a table for each detector"
 awk -F , 'NR > 1 && !($5 >= 0 && $5 <= 1) { exit 1 }' attention/photographs.csv && pass || fail "photographs.csv"
 expect_exit 2 "heat maps where there are none" "$evaluate" "${photographs[@]}" --heat-map-kind grad_cam
