@@ -62,7 +62,7 @@ void whole(benchmark::State& state) {
 void window(benchmark::State& state) {
   const auto side = static_cast<std::size_t>(state.range(0));
   Problem& problem = problem_of(side);
-  const auto extent = [&](int argument) {
+  const auto extent = [&](std::size_t argument) {
     return std::max<std::size_t>(1, side * static_cast<std::size_t>(state.range(argument)) / 1000);
   };
   const std::size_t height = extent(1), width = extent(2);
