@@ -162,6 +162,16 @@ void require_sound_camera(const Options& o, ProblemList& list) {
 }
 
 /// What is written is neither read nor written twice.
+/// What an exported OBJ brings with it overwrites no input, and its texture not the picture.
+void require_exported_files(const Options& o, const std::vector<std::string>& inputs, bool has_texture,
+                            ProblemList& list) {
+  const std::string stem = o.exported.substr(0, o.exported.size() - 4);
+  for (const char* end : {".mtl", ".png"}) list.require_kept("--export", stem + end, inputs);
+  const auto place = [](const std::string& path) { return std::filesystem::weakly_canonical(path); };
+  list.require(!has_texture || place(stem + ".png") != place(o.output),
+               "--export writes the texture to " + stem + ".png, which is --output");
+}
+
 void require_sound_files(const Options& o, ProblemList& list) {
   const std::vector<std::string> inputs{o.mesh, o.texture, o.faces, o.frame};
   const auto& measured = measured_view_names();
@@ -176,12 +186,7 @@ void require_sound_files(const Options& o, ProblemList& list) {
                "--export: control character in a name that the OBJ would hold");
   list.require(is_obj || o.exported.ends_with(".glb"), "--export takes a name that ends with .glb or .obj");
   list.require_kept("--export", o.exported, inputs);
-  if (!is_obj || o.texture.empty()) return;
-  const std::string stem = o.exported.substr(0, o.exported.size() - 4);
-  for (const char* end : {".mtl", ".png"}) list.require_kept("--export", stem + end, inputs);
-  const auto place = [](const std::string& path) { return std::filesystem::weakly_canonical(path); };
-  list.require(place(stem + ".png") != place(o.output),
-               "--export writes the texture to " + stem + ".png, which is --output");
+  if (is_obj && !o.texture.empty()) require_exported_files(o, inputs, true, list);
 }
 
 void require_sound_light(const Options& o, ProblemList& list) {
@@ -276,15 +281,8 @@ void require_kept(const Options& o, const io::LoadedMesh& loaded) {
     if (!material.texture.empty()) inputs.push_back(material.texture);
   ProblemList list;
   list.require_kept("--output", o.output, inputs);
-  if (o.exported.ends_with(".obj"))
-    for (const char* end : {".mtl", ".png"})
-      list.require_kept("--export", o.exported.substr(0, o.exported.size() - 4) + end, inputs);
-  const bool has_texture = inputs.size() > loaded.material_files.size();
-  if (o.exported.ends_with(".obj") && has_texture && o.colour.empty()) {
-    const std::string written = o.exported.substr(0, o.exported.size() - 4) + ".png";
-    list.require(std::filesystem::weakly_canonical(written) != std::filesystem::weakly_canonical(o.output),
-                 "--export writes the texture to " + written + ", which is --output");
-  }
+  const bool has_texture = inputs.size() > loaded.material_files.size() && o.colour.empty();
+  if (o.exported.ends_with(".obj")) require_exported_files(o, inputs, has_texture, list);
   list.throw_first();
 }
 

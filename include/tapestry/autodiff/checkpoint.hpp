@@ -19,9 +19,8 @@ std::vector<T> differentiate_apart(const Function& function, std::span<const T> 
                                    std::span<T> input_adjoints) {
   SpareTape<T> tape;
   const auto scope = tape->activate();
-  std::vector<Variable<T>> variables(inputs.size());
-  tape->input(inputs, variables);
-  const std::vector<Variable<T>> roots = function(std::span<const Variable<T>>(variables));
+  const std::span<const Variable<T>> variables = tape.input(inputs);
+  const std::vector<Variable<T>> roots = function(variables);
   std::vector<T> values;
   for (const Variable<T>& root : roots) values.push_back(root.value());
   const std::vector<T> seeds = seeds_of(roots.size());

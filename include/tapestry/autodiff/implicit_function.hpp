@@ -35,11 +35,11 @@ class ImplicitRecord final : public TapeRecord<T> {
     if ((x_adjoint.array() == T(0)).all()) return;
     SpareTape<T> tape;
     const auto scope = tape->activate();
-    std::vector<Variable<T>> x(solution_.size()), p;
-    tape->input(solution_, x);
+    const std::span<const Variable<T>> x = tape.input(solution_);
+    std::vector<Variable<T>> p;
     for (const Variable<T>& parameter : parameters_)
       p.push_back(parameter.is_active() ? tape->input(parameter.value()) : passive(parameter));
-    const auto residuals = residual_(std::span<const Variable<T>>(x), std::span<const Variable<T>>(p));
+    const auto residuals = residual_(x, std::span<const Variable<T>>(p));
     const Vector weights = -solve_transposed(*tape, residuals, x, x_adjoint);
     tape->reverse(record_partials<T>(T(0), residuals, std::span<const T>(weights.data(), x.size())));
     for (std::size_t i = 0; i < p.size(); ++i)
@@ -54,7 +54,7 @@ class ImplicitRecord final : public TapeRecord<T> {
 
   /// (∂F/∂x)⁻ᵀ · side
   static Vector solve_transposed(Tape<T>& tape, const std::vector<Variable<T>>& residuals,
-                                 const std::vector<Variable<T>>& x, const Vector& side) {
+                                 std::span<const Variable<T>> x, const Vector& side) {
     if (residuals.size() != x.size())
       throw ShapeError("implicit_function: the residual has " + std::to_string(residuals.size()) +
                        " numbers, expected " + std::to_string(x.size()));

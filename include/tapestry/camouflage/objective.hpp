@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -46,7 +47,17 @@ struct ObjectiveTerms {
   double max_score = 0;
   double smoothness = 0;  ///< sum of squared colour steps
   double total = 0;       ///< with weights: what is minimised
+
+  /// Of each its name and its place, in this order.
+  static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 6> all;
 };
+inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 6> ObjectiveTerms::all{
+    {{"iou", &ObjectiveTerms::iou},
+     {"objectness", &ObjectiveTerms::objectness},
+     {"classification", &ObjectiveTerms::classification},
+     {"max_score", &ObjectiveTerms::max_score},
+     {"smoothness", &ObjectiveTerms::smoothness},
+     {"total", &ObjectiveTerms::total}}};
 
 /// The whole pipeline as one function on the tape:
 ///

@@ -158,15 +158,13 @@ class Training {
   /// The mean of the views' gradients; a process is dealt every so many-th view. Leaves the terms' mean in
   /// terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
-    constexpr std::array terms{
-        &ObjectiveTerms::iou,       &ObjectiveTerms::objectness, &ObjectiveTerms::classification,
-        &ObjectiveTerms::max_score, &ObjectiveTerms::smoothness, &ObjectiveTerms::total};
+    constexpr auto& terms = ObjectiveTerms::all;
     const auto session = next_session(views);
     const std::size_t width = terms.size() + state_.parameter.size();
     Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
     ObjectiveTerms mean{};
     const auto add = [&](const ObjectiveTerms& of_view, const auto* slopes) {
-      for (const auto term : terms) mean.*term += of_view.*term / static_cast<double>(views.size());
+      for (const auto& [name, term] : terms) mean.*term += of_view.*term / static_cast<double>(views.size());
       for (std::size_t k = 0; k < gradient.size(); ++k)
         gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(views.size());
     };
@@ -180,7 +178,7 @@ class Training {
           add(terms_, of_view.data());
           continue;
         }
-        for (const auto term : terms) own.push_back(terms_.*term);
+        for (const auto& [name, term] : terms) own.push_back(terms_.*term);
         own.insert(own.end(), of_view.begin(), of_view.end());
       }
       own.resize(width);
@@ -188,7 +186,7 @@ class Training {
       const double* from = all.data();
       for (std::size_t i = first; i < std::min(first + shared_.processes, views.size()); ++i, from += width) {
         ObjectiveTerms of_view{};
-        for (std::size_t k = 0; k < terms.size(); ++k) of_view.*terms[k] = from[k];
+        for (std::size_t k = 0; k < terms.size(); ++k) of_view.*terms[k].second = from[k];
         add(of_view, from + terms.size());
       }
     }
@@ -197,17 +195,10 @@ class Training {
   }
 
   void require_finite_terms(const std::vector<ViewPointer>& views) const {
-    const auto& terms = terms_;
-    const std::array<std::pair<const char*, double>, 6> named{{{"iou", terms.iou},
-                                                               {"objectness", terms.objectness},
-                                                               {"classification", terms.classification},
-                                                               {"max_score", terms.max_score},
-                                                               {"smoothness", terms.smoothness},
-                                                               {"total", terms.total}}};
-    for (const auto& [name, value] : named)
-      if (!std::isfinite(value))
+    for (const auto& [name, term] : ObjectiveTerms::all)
+      if (!std::isfinite(terms_.*term))
         throw NumericError("step " + std::to_string(state_.step + 1) + ": term " + name + " is " +
-                           std::to_string(value) + " in the minibatch of " + names_of(views));
+                           std::to_string(terms_.*term) + " in the minibatch of " + names_of(views));
   }
 
   void require_finite_gradient(const Array<T, 2>& gradient, const std::vector<ViewPointer>& views) const {
