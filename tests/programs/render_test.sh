@@ -158,6 +158,7 @@ expect_same car.png paint.png
 refuses_to_write '--output would overwrite .*out.png' --mesh out.obj --output out.png
 cp out.obj again.obj
 refuses_to_write '--export would overwrite .*out.mtl' --mesh again.obj --export out.obj --output untouched.png
+refuses_to_write 'other.png, which is --output' --mesh again.obj --export other.obj --output other.png
 refuses_to_write 'control character in a name' --export $'a\nv 9 9 9.obj' --output untouched.png
 [ -e untouched.png ] && fail "a refused command left a picture behind" || pass
 expect_exit 0 "a name of 255 bytes" "$render" --size 8 --output "$(printf 'n%.0s' $(seq 251)).png"
