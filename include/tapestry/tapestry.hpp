@@ -71,6 +71,7 @@
 #include <tapestry/camouflage/usable_views.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/camouflage/worst_views.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/array_concepts.hpp>
 #include <tapestry/core/check.hpp>
@@ -227,6 +228,8 @@
 #include <tapestry/loss/overlap.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <tapestry/loss/prediction_variable.hpp>
+#include <tapestry/loss/printability.hpp>
+#include <tapestry/loss/printability_variable.hpp>
 #include <tapestry/loss/responsible.hpp>
 #include <tapestry/loss/smoothness.hpp>
 #include <tapestry/loss/smoothness_variable.hpp>

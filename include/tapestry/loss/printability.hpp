@@ -1,0 +1,152 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::loss {
+
+/// How far from a printable colour the non-printability score still sees others: the standard deviation of
+/// what a printer makes of one colour, in colour units.
+inline constexpr double printable_spread = 0.05;
+
+/// Colours of a printer of which nothing was measured: all mixtures of black, two greys and white in its
+/// three channels, [64, 3], where its black is at 0.05 and its white at 0.95.
+[[nodiscard]] inline Array<double, 2> printable_colours() {
+  constexpr std::array<double, 4> levels{0.05, 0.35, 0.65, 0.95};
+  Array<double, 2> palette(Extents<2>{64, 3});
+  for (std::size_t k = 0; k < 64; ++k) {
+    palette(k, 0) = levels[k / 16];
+    palette(k, 1) = levels[k / 4 % 4];
+    palette(k, 2) = levels[k % 4];
+  }
+  return palette;
+}
+
+namespace detail {
+
+inline std::array<double, 3> colour_at(const auto& colours, std::size_t row) {
+  return {static_cast<double>(colours(row, 0)), static_cast<double>(colours(row, 1)),
+          static_cast<double>(colours(row, 2))};
+}
+
+/// The score of one colour, and its derivative by it where `slope` is not null.
+inline double score_of(const std::array<double, 3>& colour, const Array<double, 2>& palette, double spread,
+                       std::array<double, 3>* slope) {
+  const double two_variances = 2 * spread * spread;
+  const auto squared_distance = [&](std::size_t k) {
+    double sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) sum += (colour[c] - palette(k, c)) * (colour[c] - palette(k, c));
+    return sum;
+  };
+  double nearest = squared_distance(0);
+  for (std::size_t k = 1; k < palette.shape(0); ++k) nearest = std::min(nearest, squared_distance(k));
+  double shares = 0;
+  std::array<double, 3> mean{};  // of the palette, by how near each colour is
+  for (std::size_t k = 0; k < palette.shape(0); ++k) {
+    const double share = std::exp((nearest - squared_distance(k)) / two_variances);  // 1 for the nearest
+    shares += share;
+    for (std::size_t c = 0; c < 3; ++c) mean[c] += share * palette(k, c);
+  }
+  if (slope != nullptr)
+    for (std::size_t c = 0; c < 3; ++c) (*slope)[c] = 2 * (colour[c] - mean[c] / shares);
+  return nearest - two_variances * std::log(shares / static_cast<double>(palette.shape(0)));
+}
+
+/// \throws ShapeError, DomainError as non_printability()
+template <class Texels, class UsedTexels>
+void require_printable(const char* operation, const Texels& texels, const UsedTexels& used,
+                       const Array<double, 2>& palette, double spread) {
+  require_shape(operation, "texels", texels, {used.shape(0) * used.shape(1), 3});
+  if (palette.shape(0) == 0 || palette.shape(1) != 3)
+    throw ShapeError(std::string(operation) + ": palette is [" + std::to_string(palette.shape(0)) + ", " +
+                     std::to_string(palette.shape(1)) + "], expected at least one colour of 3 channels");
+  for (const double channel : palette.storage())
+    if (!(channel >= 0 && channel <= 1))
+      throw DomainError(std::string(operation) + ": the palette holds " + std::to_string(channel) +
+                        ", expected channels from 0 to 1");
+  if (!(std::isfinite(spread) && spread > 0))
+    throw DomainError(std::string(operation) + ": spread is " + std::to_string(spread) +
+                      ", expected a finite number above 0");
+}
+
+/// Σ M, in the order of the texels.
+template <class UsedTexels>
+[[nodiscard]] double used_count(const UsedTexels& used) {
+  double count = 0;
+  for (const auto weight : used.storage()) count += static_cast<double>(weight);
+  return count;
+}
+
+}  // namespace detail
+
+/// Non-printability score: how far the texels of a paint are from the colours of a printer, as a mean over
+/// those in use; smooth everywhere.
+///
+///   L = 1/ΣM · Σ M[i] · s(t[i]),   s(t) = −2σ² · ln( 1/K · Σ_k exp(−|t − p[k]|² / 2σ²) )
+///
+/// s is the squared distance to the nearest printable colour, more by 2σ²·ln K at most, and that of a palette
+/// of one colour exactly: the log-likelihood of a mixture of Gaussians around the printable colours. Its
+/// gradient is twice the way from the mean of the palette near t, so that between two equally near colours
+/// nothing pulls. Source: Sharif et al., "Accessorize to a crime" (CCS 2016), eq. 5, whose score is the
+/// product over the palette of |t − p[k]|: that vanishes with all its slopes at every printable colour, and
+/// grows with the palette. Thys et al. (CVPRW 2019) take the distance to the nearest colour, which has kinks;
+/// this is its smooth form.
+///
+/// \param texels   t, [H·W, 3], colours in [0, 1]
+/// \param used     M, [H, W], 1 where a painted face refers to the texel and 0 elsewhere
+/// \param palette  p, [K, 3], printable colours in [0, 1], at least one
+/// \param spread   σ in colour units, above 0
+/// \returns        L in squared colour units, summed in double in blocks of a fixed order; 0 where nothing is
+/// used \throws ShapeError if texels has not H·W rows of 3 or the palette no colours of 3; DomainError if the
+/// palette
+///         has channels outside [0, 1] or the spread is not above 0 and finite
+template <Mask Texels, Mask UsedTexels>
+[[nodiscard]] auto non_printability(const Texels& texels, const UsedTexels& used,
+                                    const Array<double, 2>& palette, double spread = printable_spread) {
+  using T = typename Texels::value_type;
+  detail::require_printable("non_printability", texels, used, palette, spread);
+  constexpr std::size_t block_size = 256;
+  std::vector<double> sums(block_count(used.size(), block_size));
+  parallel_for(sums.size(), [&](std::size_t block) {
+    const auto [begin, end] = block_range(block, used.size(), block_size);
+    for (std::size_t i = begin; i < end; ++i)
+      if (const auto weight = static_cast<double>(used.data()[i]); weight != 0)
+        sums[block] += weight * detail::score_of(detail::colour_at(texels, i), palette, spread, nullptr);
+  });
+  const double count = detail::used_count(used);
+  return static_cast<T>(count > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / count : 0.0);
+}
+
+/// Adds loss_adjoint · ∂L/∂texels to texels_adjoint, [H·W, 3]; arguments otherwise as in non_printability().
+template <Mask Texels, Mask UsedTexels>
+void non_printability_adjoint(const Texels& texels, const UsedTexels& used, const Array<double, 2>& palette,
+                              double spread, typename Texels::value_type loss_adjoint,
+                              Texels& texels_adjoint) {
+  using T = typename Texels::value_type;
+  detail::require_printable("non_printability_adjoint", texels, used, palette, spread);
+  require_shape("non_printability_adjoint", "texels_adjoint", texels_adjoint, texels.shape());
+  const double count = detail::used_count(used);
+  constexpr std::size_t block_size = 256;
+  parallel_for(block_count(used.size(), block_size), [&](std::size_t block) {
+    const auto [begin, end] = block_range(block, used.size(), block_size);
+    for (std::size_t i = begin; i < end; ++i) {
+      const double weight = static_cast<double>(used.data()[i]);
+      if (weight == 0) continue;
+      std::array<double, 3> slope{};
+      (void)detail::score_of(detail::colour_at(texels, i), palette, spread, &slope);
+      for (std::size_t c = 0; c < 3; ++c)
+        texels_adjoint(i, c) += static_cast<T>(static_cast<double>(loss_adjoint) * weight / count * slope[c]);
+    }
+  });
+}
+
+}  // namespace tapestry::loss
