@@ -91,7 +91,7 @@ void adopt_run(const CLI::App& app, Options& options) {
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
   require_protocol_options(app, options.protocol, is_on_photographs(options.protocol.protocol),
-                           options.clean_only, list);
+                           is_before_plain_background(options.protocol.protocol), options.clean_only, list);
   require_sound(options.protocol, protocol_names(), list);
   list.attempt([&] { (void)heat_map_by_name(options.protocol.heat_map_kind); });
   require_sound(options.scene, list);

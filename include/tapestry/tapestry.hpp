@@ -125,6 +125,7 @@
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/occlusion.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <tapestry/evaluate/physical.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/evaluate/shuffled_patches.hpp>
 #include <tapestry/evaluate/survey.hpp>

@@ -93,6 +93,43 @@ TEST_CASE("the cells of a table add up to the whole", "[evaluate][cells]") {
   CHECK(whole.left_out > 0);
 }
 
+TEST_CASE("a view that was photographed twice counts once in intervals", "[evaluate][cells]") {
+  const evaluate::ProtocolTable table{"row", {"twice", "once"}, "column", {"all"}, {2}};
+  std::vector<evaluate::ProtocolFrame> frames(60);
+  for (std::size_t i = 40; i < 60; ++i) frames[i].row = 1;
+  auto outcomes = random_outcomes(60, 3);
+  for (std::size_t i = 0; i < 60; ++i) {
+    outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);
+    if (i % 2 == 1 && i < 40)  // a second photograph that says what the first does
+      for (std::size_t k = 0; k < 3; ++k) {
+        outcomes.found(i, k) = outcomes.found(i - 1, k);
+        outcomes.best_confidence(i, k) = outcomes.best_confidence(i - 1, k);
+        outcomes.found_confidence(i, k) = outcomes.found_confidence(i - 1, k);
+      }
+  }
+  const auto cells = evaluate::cells_of(table, frames, outcomes);
+  const auto first = [](std::size_t i) { return i < 40 && i % 2 == 0; };  // as if there were no second
+  const auto twice = [](std::size_t i) { return i < 40; };
+  const auto alone = evaluate::cell_of(outcomes, first);
+  CHECK(cells[0].measured == 40);
+  CHECK(cells[0].textures[1].rate.detected == 2 * alone.textures[1].rate.detected);
+  for (std::size_t end = 0; end < 2; ++end) {
+    CHECK(cells[0].textures[1].rate.interval[end] == Approx(alone.textures[1].rate.interval[end]));
+    CHECK(cells[0].textures[1].success.interval[end] == Approx(alone.textures[1].success.interval[end]));
+    CHECK(evaluate::sweep_of(outcomes, 1, {0.5}, twice, 2)[0].interval[end] ==
+          Approx(evaluate::sweep_of(outcomes, 1, {0.5}, first)[0].interval[end]));
+  }
+  CHECK(cells[1].textures[1].rate.interval ==
+        evaluate::wilson_interval(cells[1].textures[1].rate.detected, 20));
+  const auto effect = evaluate::effect_of(outcomes, "control", 2, 1, twice, 2);
+  const auto of_first = evaluate::effect_of(outcomes, "control", 2, 1, first);
+  CHECK(effect.best_confidence.pairs == 20);
+  CHECK(effect.best_confidence.mean == Approx(of_first.best_confidence.mean));
+  CHECK(effect.best_confidence.interval[0] == Approx(of_first.best_confidence.interval[0]));
+  CHECK_THROWS_WITH(evaluate::effect_of(outcomes, "control", 2, 1, twice, 3),
+                    "effect_of: 40 pictures are not 3 of each view");
+}
+
 TEST_CASE("an effect and a sweep are of the measured frames that belong", "[evaluate][cells]") {
   auto outcomes = random_outcomes(60, 3);
   for (std::size_t i = 0; i < outcomes.found_confidence.size(); ++i)

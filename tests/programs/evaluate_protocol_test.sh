@@ -92,6 +92,34 @@ expect_exit 0 "again, with nothing left to do" "$evaluate" --protocol occlusion 
 grep -q '^this process: .* for 0 frames' command.out && pass || fail "frames were measured again"
 expect_same whole/occlusion.csv before.csv
 
+# Printed and photographed: beside each view as it is, for whatever threads and after any death. (F01)
+physical=(--protocol physical --run run --quick --controls matched --size 128)
+expect_exit 0 "printed and photographed, two threads" "$evaluate" "${physical[@]}" --threads 2 --output physical
+for words in 'photographed' 'effect beyond matched noise' 'worst cell: ' 'seed 1' 'confidence above 0.25' 'JPEG of quality 50 to 95'; do
+  for file in command.out physical/physical.{md,html}; do
+    grep -qF -- "$words" "$file" && pass || fail "$file says nothing of '$words'"
+  done
+done
+expect_exit 0 "printed and photographed, one thread" "$evaluate" "${physical[@]}" --threads 1 --output physical1
+expect_same_report physical physical1 physical
+kill_until_measured physical2 "${physical[@]}"
+expect_same_report physical physical2 physical
+# 18 cells and two wholes, 4 textures each; 4 directions a cell; a photograph takes something from the car.
+awk -F , 'NR > 1 && $2 != "all" { cells++; part = $1 ~ / as it is$/ ? "as it is" : "photographed"; frames[part, $3] += $4
+    found[part, $3] += $7; if ($4 != 4) exit 1 }
+  $2 == "all" { wholes++; if ($4 != 36 || $4 != frames[$1, $3] || $7 != found[$1, $3]) exit 1; sure[$1, $3] = $11 }
+  END { exit !(cells == 72 && wholes == 8 && sure["photographed", "clean"] < sure["as it is", "clean"]) }' physical/physical.csv &&
+  pass || fail "physical.csv does not add up"
+expect_exit 7 "other photographs by another seed" "$evaluate" "${physical[@]}" --seed 2 --output physical
+expect_error_line '--seed \(was 1, now 2\)'
+expect_exit 0 "the plain car, photographed" "$evaluate" --protocol physical --clean-only --quick --size 128
+grep -q 'worst cell: the plain car is found least at surroundings street [123], distance' command.out && pass || fail "no worst cell"
+grep -q 'kept' command.out && fail "an effect of no camouflage" || pass
+expect_exit 2 "a background of streets" "$evaluate" --protocol physical --clean-only --background 1 1 1
+expect_error_line '^error: --background has no part in --protocol physical'
+expect_exit 2 "frames of streets" "$evaluate" --protocol physical --clean-only --frames frames
+expect_error_line '^error: --frames has no part in --protocol physical'
+
 # Photographs: the figures of evaluate without a protocol, and of the same detector in another format the same again.
 expect_exit 0 "another format" "$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
   --output second.safetensors
@@ -188,7 +216,7 @@ expect_error_line 'damaged/settings.json: not the settings of a measurement'
 
 # Options that make no sense.
 expect_exit 2 "an unknown protocol" "$evaluate" --protocol sideways --clean-only
-expect_error_line "--protocol is 'sideways'; expected one of digital, attention, views, occlusion"
+expect_error_line "--protocol is 'sideways'; expected one of digital, physical, attention, views, occlusion"
 expect_exit 2 "an unknown set of controls" "$evaluate" --protocol views --run run --controls some
 expect_exit 2 "a colour that is none" "$evaluate" --protocol views --clean-only --background 2 0 0
 expect_error_line '^error: --background takes numbers from 0 to 1'

@@ -30,8 +30,10 @@ expect_exit 7 "the same table with other options" bash "$experiments/losses.sh" 
 export SEEDS=1
 expect_exit 0 "first textures" bash "$experiments/initialisation.sh" starts "$common"
 [ "$(grep -cE '^\| (random|zero|own) \| 1 ' starts/variants.md)" = 3 ] && pass || fail "the rows of first textures"
-DRAWS=2 expect_exit 0 "physical conditions" bash "$experiments/physical.sh" physical "$common"
+DRAWS=2 PROTOCOL="--quick --controls matched" expect_exit 0 "physical conditions" bash "$experiments/physical.sh" physical "$common"
 grep -q '"draws": 2' physical/measured-physical-1/metrics.json && pass || fail "not measured under conditions"
+[ "$(grep -cE '^protocol-(as_they_are|physical)-1: .*(effect kept|not defined).*physical.md$' command.out)" = 2 ] && pass || fail "no word on what is kept"
+expect_file physical/protocol-physical-1/physical.csv
 expect_exit 2 "too little said" bash "$experiments/variants.sh" none
 expect_exit 2 "no folder" bash "$experiments/losses.sh"
 finish

@@ -47,19 +47,22 @@ struct MeasuredPicture {
   const ViewResult& result;
 };
 
-namespace detail {
-
-/// The picture of a view in a texture, or the untouched frame when `colours` is null, photographed if asked
-/// for: the same conditions for every texture, the same print of a texture in every view.
+/// A picture of a view, and where the car is in it.
 template <class T>
 struct Photograph {
-  Array<T, 3> picture;
+  Array<T, 3> picture;  ///< [H, W, 3]
   detect::Box target;
 };
 
+/// The picture of a view in a texture, or the untouched frame when `colours` is null, photographed if asked
+/// for: the same conditions for every texture, the same print of a texture in every view.
+///
+/// \param view_index, draw  which view and which photograph of it: another one is under other conditions
+/// \param colours           [texel, 3] in [0, 1]
 template <class T>
-Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
-                            const Array<T, 2>* colours, const Photography& photography, std::size_t draw) {
+[[nodiscard]] Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
+                                          const Array<T, 2>* colours, const Photography& photography,
+                                          std::size_t draw) {
   const auto in = [&](const Array<T, 2>& texture) { return camouflage::picture_of(view, texture); };
   const image::Conditions& conditions = photography.conditions;
   if (conditions == image::Conditions{})
@@ -73,8 +76,6 @@ Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_in
           : view.background;
   return {image::transformed(std::move(picture), shot.chain), shot.target};
 }
-
-}  // namespace detail
 
 /// Measures one texture, or the untouched frames when `colours` is null, in some views.
 ///
@@ -94,7 +95,7 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   for (const std::size_t index : views) {
     const auto view = store.view(index);
     for (std::size_t draw = 0; draw < photography.draws; ++draw) {
-      const auto [picture, target] = detail::photograph_of(*view, index, colours, photography, draw);
+      const auto [picture, target] = photograph_of(*view, index, colours, photography, draw);
       const ViewResult result = meter.examine(picture, view->name, target);
       measurement.found.push_back(result.found);
       measurement.best_confidence.push_back(result.best_confidence);

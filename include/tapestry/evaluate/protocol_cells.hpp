@@ -64,9 +64,11 @@ struct Cell {
 };
 
 /// The cell of the frames for which belongs(index) holds; frames that are pending count nowhere.
+/// \param pictures_a_view  as for detection_rate()
 /// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no texture
 template <std::predicate<std::size_t> Belongs>
-[[nodiscard]] Cell cell_of(const ProtocolOutcomes& outcomes, Belongs belongs) {
+[[nodiscard]] Cell cell_of(const ProtocolOutcomes& outcomes, Belongs belongs,
+                           std::size_t pictures_a_view = 1) {
   const std::size_t frames = outcomes.frame_count(), textures = outcomes.texture_count();
   require_shape("cell_of", "state", outcomes.state, {frames});
   require_shape("cell_of", "best_confidence", outcomes.best_confidence, {frames, textures});
@@ -94,8 +96,8 @@ template <std::predicate<std::size_t> Belongs>
   };
   cell.mean_hidden_share = mean(hidden);
   for (std::size_t k = 0; k < textures; ++k)
-    cell.textures.push_back(
-        {detection_rate(found[k]), mean(confidence[k]), attack_success_rate(found[0], found[k])});
+    cell.textures.push_back({detection_rate(found[k], pictures_a_view), mean(confidence[k]),
+                             attack_success_rate(found[0], found[k], pictures_a_view)});
   return cell;
 }
 
@@ -132,31 +134,41 @@ template <std::predicate<std::size_t> Belongs>
 /// What a texture does beyond a control in the measured frames for which belongs(index) holds, as
 /// effect_beyond().
 ///
-/// \param control, texture  their numbers in the outcomes
-/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no such texture
+/// \param control, texture   their numbers in the outcomes
+/// \param pictures_a_view    measured frames that follow one another and count as one, by their mean
+/// \throws ShapeError if the arrays of the outcomes differ in their extents, there is no such texture, or a
+///         view lacks some of its pictures
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Effect effect_of(const ProtocolOutcomes& outcomes, const std::string& name, std::size_t control,
-                               std::size_t texture, Belongs belongs) {
+                               std::size_t texture, Belongs belongs, std::size_t pictures_a_view = 1) {
+  const auto means = [&](const auto& values, std::size_t of) {
+    const auto pictures = measured_values(outcomes, values, of, belongs);
+    if (pictures_a_view == 0 || pictures.size() % pictures_a_view != 0)
+      throw ShapeError("effect_of: " + std::to_string(pictures.size()) + " pictures are not " +
+                       std::to_string(pictures_a_view) + " of each view");
+    return detail::means_of_views(pictures, pictures_a_view);
+  };
   const auto compare = [&](const auto& values) {
-    return paired_bootstrap(measured_values(outcomes, values, control, belongs),
-                            measured_values(outcomes, values, texture, belongs));
+    return paired_bootstrap(means(values, control), means(values, texture));
   };
   return {name, compare(outcomes.best_confidence), compare(outcomes.found)};
 }
 
 /// P@0.5 at other thresholds of confidence, one entry each, none below the least that the meter had.
 ///
-/// \param texture  its number in the outcomes
+/// \param texture          its number in the outcomes
+/// \param pictures_a_view  as for detection_rate()
 /// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no such texture
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<DetectionRate> sweep_of(const ProtocolOutcomes& outcomes, std::size_t texture,
-                                                  const std::vector<double>& thresholds, Belongs belongs) {
+                                                  const std::vector<double>& thresholds, Belongs belongs,
+                                                  std::size_t pictures_a_view = 1) {
   const auto confidences = measured_values(outcomes, outcomes.found_confidence, texture, belongs);
   std::vector<DetectionRate> rates;
   for (const double threshold : thresholds) {
     std::vector<bool> found;
     for (const double confidence : confidences) found.push_back(confidence > threshold);
-    rates.push_back(detection_rate(found));
+    rates.push_back(detection_rate(found, pictures_a_view));
   }
   return rates;
 }
@@ -177,8 +189,9 @@ template <std::predicate<std::size_t> Belongs>
                        " by " + std::to_string(table.columns.size()));
   std::vector<Cell> cells;
   for (std::size_t cell = 0; cell < table.cell_count(); ++cell)
-    cells.push_back(
-        cell_of(outcomes, [&](std::size_t frame) { return table.cell_of(frames[frame]) == cell; }));
+    cells.push_back(cell_of(
+        outcomes, [&](std::size_t frame) { return table.cell_of(frames[frame]) == cell; },
+        table.pictures_of_row(cell / table.columns.size())));
   return cells;
 }
 

@@ -43,8 +43,13 @@ struct ProtocolTable {
   std::vector<std::string> rows;
   std::string column_title;
   std::vector<std::string> columns;
+  /// Of each row, the frames that are pictures of one view and follow one another; one where it has no entry.
+  std::vector<std::size_t> pictures_a_view{};
 
   [[nodiscard]] std::size_t cell_count() const { return rows.size() * columns.size(); }
+  [[nodiscard]] std::size_t pictures_of_row(std::size_t row) const {
+    return row < pictures_a_view.size() ? pictures_a_view[row] : 1;
+  }
   [[nodiscard]] std::size_t cell_of(const ProtocolFrame& frame) const {
     return frame.row * columns.size() + frame.column;
   }

@@ -10,6 +10,7 @@
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/io/npz_file.hpp>
@@ -171,9 +172,12 @@ class ProtocolMeasurement {
     }
     outcomes_.car_share(frame) = car_share_of(view);
     for (std::size_t k = 0; k < textures_.size(); ++k) {
-      Array<float, 3> picture = picture_with(view, textures_[k].colours);
+      auto [picture, target] =
+          protocol_.photograph
+              ? protocol_.photograph(view, frame, textures_[k].colours, k == 0)
+              : evaluate::Photograph<float>{picture_with(view, textures_[k].colours), view.target};
       if (change) change->apply(picture);
-      const auto result = source.meter(frame).examine(picture, view);
+      const auto result = source.meter(frame).examine(picture, view.name, target);
       outcomes_.found(frame, k) = result.found ? 1 : 0;
       outcomes_.best_confidence(frame, k) = result.best_confidence;
       outcomes_.found_confidence(frame, k) = result.found_confidence;

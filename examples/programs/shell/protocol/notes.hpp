@@ -26,9 +26,10 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
            ? "; " + std::to_string(left_out) + " are left out, for nothing of the car shows in them" +
                  (protocol.change ? ", or too little to hide the share" : "")
            : "") +
-      (result.sections.size() > 1 ? "; each photograph counts once for each of " +
-                                        std::to_string(result.sections.size()) + " detectors"
-                                  : "") +
+      (protocol.on_photographs && result.sections.size() > 1
+           ? "; each photograph counts once for each of " + std::to_string(result.sections.size()) +
+                 " detectors"
+           : "") +
       "."};
   if (request.settings.quick)
     notes.push_back(protocol.on_photographs ? "--quick: at most " + std::to_string(quick_photographs) +
@@ -39,8 +40,8 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
     notes.push_back(
         "Distances are from the car's middle, in units of which its half length is 1; half of the field of "
         "view is " +
-        number(evaluate::protocol_half_fov_deg) +
-        " degrees. The paper states neither; its pictures fit both.");
+        number(evaluate::protocol_half_fov_deg) + " degrees. The paper states neither" +
+        (is_before_plain_background(protocol.name) ? "; its pictures fit both." : "."));
   else if (request.trained_on > 0)
     notes.push_back("The camouflage was optimised on " + std::to_string(request.trained_on) +
                     " of these very photographs: this says nothing about others.");
@@ -75,7 +76,7 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
              std::to_string(detector.network->input_height());
   input += " pixels, " + std::to_string(request.scene.samples) + "x" + std::to_string(request.scene.samples) +
            " samples a pixel";
-  if (!protocol.on_photographs)
+  if (is_before_plain_background(protocol.name))
     input +=
         ", background " + number(background[0]) + " " + number(background[1]) + " " + number(background[2]);
   notes.push_back(input + ", seed " + std::to_string(request.seed) + ".");

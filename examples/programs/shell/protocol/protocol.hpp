@@ -7,12 +7,15 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/evaluate/views.hpp>
+#include <tapestry/io/frame.hpp>
 #include <utility>
 #include <vector>
 
+#include "../../../scenes/vehicle.hpp"
 #include "drawing.hpp"
 
 namespace tapestry::shell {
@@ -49,6 +52,8 @@ struct ProtocolResult {
   bool has_bare = false;              ///< whether the last of the textures is none, see Protocol::bare_name
   std::vector<evaluate::Cell> cells;  ///< of the table, row by row
   std::vector<ProtocolSection> sections;
+  /// The effect of the first section as a share of that of the second, see Protocol::parts.
+  std::optional<double> effect_kept{};
   std::vector<std::pair<std::string, std::string>>
       pictures{};  ///< what they show, and their PNG files' bytes
 
@@ -76,6 +81,15 @@ struct ProtocolSubject {
   std::size_t frame_count = 0;         ///< of photographs
 };
 
+/// Rows of a table that are summed up together.
+struct ProtocolPart {
+  std::string name;
+  std::size_t first_row = 0;
+  std::size_t row_count = 0;
+
+  [[nodiscard]] bool holds(std::size_t row) const { return row >= first_row && row - first_row < row_count; }
+};
+
 /// A set of pictures that a table sums up. A further protocol is a header that makes one of these, and its
 /// line in protocols.hpp.
 struct Protocol {
@@ -87,10 +101,19 @@ struct Protocol {
   std::vector<evaluate::ProtocolFrame> frames;
   bool on_photographs = false;  ///< columns are detectors then, and nothing sums them up
   bool maps_attention = false;  ///< whether heat maps are made
-  std::string bare_name{};      ///< of the pictures without paint, which are measured last; none if empty
+  /// Of renders: what is summed up apart; all frames together if empty. The worst cell is of the first, and
+  /// what that keeps of the second's effect is told.
+  std::vector<ProtocolPart> parts{};
+  std::string bare_name{};  ///< of the pictures without paint, which are measured last; none if empty
   std::vector<std::string> notes{};  ///< sentences under the table
   /// Nothing to leave the frame out; an empty function leaves pictures as they are.
   std::function<std::optional<FrameChange>(const camouflage::View<float>&, std::size_t frame)> change{};
+  /// The street around the car in a frame, in metres; the car is alone before a plain background if empty.
+  std::function<io::Frame(const scenes::Vehicle&, std::size_t frame, std::size_t size_px)> street{};
+  /// The picture of a frame with a texture, and where the car is in it; the view's own if empty.
+  std::function<evaluate::Photograph<float>(const camouflage::View<float>&, std::size_t frame,
+                                            const Array<float, 2>& colours, bool is_clean)>
+      photograph{};
   std::function<Figure(const Protocol&, const ProtocolResult&)> figure{};
 };
 

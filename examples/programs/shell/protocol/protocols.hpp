@@ -9,6 +9,7 @@
 #include "attention.hpp"
 #include "digital.hpp"
 #include "occlusion.hpp"
+#include "physical.hpp"
 #include "protocol.hpp"
 #include "settings.hpp"
 #include "views.hpp"
@@ -27,6 +28,9 @@ inline const std::vector<ProtocolEntry>& protocols() {
   static const std::vector<ProtocolEntry> entries{
       {"digital", "held-out photographs, with every control and each detector (table 1)", digital_protocol,
        true},
+      {"physical",
+       "72 views in drawn streets, each printed and photographed twice, and as it is (table 2, simulated)",
+       physical_protocol},
       {"attention", "heat maps of detectors on held-out photographs, and their share on the car",
        attention_protocol, true},
       {"views", "4,320 views from all around, by azimuth and distance (table 3)", views_protocol},
@@ -60,6 +64,11 @@ inline const ProtocolEntry& protocol_by_name(const std::string& name) {
 inline bool is_on_photographs(const std::string& name) {
   return std::ranges::any_of(
       protocols(), [&](const ProtocolEntry& entry) { return entry.name == name && entry.on_photographs; });
+}
+
+/// Whether a protocol's pictures are of the car alone.
+inline bool is_before_plain_background(const std::string& name) {
+  return !is_on_photographs(name) && name != "physical";
 }
 
 }  // namespace tapestry::shell

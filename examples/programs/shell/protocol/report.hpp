@@ -40,7 +40,7 @@ inline std::string protocol_text(const Protocol& protocol, const ProtocolResult&
                                             : found_grid(protocol, result, k, false)) +
                 "\n";
   }
-  if (const std::string worst = worst_cell_text(protocol, result); !worst.empty()) text += worst + "\n";
+  for (const auto& words : findings(protocol, result)) text += words + "\n";
   for (const auto& note : notes) text += "- " + note + "\n";
   return text;
 }
@@ -62,8 +62,7 @@ inline std::string protocol_markdown(const Protocol& protocol, const ProtocolRes
                                      const std::vector<std::string>& notes) {
   std::string text = "# " + protocol.title + "\n\n![" + protocol.title + "](" + protocol.name + ".svg)\n\n";
   for (const auto& table : all_tables(protocol, result)) text += markdown_of(table);
-  if (const std::string worst = worst_cell_text(protocol, result); !worst.empty())
-    text += "**" + worst + "**\n\n";
+  for (const auto& words : findings(protocol, result)) text += "**" + words + "**\n\n";
   for (const auto& note : notes) text += "- " + note + "\n";
   return text + "- Every cell with every texture: " + protocol.name + ".csv.\n";
 }
@@ -119,8 +118,8 @@ inline Json section_json(const ProtocolSection& section, const ProtocolResult& r
 }
 }  // namespace detail
 
-/// A row for each cell and texture, and of renders the whole at the end; shares in 0 to 1, empty where they
-/// are not defined.
+/// A row for each cell and texture, and of renders the whole, or each part, at the end; shares in 0 to 1,
+/// empty where they are not defined.
 inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& result) {
   const auto& table = protocol.table;
   std::string text = table.row_title + "," + table.column_title +
@@ -131,8 +130,11 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
       text += detail::csv_row(
           table.rows[cell / table.columns.size()] + "," + table.columns[cell % table.columns.size()],
           result.cells[cell], result, k);
-  for (std::size_t k = 0; k < result.textures.size() && !protocol.on_photographs; ++k)
-    text += detail::csv_row("all,all", result.sections.front().cell, result, k);
+  if (protocol.on_photographs) return text;
+  for (const auto& section : result.sections)
+    for (std::size_t k = 0; k < result.textures.size(); ++k)
+      text +=
+          detail::csv_row((protocol.parts.empty() ? "all" : section.name) + ",all", section.cell, result, k);
   return text;
 }
 
@@ -141,10 +143,11 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
                           const std::vector<std::string>& notes, const Json& settings) {
   const auto& table = protocol.table;
   Json json = {{"protocol", protocol.name}, {"textures", result.textures}, {"notes", notes}};
-  const auto worst = worst_cell(result);
+  const auto worst = worst_cell(protocol, result);
   json["worst_cell"] = worst ? Json{{table.row_title, table.rows[*worst / table.columns.size()]},
                                     {table.column_title, table.columns[*worst % table.columns.size()]}}
                              : Json();
+  if (result.effect_kept) json["effect_kept"] = *result.effect_kept;
   for (const auto& section : result.sections)
     json["sections"].push_back(detail::section_json(section, result));
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell) {
@@ -208,8 +211,7 @@ body { background: #0d1117; color: #e6edf3 } tr + tr { border-color: #30363d }
       escaped(protocol.title) + "</h1>\n<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
       detail::picture_html(result.pictures) + "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
-  if (const std::string worst = worst_cell_text(protocol, result); !worst.empty())
-    page += "<p><b>" + escaped(worst) + "</b></p>\n";
+  for (const auto& words : findings(protocol, result)) page += "<p><b>" + escaped(words) + "</b></p>\n";
   page += "<ul>\n";
   for (const auto& note : notes) page += "<li>" + escaped(note) + "</li>\n";
   return page + "</ul>\n</body></html>\n";

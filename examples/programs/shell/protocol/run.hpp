@@ -2,17 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <iostream>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <utility>
@@ -29,6 +26,7 @@
 #include "notes.hpp"
 #include "protocols.hpp"
 #include "report.hpp"
+#include "result.hpp"
 
 namespace tapestry::shell {
 
@@ -46,7 +44,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   if (request.settings.protocol == "attention") options["heat-map-kind"] = request.settings.heat_map_kind;
   if (on_photographs)
     options["further-weights"] = request.settings.further_weights;
-  else
+  else if (is_before_plain_background(request.settings.protocol))
     options["background"] = request.settings.background;
   options["quick"] = request.settings.quick;
   options["clean-only"] = request.run.empty();
@@ -157,57 +155,22 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
                                           detector.network->input_width(), request.scene.samples,
                                           detector.fit, inputs.photo_light);
     };
+  else if (protocol.street)
+    source.view = [&, vehicle = scenes::stand_on_ground(inputs.car.painted.mesh, inputs.car.painted.painted,
+                                                        street_car_length_m)](std::size_t frame) {
+      const auto& detector = inputs.detectors.front().detector;
+      const std::size_t height = detector.network->input_height(), width = detector.network->input_width();
+      auto street = protocol.street(vehicle, frame, std::max(height, width));
+      street.camera = scenes::camera_of_mesh(vehicle, *street.camera);
+      return camouflage::make_view<float>(street, inputs.car.painted, height, width, request.scene.samples,
+                                          detector.fit);
+    };
   else
     source.view = [&](std::size_t frame) {
       return evaluate::protocol_view<float>(protocol.frames[frame], inputs.car.painted,
                                             picture_of(request, inputs.detectors.front().detector));
     };
   return source;
-}
-
-/// 0 without values.
-inline double mean_of(const std::vector<double>& values) {
-  return values.empty()
-             ? 0
-             : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-template <std::predicate<std::size_t> Belongs>
-ProtocolSection section_of(const Protocol& protocol, const std::string& name, const ProtocolResult& result,
-                           const evaluate::ProtocolOutcomes& outcomes, Belongs belongs) {
-  ProtocolSection section{name, evaluate::cell_of(outcomes, belongs)};
-  if (result.has_camouflage)
-    section.effect = evaluate::effect_of(outcomes, result.textures[2], 2, 1, belongs);
-  for (std::size_t k = 0; k < result.textures.size(); ++k)
-    section.sweep.push_back(evaluate::sweep_of(outcomes, k, swept_thresholds, belongs));
-  for (std::size_t k = 0; k < result.textures.size() && protocol.maps_attention; ++k)
-    section.attention.push_back({mean_of(evaluate::measured_values(outcomes, outcomes.attention, k, belongs)),
-                                 evaluate::attention_lost(outcomes, k, belongs)});
-  std::vector<double> car_shares;
-  for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
-    if (outcomes.state_of(frame) == evaluate::FrameState::measured && belongs(frame))
-      car_shares.push_back(outcomes.car_share(frame));
-  section.car_share = mean_of(car_shares);
-  return section;
-}
-
-inline ProtocolResult result_of(const Protocol& protocol,
-                                const std::vector<evaluate::Control<float>>& textures, bool has_camouflage,
-                                const evaluate::ProtocolOutcomes& outcomes) {
-  ProtocolResult result;
-  for (const auto& texture : textures) result.textures.push_back(texture.name);
-  result.has_camouflage = has_camouflage;
-  result.has_bare = !protocol.bare_name.empty();
-  result.cells = evaluate::cells_of(protocol.table, protocol.frames, outcomes);
-  if (!protocol.on_photographs) {
-    result.sections.push_back(
-        section_of(protocol, "all frames", result, outcomes, [](std::size_t) { return true; }));
-    return result;
-  }
-  for (std::size_t column = 0; column < protocol.table.columns.size(); ++column)
-    result.sections.push_back(section_of(protocol, protocol.table.columns[column], result, outcomes,
-                                         [&](std::size_t i) { return protocol.frames[i].column == column; }));
-  return result;
 }
 
 /// Each photograph with each detector and texture.

@@ -25,7 +25,7 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
                  "of --protocol: all, or matched for matched noise and shuffled patches alone")
       ->capture_default_str();
   app.add_option("--background", s.background,
-                 "of protocols that render: colour behind the car, three numbers from 0 to 1")
+                 "of protocols that render the car alone: colour behind it, three numbers from 0 to 1")
       ->expected(3)
       ->capture_default_str();
   app.add_option("--further-weights", s.further_weights,
@@ -38,9 +38,10 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
 }
 
 /// What a protocol has no use for, and what nothing but a protocol uses.
-/// \param on_photographs  whether it measures photographs, not renders
+/// \param on_photographs             whether it measures photographs, not renders
+/// \param before_plain_background    whether it measures the car alone
 inline void require_protocol_options(const CLI::App& app, const ProtocolSettings& s, bool on_photographs,
-                                     bool clean_only, ProblemList& list) {
+                                     bool before_plain_background, bool clean_only, ProblemList& list) {
   const auto refuse = [&](const std::vector<const char*>& options, const std::string& why) {
     for (const char* option : options) list.require(app.get_option(option)->count() == 0, option + why);
   };
@@ -51,9 +52,9 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
     refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against"}, " has no part in --protocol");
   if (!s.protocol.empty() && s.protocol != "attention")
     refuse({"--heat-map-kind"}, " has no part in --protocol " + s.protocol);
-  if (on_photographs)
+  if (!s.protocol.empty() && !before_plain_background)
     refuse({"--background"}, " has no part in --protocol " + s.protocol);
-  else if (!s.protocol.empty())
+  if (!s.protocol.empty() && !on_photographs)
     refuse({"--frames", "--mask", "--further-weights"}, " has no part in --protocol " + s.protocol);
   if (clean_only) refuse({"--controls"}, " has no part in --clean-only");
 }

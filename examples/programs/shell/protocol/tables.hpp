@@ -205,16 +205,17 @@ inline std::string cell_name(const Protocol& protocol, std::size_t cell) {
 }
 
 /// The worst cell: where the camouflage hides the car least, or without one, where the detector finds it
-/// least.
-inline std::optional<std::size_t> worst_cell(const ProtocolResult& result) {
-  return result.has_camouflage ? evaluate::least_hidden_cell(result.cells, 1)
-                               : evaluate::least_found_cell(result.cells, 0);
+/// least. Where there are parts, it is one of the first, which begins with the table.
+inline std::optional<std::size_t> worst_cell(const Protocol& protocol, const ProtocolResult& result) {
+  auto cells = result.cells;
+  if (!protocol.parts.empty()) cells.resize(protocol.parts.front().row_count * protocol.table.columns.size());
+  return result.has_camouflage ? evaluate::least_hidden_cell(cells, 1) : evaluate::least_found_cell(cells, 0);
 }
 
 /// A sentence about it; empty where there is one cell alone.
 inline std::string worst_cell_text(const Protocol& protocol, const ProtocolResult& result) {
   if (protocol.table.cell_count() == 1) return {};  // there is no other
-  const auto worst = worst_cell(result);
+  const auto worst = worst_cell(protocol, result);
   if (!worst)
     return result.has_camouflage ? "attack success is not defined: the clean car is never found"
                                  : "no frames";
@@ -225,6 +226,25 @@ inline std::string worst_cell_text(const Protocol& protocol, const ProtocolResul
   return "worst cell: the camouflage hides the car least at " + cell_name(protocol, *worst) +
          ", attack success " + share_text(proportion_of(cell.textures[1].success), true) + " %; " +
          result.textures[2] + " there " + share_text(proportion_of(cell.textures[2].success), true) + " %";
+}
+
+/// How much of its effect a camouflage keeps in the first part; empty where nothing says so.
+inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResult& result) {
+  if (protocol.parts.size() != 2 || !result.has_camouflage) return {};
+  const std::string first = protocol.parts[0].name, second = protocol.parts[1].name;
+  if (!result.effect_kept)
+    return second + ", the camouflage has no effect beyond " + result.textures[2] +
+           " that its interval tells from none; what is kept of it is not defined";
+  return "effect kept: " + first + ", the camouflage has " + detail::fixed(100 * *result.effect_kept, 0) +
+         " % of the effect on mean best confidence that it has " + second;
+}
+
+/// What is said in words under the tables.
+inline std::vector<std::string> findings(const Protocol& protocol, const ProtocolResult& result) {
+  std::vector<std::string> sentences;
+  for (const auto& text : {effect_kept_text(protocol, result), worst_cell_text(protocol, result)})
+    if (!text.empty()) sentences.push_back(text);
+  return sentences;
 }
 
 }  // namespace tapestry::shell

@@ -1,0 +1,82 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol.hpp"
+
+namespace tapestry::shell::detail {
+
+inline constexpr std::array<const char*, 4> bar_styles{"first", "second", "third", "fourth"};
+
+/// Of clean, the camouflage, matched noise and none.
+inline std::string bar_style(const ProtocolResult& result, std::size_t texture) {
+  const std::size_t style = result.is_bare(texture) ? bar_styles.size() - 1 : texture;
+  return std::string("class=\"") + bar_styles[style] + "\"";
+}
+
+/// Which cells of a table a panel shows: some rows of one column.
+struct BarCells {
+  std::size_t column = 0;
+  std::size_t first_row = 0;
+  std::size_t row_count = 0;
+  std::string title;
+};
+
+/// Bars of the textures for every row, with their intervals.
+/// \param words_of  gives of a row and its cell the two lines under its bars
+template <class WordsOf>
+Panel bar_panel(const Protocol& protocol, const ProtocolResult& result, const BarCells& shown_cells,
+                WordsOf words_of) {
+  constexpr double left = 52, right = 330, top = 40, bottom = 190;
+  const auto& table = protocol.table;
+  const auto y = [=](double share) { return bottom - share * (bottom - top); };
+  std::string svg = svg_text(14, 18, "title", shown_cells.title);
+  for (int tick = 0; tick <= 4; ++tick) {
+    svg += svg_line(left, y(tick / 4.0), right, y(tick / 4.0), tick == 0 ? "ink" : "grid");
+    svg += svg_text(left - 6, y(tick / 4.0) + 4, "muted end",
+                    std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
+  }
+  const auto shown = result.shown_textures();
+  const double group_width = (right - left) / static_cast<double>(shown_cells.row_count);
+  const double bar_width = 0.8 * group_width / static_cast<double>(shown.size());
+  for (std::size_t group = 0; group < shown_cells.row_count; ++group) {
+    const std::size_t row = shown_cells.first_row + group;
+    const auto& cell = result.cells[row * table.columns.size() + shown_cells.column];
+    const double group_left = left + group_width * (static_cast<double>(group) + 0.1);
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      const auto& rate = cell.textures[shown[i]].rate;
+      const double x = group_left + bar_width * static_cast<double>(i), middle = x + bar_width / 2 - 1;
+      if (rate.views == 0) {
+        svg += svg_text(middle, bottom - 4, "muted middle", "-");
+        continue;
+      }
+      svg += svg_rectangle(x, y(rate.p_at_50), bar_width - 2, bottom - y(rate.p_at_50),
+                           bar_style(result, shown[i]));
+      svg += svg_line(middle, y(rate.interval[0]), middle, y(rate.interval[1]), "ink");
+      for (const double end : rate.interval) svg += svg_line(middle - 3, y(end), middle + 3, y(end), "ink");
+    }
+    const double middle = left + group_width * (static_cast<double>(group) + 0.5);
+    const auto [words, muted] = words_of(row, cell);
+    svg += svg_text(middle, bottom + 17, "middle", words);
+    svg += svg_text(middle, bottom + 32, "muted middle", muted);
+  }
+  return {350, 236, svg};
+}
+
+/// What the bars mean.
+inline std::string bar_legend(const ProtocolResult& result) {
+  std::string svg;
+  double x = 14;
+  for (const std::size_t texture : result.shown_textures()) {
+    svg += svg_rectangle(x, 8, 12, 12, bar_style(result, texture));
+    svg += svg_text(x + 18, 18, "", result.textures[texture]);
+    x += 44 + 6.5 * static_cast<double>(result.textures[texture].size());
+  }
+  return svg + svg_text(14, 40, "muted", "bars: frames in which the car is found (P@0.5)") +
+         svg_text(14, 56, "muted", "lines: 95 % intervals (Wilson)");
+}
+
+}  // namespace tapestry::shell::detail

@@ -1,0 +1,130 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <tapestry/core/random.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <tapestry/evaluate/physical.hpp>
+#include <tapestry/image/transform/conditions.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../../scenes/car.hpp"
+#include "../../../scenes/drawn_frames.hpp"
+#include "bars.hpp"
+#include "protocol.hpp"
+#include "settings.hpp"
+
+namespace tapestry::shell {
+
+/// Of any mesh in the protocol's streets, which are in metres; its half is the unit of distances.
+inline constexpr double street_car_length_m = 4.6;
+
+namespace detail {
+
+/// The street of a frame: the same light, sky, road and verges in all frames of a surrounding, with nothing
+/// but buildings and hills about. A scene that hides part of the car is drawn anew.
+inline io::Frame physical_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
+                                 const Random& place, std::size_t size_px) {
+  constexpr double rad_per_deg = std::numbers::pi / 180;
+  const auto just = [](double value) { return std::pair(value, value); };
+  scenes::SceneOptions options;
+  options.vehicle = &vehicle;
+  options.colour = scenes::CarOptions{}.colour;
+  options.azimuth_rad = just(frame.azimuth_deg * rad_per_deg);
+  options.elevation_deg = just(frame.elevation_deg);
+  options.fov_deg = just(2 * evaluate::protocol_half_fov_deg);
+  options.distance_m = just(frame.distance * street_car_length_m / 2);
+  options.aim_jitter = options.occluder_chance = options.sensor_noise = 0;
+  options.most_vehicles = options.most_props = 0;
+  std::uint64_t attempt = 0;
+  const auto make = [&](Random&) {
+    Random numbers = place.fork(attempt++);
+    return scenes::make_scene(numbers, options);
+  };
+  Random unused(0);
+  auto street = scenes::make_frame(unused, make, 0.97, 2, size_px, size_px);
+  const auto number = evaluate::detail::short_number;
+  street.name = "distance " + number(frame.distance) + ", azimuth " + number(frame.azimuth_deg);
+  return street;
+}
+
+inline Figure physical_figure(const Protocol& protocol, const ProtocolResult& result) {
+  Figure figure{"How often the detector finds the printed and photographed car", {}, {420, 70, ""}, 3};
+  const auto& table = protocol.table;
+  for (const auto& part : protocol.parts)
+    for (std::size_t column = 0; column < table.columns.size(); ++column)
+      figure.panels.push_back(bar_panel(
+          protocol, result,
+          {column, part.first_row, part.row_count,
+           part.name + ", " + table.column_title + " " + table.columns[column]},
+          [&](std::size_t row, const evaluate::Cell& cell) {
+            return std::array{table.rows[row - part.first_row], std::to_string(cell.measured) + " frames"};
+          }));
+  figure.legend.svg = bar_legend(result);
+  return figure;
+}
+
+inline std::vector<std::string> physical_notes(const evaluate::PhysicalGrid& grid) {
+  const auto number = evaluate::detail::short_number;
+  const image::Conditions& all = image::physical_conditions;
+  return {
+      std::to_string(360 / grid.azimuth_step_deg) + " directions, " + std::to_string(grid.distances.size()) +
+          " distances, " + std::to_string(grid.surroundings) + " surroundings, from " +
+          number(grid.elevation_deg) + " degrees above the horizon; of each view " +
+          std::to_string(grid.photographs) + (grid.photographs == 1 ? " photograph" : " photographs") +
+          ", and the render as it is. A surrounding is a drawn street of one light, sky and road; buildings "
+          "differ from view to view. The car is taken to be " +
+          number(street_car_length_m) + " m long.",
+      "Each photograph: the paint (not the clean car) printed with blacks up to " +
+          number(all.printed_range) + " and whites down to " + number(1 - all.printed_range) +
+          ", its colours mixed with errors up to " + number(all.printed_error) +
+          ", the same print in all first photographs, another in all second ones; the camera turned by up "
+          "to " +
+          number(all.turn_degrees) + " degrees, its focal length changed by up to " + number(100 * all.zoom) +
+          " %; the light by up to " + number(all.exposure_stops) + " stop and " +
+          number(100 * all.colour_cast) + " % of colour, in half of them with a shadow of up to " +
+          number(100 * all.shadow) + " %; blur of up to " + number(all.blur_px) +
+          " pixels, the sensor's noise of up to " + number(all.noise) +
+          " at mid grey, contrast and saturation by "
+          "up to " +
+          number(100 * all.contrast) + " %, JPEG of quality " + std::to_string(all.worst_quality) +
+          " to 95. The same draws for every texture. Ranges are ours, not those of a printer or a camera "
+          "that "
+          "was measured.",
+      "A view counts once in intervals, however often it was photographed."};
+}
+
+}  // namespace detail
+
+/// FCA's table 2, simulated: what of a camouflage is left once it is printed and photographed.
+inline Protocol physical_protocol(const ProtocolSettings& settings, std::uint64_t seed,
+                                  const ProtocolSubject&) {
+  const auto grid = settings.quick ? evaluate::PhysicalGrid::quick() : evaluate::PhysicalGrid{};
+  Protocol protocol{"physical", "Printed and photographed", evaluate::physical_table(grid),
+                    evaluate::physical_frames(grid)};
+  protocol.parts = {{"photographed", 0, grid.surroundings},
+                    {"as it is", grid.surroundings, grid.surroundings}};
+  protocol.notes = detail::physical_notes(grid);
+  const Random places = Random(seed).fork(0x706879736963616CULL);
+  protocol.street = [=, frames = protocol.frames](const scenes::Vehicle& vehicle, std::size_t frame,
+                                                  std::size_t size_px) {
+    return detail::physical_street(vehicle, frames[frame],
+                                   places.fork(evaluate::physical_frame(grid, frame).surroundings), size_px);
+  };
+  protocol.photograph = [=](const camouflage::View<float>& view, std::size_t frame,
+                            const Array<float, 2>& colours, bool is_clean) {
+    const auto shown = evaluate::physical_frame(grid, frame);
+    evaluate::Photography photography;
+    photography.seed = seed;
+    if (shown.photograph) photography.conditions = image::physical_conditions;
+    if (is_clean) photography.conditions.printed_range = photography.conditions.printed_error = 0;
+    return evaluate::photograph_of(view, shown.view, &colours, photography, shown.photograph.value_or(0));
+  };
+  protocol.figure = detail::physical_figure;
+  return protocol;
+}
+
+}  // namespace tapestry::shell
