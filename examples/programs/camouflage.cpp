@@ -18,12 +18,13 @@ namespace {
 using namespace tapestry;
 using namespace tapestry::shell;
 
-/// What a run reads, all detectors included.
+/// What a run reads, all detectors included. It has what the method paints.
 Inputs load_all(CamouflageOptions& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
   loss::require_raw_logits("camouflage", inputs.detector.network->heads());
   inputs.ensemble =
       load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);
+  (void)chosen_method(options.optimisation, inputs.car.painted, options.scene.mesh);
   return inputs;
 }
 
@@ -34,8 +35,8 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   fill_in_bundled(scene);
   print_warnings(warnings_about(scene));
   check_inputs(options.scene, options.detector, list);
-  if (!options.optimisation.ensemble.empty() && list.problems().empty())
-    list.attempt([&] { (void)load_all(options); });
+  const bool is_plain = options.optimisation.ensemble.empty() && options.optimisation.method == "fca";
+  if (!is_plain && list.problems().empty()) list.attempt([&] { (void)load_all(options); });
   const auto& problems = list.problems();
   for (const auto& problem : problems) std::cerr << "error: " << printable(problem.what()) << '\n';
   if (problems.empty()) remark("all inputs are sound");

@@ -60,6 +60,16 @@
 #include <tapestry/autodiff/tape_statistics.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/frame_light.hpp>
+#include <tapestry/camouflage/method/camou.hpp>
+#include <tapestry/camouflage/method/fca.hpp>
+#include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/camouflage/method/method_names.hpp>
+#include <tapestry/camouflage/method/methods.hpp>
+#include <tapestry/camouflage/method/panels.hpp>
+#include <tapestry/camouflage/method/planar_patch.hpp>
+#include <tapestry/camouflage/method/random.hpp>
+#include <tapestry/camouflage/method/solid.hpp>
+#include <tapestry/camouflage/method/upc.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/photo_light.hpp>

@@ -70,6 +70,38 @@ expect_exit 2 "an unknown light" "$camouflage" --light moon --output none
 expect_exit 2 "an unknown colour space" "$camouflage" --colour-space gamma --output none
 expect_error_line '--colour-space .*gamma'
 
+# Other methods than FCA's, whose manifest says nothing of methods, as before there was a choice.
+grep -q '"method"' two/manifest.json && fail "a manifest names what was no choice before" || pass
+for method in planar_patch camou upc random solid; do
+  few=("${quick[@]}" --method "$method")
+  expect_exit 0 "$method" "$camouflage" "${few[@]}" --threads 2 --output "$method"
+  grep -q "\"method\": \"$method\"" "$method/manifest.json" && pass || fail "the manifest does not name $method"
+  expect_exit 0 "$method, one thread" "$camouflage" "${few[@]}" --threads 1 --output "$method-one"
+  expect_same "$method/texture.npz" "$method-one/texture.npz"
+  cmp -s "$method/texture.npz" two/texture.npz && fail "$method gives the texture of fca" || pass
+  expect_exit 0 "$method measured again" "$programs/evaluate" --run "$method" --output "$method-again"
+  expect_same "$method-again/metrics.csv" "$method/metrics.csv"
+done
+[ "$(wc -l <random/history.csv)" = 1 ] && pass || fail "random was optimised"
+kill_until_done killed_method 6 1 "$camouflage" "${quick[@]}" --method camou
+expect_same killed_method/texture.npz camou/texture.npz
+expect_exit 0 "a run that is not optimised resumed" "$camouflage" --resume --output random
+expect_exit 7 "a run resumed by another method" "$camouflage" --resume --method solid --output camou
+expect_error_line '--method \(was "camou", now "solid"\)'
+expect_exit 2 "an unknown method" "$camouflage" --method dta --output none
+expect_error_line '--method .*dta'
+expect_exit 2 "parts of cubes" "$camouflage" --method upc --texture cube --output none
+expect_error_line '--method upc .*needs --texture atlas'
+expect_exit 2 "light that is not estimated" "$camouflage" --method rauca --output none
+expect_error_line '--method rauca .*needs --light photo'
+printf '%s\n' 'v 0 -1 0' 'v 0 1 0' 'v 0 0 1' 'vt 0 0' 'vt 1 0' 'vt .5 1' 'f 1/1 2/2 3/3' >front.obj
+echo 1 >front.txt
+front=(--method upc --mesh front.obj --faces front.txt)
+expect_exit 4 "a car without panels" "$camouflage" "${front[@]}" --output none
+expect_error_line 'front.obj: the method upc paints roof, hood and doors'
+expect_exit 4 "a check of a car without panels" "$camouflage" "${front[@]}" --check
+[ -e none ] && fail "a refused method left a folder behind" || pass
+
 # An atlas is filtered, or looked up at single places; a manifest from before there was a choice is of the latter.
 grep -q '"filter": "anisotropic"' two/manifest.json && pass || fail "the manifest does not name the filter"
 expect_exit 0 "single lookups" "$camouflage" "${quick[@]}" --filter bilinear --output unfiltered

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Variants of an optimisation from the outside: the tables of losses, of first textures and of physical conditions.
+# Variants of an optimisation from the outside: the tables of losses, of first textures, of methods and of physical conditions.
 source "$(dirname "$0")/support.sh"
 experiments=$sources/examples/experiments
 [ "$programs" = "$sources/build/release/examples" ] && [ -x "$programs/evaluate" ] || exit 77
@@ -30,6 +30,11 @@ expect_exit 7 "the same table with other options" bash "$experiments/losses.sh" 
 export SEEDS=1
 expect_exit 0 "first textures" bash "$experiments/initialisation.sh" starts "$common"
 [ "$(grep -cE '^\| (random|zero|own) \| 1 ' starts/variants.md)" = 3 ] && pass || fail "the rows of first textures"
+expect_exit 0 "methods" bash "$experiments/methods.sh" methods "$common"
+for name in fca planar_patch camou upc rauca random solid; do
+  [ "$(grep -cE "^\| $name \| 1 $for_seed$" methods/variants.md)" = 1 ] && pass || fail "$name: $(cat methods/variants.md)"
+done
+grep -q '"light"' methods/measured-rauca-1/metrics.json && fail "rauca was measured in another light than the others" || pass
 DRAWS=2 PROTOCOL="--quick --controls matched" expect_exit 0 "physical conditions" bash "$experiments/physical.sh" physical "$common"
 grep -q '"draws": 2' physical/measured-physical-1/metrics.json && pass || fail "not measured under conditions"
 [ "$(grep -cE '^protocol-(as_they_are|physical)-1: .*(effect kept|not defined).*physical.md$' command.out)" = 2 ] && pass || fail "no word on what is kept"

@@ -1,6 +1,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstddef>
+#include <string>
 #include <tapestry/camouflage/objective.hpp>
 
 #include "problem_list.hpp"
@@ -43,6 +44,15 @@ inline Json settings_json(const CamouflageOptions& options) {
   return json;
 }
 
+/// That a method gets the texture and the light it is about.
+inline void require_fit(const std::string& method, const SceneSettings& scene, ProblemList& list) {
+  const bool paints_parts = method == "planar_patch" || method == "camou" || method == "upc";
+  list.require(!paints_parts || scene.texture == "atlas",
+               "--method " + method + " paints parts of an atlas; it needs --texture atlas");
+  list.require(method != "rauca" || scene.light == "photo",
+               "--method rauca takes its light from the photographs; it needs --light photo");
+}
+
 /// Of a run to resume, the settings come from its manifest and are checked there.
 inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
   require_sound_run(options, list);
@@ -52,6 +62,7 @@ inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
   require_sound(options.scene, list);
   require_sound(options.detector, list);
   require_sound(options.optimisation, list);
+  require_fit(options.optimisation.method, options.scene, list);
 }
 
 inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings& o,

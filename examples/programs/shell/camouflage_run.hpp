@@ -50,6 +50,7 @@ class CamouflageRun {
                    texels_to_smooth(options_.optimisation, inputs_.car.painted)) {
     for (const FurtherDetector& member : inputs_.ensemble)
       objective_.join(*member.detector.network, member.class_index);
+    objective_.follow(chosen_method(options_.optimisation, inputs_.car.painted, options_.scene.mesh));
     objective_.keep_layers(options_.keep_layers_mib << 20U);
   }
 
@@ -80,14 +81,16 @@ class CamouflageRun {
     open_folder();
 
     camouflage::TrainingOptions training_options;
-    training_options.epochs = epochs;
+    training_options.epochs = objective_.method().is_optimised ? epochs : 0;
     training_options.batch = options_.optimisation.batch;
     training_options.seed = options_.optimisation.seed;
     training_options.adam.learning_rate = options_.optimisation.learning_rate;
     training_options.conditions = image::conditions_by_names(options_.optimisation.conditions);
-    camouflage::Training<float> training(objective_, train_, usable_train,
-                                         start_texture(options_.optimisation, inputs_.car.painted),
-                                         training_options);
+    camouflage::Training<float> training(
+        objective_, train_, usable_train,
+        camouflage::first_parameter(objective_.method(),
+                                    start_texture(options_.optimisation, inputs_.car.painted)),
+        training_options);
     if (options_.resume) restore(training);
     if (ranks_.count() > 1)
       training.share({ranks_.count(), ranks_.index(),
@@ -184,7 +187,7 @@ class CamouflageRun {
     }
     save(training);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    if (!options_.profile) return;
+    if (!options_.profile || training.steps_taken() == first) return;
     print_profile(objective_.times(), training.steps_taken() - first, seconds);
     std::printf("  kept of layers %.1f MiB\n",
                 static_cast<double>(objective_.kept_layer_bytes()) / double(std::size_t(1) << 20U));
@@ -192,7 +195,7 @@ class CamouflageRun {
 
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
               const std::vector<std::size_t>& usable, Clock::time_point start) {
-    const auto colours = camouflage::texture_colours(training.parameter());
+    const auto colours = camouflage::method_colours(objective_.method(), training.parameter());
     const evaluate::SurveyedTextures<float> textures{
         camouflage::own_colours<float>(inputs_.car.painted), colours,
         evaluate::make_controls<float>(inputs_.car.painted, colours, options_.optimisation.seed)};

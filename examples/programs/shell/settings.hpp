@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tapestry/camouflage/method/method_names.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/image/colour_space.hpp>
@@ -55,6 +56,7 @@ struct DetectorSettings {
 /// How the texture is optimised.
 struct OptimisationSettings {
   static constexpr const char* group = "Optimisation";
+  std::string method = "fca";
   std::string loss = "max_score";
   double iou = 0.05;
   double objectness = 1;
@@ -130,6 +132,10 @@ void visit_settings(DetectorSettings& s, Visit visit) {
 
 template <class Visit>
 void visit_settings(OptimisationSettings& s, Visit visit) {
+  visit("method", s.method,
+        "what is painted: fca, the whole body; planar_patch, one picture on roof, hood and doors; camou, a "
+        "small pattern repeated all over; upc, patches close to a natural picture; rauca, fca with --light "
+        "photo; random, noise that is not optimised; solid, one colour");
   visit("loss", s.loss, "adversarial loss: paper, as_coded or max_score");
   visit("iou-weight", s.iou, "weight alpha of the IoU term");
   visit("objectness-weight", s.objectness, "weight beta of the objectness term");
@@ -172,6 +178,7 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
+  if (name == "method") return "fca";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
   const bool is_open =
       name == "decode" || name == "fit" || name == "detector" || name == "ensemble" || name == "conditions";
@@ -226,6 +233,8 @@ inline void require_sound(const DetectorSettings& s, ProblemList& list) {
 }
 
 inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
+  list.require_choice("--method", s.method,
+                      {camouflage::method_names.begin(), camouflage::method_names.end()});
   list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
   list.attempt([&] { (void)image::conditions_by_names(s.conditions); });
   list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
@@ -31,6 +32,17 @@ inline Array<float, 2> start_texture(const OptimisationSettings& settings, const
   if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
   Random random = Random(settings.seed).fork(0x7374617274ULL);
   return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
+}
+
+/// What --method paints on a car.
+/// \throws FileError (mismatch) if the mesh lacks what the method paints
+inline camouflage::Method<float> chosen_method(const OptimisationSettings& settings,
+                                               const raster::PaintedMesh& car, const std::string& mesh_path) {
+  try {
+    return camouflage::method_by_name<float>(settings.method, car, settings.seed);
+  } catch (const Error& error) {
+    throw FileError(error.kind(), {mesh_path, "", error.what()});
+  }
 }
 
 /// The texels between which smoothness counts steps; null where it counts them in pictures.

@@ -7,9 +7,9 @@
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/kept_layers.hpp>
+#include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/pass_pool.hpp>
@@ -98,6 +98,10 @@ class Objective {
     members_.push_back({&detector, class_index});
   }
 
+  /// Paints by another method than FCA's, of whose rows the parameter then consists.
+  void follow(Method<T> method) { method_ = std::move(method); }
+  [[nodiscard]] const Method<T>& method() const { return method_; }
+
   /// Keeps those parts of the detectors' layers that the car cannot reach from step to step, up to so many
   /// bytes for all views and detectors together; 0, as without a call, keeps nothing. Results are the same
   /// bits. Steps with a photo session change the whole picture and compute everything.
@@ -111,7 +115,7 @@ class Objective {
 
   /// Records the loss of a minibatch on the active tape and returns it.
   ///
-  /// \param parameter  [texel, 3]
+  /// \param parameter  [texel, 3], or a row for each of the method's
   /// \param views      at least one, all of one car in one colour space
   /// \param session    a shot for each view; if not given, the detectors see the pictures as they are
   [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views,
@@ -122,7 +126,7 @@ class Objective {
                        " shots for " + std::to_string(views.size()) + " views");
     const auto space = space_of(views);
     StageClock<T> clock(times_, parameter.is_active());
-    const auto colours = printed(texture_colours(parameter), session);
+    const auto colours = printed(method_colours(method_, parameter), session);
     clock.end_of(&StepTimes::update);
     const auto texels = raster::stored_texels(pyramid_of(views), image::in_space(space, colours));
     const auto renders = raster::render(operators_of(views), texels);
@@ -247,6 +251,7 @@ class Objective {
 
   std::vector<Member> members_;  ///< at least one
   ObjectiveOptions options_;
+  Method<T> method_;
   std::size_t layer_bytes_ = 0;
   std::shared_ptr<const Array<T, 2>> used_texels_;
   ObjectiveTerms terms_;

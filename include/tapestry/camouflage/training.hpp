@@ -43,7 +43,7 @@ struct SharedSteps {
 /// settings go on to the same bits.
 template <class T>
 struct TrainingState {
-  Array<T, 2> parameter;  ///< [texel, 3]
+  Array<T, 2> parameter;  ///< [texel, 3], or a row for each of the method's
   optim::AdamState<T> adam;
   std::uint64_t step = 0;               ///< steps taken
   std::vector<ObjectiveTerms> history;  ///< one entry a step
@@ -59,7 +59,7 @@ class Training {
  public:
   /// \param objective  and \param store must outlive the training
   /// \param usable     the store's views that show the car, at least one
-  /// \param start      [texel, 3]
+  /// \param start      [texel, 3]; of another method than FCA's its first_parameter()
   Training(Objective<T>& objective, ViewStore<T>& store, std::vector<std::size_t> usable, Array<T, 2> start,
            TrainingOptions options)
       : objective_(objective),
@@ -79,7 +79,7 @@ class Training {
   [[nodiscard]] bool finished() const { return state_.step >= step_count(); }
   /// Steps so far, also those of a run that this one resumes.
   [[nodiscard]] std::uint64_t steps_taken() const { return state_.step; }
-  /// What is trained, [texel, 3]; see texture_colours().
+  /// What is trained, [texel, 3] or a row for each of the method's; see method_colours().
   [[nodiscard]] const Array<T, 2>& parameter() const { return state_.parameter; }
   /// The terms of every step so far.
   [[nodiscard]] const std::vector<ObjectiveTerms>& history() const { return state_.history; }

@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# The comparators on the same mesh, detector and budget (FCA, table 1).
+#   methods.sh OUTPUT [COMMON]; see variants.sh, also for the environment
+# rauca is optimised in light estimated from the photographs, and measured in the frames' own as all others.
+set -euo pipefail
+[ $# -ge 1 ] || { sed -n '2,4s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+MEASURE="--light frame ${MEASURE:-}" exec bash "$(dirname "$0")/variants.sh" "$1" "${2:-}" fca="" planar_patch="--method planar_patch" \
+  camou="--method camou" upc="--method upc" rauca="--method rauca --light photo" random="--method random" solid="--method solid"

@@ -1,0 +1,98 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+namespace tapestry::camouflage {
+
+/// What sets one way of making a camouflage apart from others on the same car, detector and budget: which
+/// texels are painted, by what, and within which colours. As it stands, that of FCA: each texel for itself,
+/// in any colour.
+template <std::floating_point T>
+struct Method {
+  static constexpr std::size_t unpainted = std::numeric_limits<std::size_t>::max();
+
+  /// Of each texel the row of the parameter that paints it, or `unpainted`; null: texel i has row i.
+  std::shared_ptr<const std::vector<std::size_t>> row_of_texel{};
+  std::size_t row_count = 0;  ///< of the parameter, if row_of_texel is given
+  /// What unpainted texels have, [texel, 3]; may be empty where there are none.
+  Array<T, 2> elsewhere{};
+  /// Bounds of the colours of each row, [row, 3], in [0, 1]; empty: 0 and 1.
+  Array<T, 2> least{}, greatest{};
+  bool is_optimised = true;  ///< or stays as it begins
+};
+
+/// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
+/// none. So within bounds the start says where in them a colour begins, 0 in the middle.
+///
+/// \param start  [texel, 3], a parameter for every texel
+/// \throws ShapeError unless the method is for as many texels; DomainError for a row that is not there
+template <class T>
+[[nodiscard]] Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start) {
+  if (!method.row_of_texel) return start;
+  const auto& rows = *method.row_of_texel;
+  require_shape("first_parameter", "start", start, {rows.size(), 3});
+  auto first = zeros<T, 2>({method.row_count, 3});
+  for (std::size_t texel = rows.size(); texel-- > 0;) {
+    if (rows[texel] == Method<T>::unpainted) continue;
+    if (rows[texel] >= method.row_count)
+      throw DomainError("first_parameter: texel " + std::to_string(texel) + " has row " +
+                        std::to_string(rows[texel]) + " of " + std::to_string(method.row_count));
+    std::copy_n(start.data() + 3 * texel, 3, first.data() + 3 * rows[texel]);
+  }
+  return first;
+}
+
+/// The colours of all texels by a method on the tape, with c = texture_colours(parameter):
+///
+///   r = least + (greatest − least) · c,   colour of a texel = r of its row, or what it has elsewhere.
+///
+/// \param parameter  [row, 3]
+/// \returns          [texel, 3], in [0, 1]
+/// \throws ShapeError unless there is a row of the parameter for each of the method's
+template <class T>
+[[nodiscard]] ArrayVariable<T, 2> method_colours(const Method<T>& method,
+                                                 const ArrayVariable<T, 2>& parameter) {
+  if (method.row_of_texel)
+    require_shape("method_colours", "parameter", parameter.value(), {method.row_count, 3});
+  ArrayVariable<T, 2> colours = texture_colours(parameter);
+  if (method.least.size() > 0) {
+    require_shape("method_colours", "parameter", parameter.value(), method.least.shape());
+    const Array<T, 2> width = method.greatest - method.least;
+    colours = ArrayVariable<T, 2>(method.least) + ArrayVariable<T, 2>(width) * colours;
+  }
+  if (!method.row_of_texel) return colours;
+  const auto& rows = *method.row_of_texel;
+  Array<T, 2> of_texels = method.elsewhere;
+  if (of_texels.size() == 0) of_texels = zeros<T, 2>({rows.size(), 3});
+  require_shape("method_colours", "elsewhere", of_texels, {rows.size(), 3});
+  for (std::size_t texel = 0; texel < rows.size(); ++texel)
+    if (rows[texel] != Method<T>::unpainted)
+      std::copy_n(colours.value().data() + 3 * rows[texel], 3, of_texels.data() + 3 * texel);
+  const auto pullback = [kept = method.row_of_texel](const Array<T, 2>& of_texels_adjoint,
+                                                     Array<T, 2>* colours_adjoint) {
+    for (std::size_t texel = 0; texel < kept->size(); ++texel)
+      if ((*kept)[texel] != Method<T>::unpainted)
+        for (std::size_t c = 0; c < 3; ++c)
+          (*colours_adjoint)((*kept)[texel], c) += of_texels_adjoint(texel, c);
+  };
+  return record_array(std::move(of_texels), pullback, colours);
+}
+
+/// The same of plain numbers.
+template <class T>
+[[nodiscard]] Array<T, 2> method_colours(const Method<T>& method, const Array<T, 2>& parameter) {
+  return method_colours(method, ArrayVariable<T, 2>(parameter)).value();
+}
+
+}  // namespace tapestry::camouflage

@@ -1,0 +1,9 @@
+#pragma once
+#include <array>
+
+namespace tapestry::camouflage {
+
+/// All methods, as method_by_name() takes them.
+inline constexpr std::array method_names{"fca", "planar_patch", "camou", "upc", "rauca", "random", "solid"};
+
+}  // namespace tapestry::camouflage
