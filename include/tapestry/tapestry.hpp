@@ -291,11 +291,13 @@
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/light_adjoint.hpp>
 #include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/lookup_batch.hpp>
 #include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/mip_pyramid_variable.hpp>
+#include <tapestry/raster/operator_band.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/pixel_rays.hpp>

@@ -1,91 +1,80 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <utility>
 
 namespace tapestry::raster {
 
-/// Derivatives of barycentric coordinates with respect to the picture's column and row, in pixels.
-struct BarycentricSlope {
-  std::array<double, 3> per_column;
-  std::array<double, 3> per_row;
-};
+/// What a step of a column and of a row in the picture becomes in an atlas, in its texels, rows downwards:
+/// {columns, rows} of the one, then of the other. A pixel's circle becomes an ellipse there, its footprint.
+using AtlasSteps = std::array<double, 4>;
 
-/// With b_k = r·c_k / r·C, c_k = q_{k+1} × q_{k+2}, C = Σ c_k and the ray r = (rx, ry, 1),
-///   ∂b_k/∂column = ∂rx/∂column · (c_k − b_k·C)_x / r·C,
+/// Where the points of a face lie in an atlas, and how far a pixel reaches there.
+///
+/// With c_k = q_{k+1} × q_{k+2}, C = Σ c_k, D = q₀·c₀ and the depth z = Σ b_k z_k of a point,
+///   ∂b_k/∂column = z · 2·tan_half_fov_x/width · (c_k − b_k·C)_x / D,
 /// and for rows the same with y. All zero for a face that is seen edge-on.
-///
-/// \param corners_view  q₀, q₁, q₂
-/// \param barycentric   b, perspective-correct
-[[nodiscard]] inline BarycentricSlope barycentric_slope(const std::array<geometry::Vector3, 3>& corners_view,
-                                                        const std::array<double, 3>& barycentric,
-                                                        const geometry::Camera& camera, double height,
-                                                        double width) {
-  geometry::Vector3 point{}, total{};
-  std::array<geometry::Vector3, 3> c{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    c[k] = geometry::cross(corners_view[(k + 1) % 3], corners_view[(k + 2) % 3]);
-    total = geometry::add(total, c[k]);
-    point = geometry::add(point, geometry::scale(corners_view[k], barycentric[k]));
+class FaceInAtlas {
+ public:
+  /// \param corners_view  q₀, q₁, q₂
+  /// \param corner_uvs    theirs
+  FaceInAtlas(const std::array<geometry::Vector3, 3>& corners_view,
+              const std::array<std::array<double, 2>, 3>& corner_uvs, const TextureLayout& layout,
+              const geometry::Camera& camera, double height, double width)
+      : size_{static_cast<double>(layout.width), static_cast<double>(layout.height)} {
+    std::array<geometry::Vector3, 3> c{};
+    geometry::Vector3 total{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      c[k] = geometry::cross(corners_view[(k + 1) % 3], corners_view[(k + 2) % 3]);
+      total = geometry::add(total, c[k]);
+      depth_[k] = corners_view[k][2];
+      place_[k] = {corner_uvs[k][0] / layout.u_extent, 1 - corner_uvs[k][1]};
+    }
+    const double inverse = 1 / geometry::dot(corners_view[0], c[0]);
+    if (!std::isfinite(inverse)) return;
+    const std::array<double, 2> pixel{2 * camera.tan_half_fov_x / width * inverse,
+                                      2 * camera.tan_half_fov_y / height * inverse};
+    for (std::size_t way = 0; way < 2; ++way) {
+      turn_[way] = pixel[way] * total[way];
+      for (std::size_t axis = 0; axis < 2; ++axis)  // relative to a corner, which the sums of c_k leave out
+        steps_[2 * way + axis] = pixel[way] * size_[axis] *
+                                 ((place_[1][axis] - place_[0][axis]) * c[1][way] +
+                                  (place_[2][axis] - place_[0][axis]) * c[2][way]);
+    }
   }
-  const double scale = point[2] / geometry::dot(point, total);  // 1 / r·C with r = point / point_z
-  BarycentricSlope slope{};
-  if (!std::isfinite(scale)) return slope;
-  for (std::size_t k = 0; k < 3; ++k) {
-    slope.per_column[k] = 2 * camera.tan_half_fov_x / width * scale * (c[k][0] - barycentric[k] * total[0]);
-    slope.per_row[k] = 2 * camera.tan_half_fov_y / height * scale * (c[k][1] - barycentric[k] * total[1]);
-  }
-  return slope;
-}
 
-/// Where a pixel lies in an atlas, to first order: the ellipse that its circle becomes there.
-struct Footprint {
-  double length = 0;                  ///< of the longer axis, texels
-  double width = 0;                   ///< of the shorter one
-  std::array<double, 2> along{0, 0};  ///< the longer axis, from end to end, in units of uv
-};
-
-/// The footprint of a pixel: the singular values of the map from steps in the picture to steps in the atlas,
-/// and the direction in the atlas of the greater one.
-///
-/// \param corner_uvs  uv of the face's corners
-[[nodiscard]] inline Footprint footprint_of(const BarycentricSlope& slope,
-                                            const std::array<std::array<double, 2>, 3>& corner_uvs,
-                                            const TextureLayout& layout) {
-  const std::array<double, 2> texels_per_uv{static_cast<double>(layout.width) / layout.u_extent,
-                                            static_cast<double>(layout.height)};
-  const auto step = [&](const std::array<double, 3>& b) {
-    std::array<double, 2> texels{0, 0};
+  /// {column, row} of a point, in units of the atlas, row 0 on top.
+  /// \param b  its barycentric coordinates
+  [[nodiscard]] std::array<double, 2> place(const std::array<double, 3>& b) const {
+    std::array<double, 2> sum{0, 0};
     for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t axis = 0; axis < 2; ++axis) texels[axis] += b[k] * corner_uvs[k][axis];
-    return std::array<double, 2>{texels[0] * texels_per_uv[0], texels[1] * texels_per_uv[1]};
-  };
-  const auto [a, b] = step(slope.per_column);
-  const auto [c, d] = step(slope.per_row);
-  // J Jᵀ = [p r; r q]: half the sum of its eigenvalues and half their difference.
-  const double p = a * a + c * c, q = b * b + d * d, r = a * b + c * d;
-  const double mean = (p + q) / 2, half = (p - q) / 2, spread = std::sqrt(half * half + r * r);
-  Footprint footprint;
-  footprint.length = std::sqrt(mean + spread);
-  if (!(footprint.length > 0 && std::isfinite(footprint.length))) return footprint;
-  footprint.width = std::abs(a * d - b * c) / footprint.length;
-  // The eigenvector of the greater, by the row of J Jᵀ − (mean − spread) that does not cancel.
-  double x = spread + std::abs(half), y = r;
-  if (half < 0) std::swap(x, y);
-  const double norm = std::sqrt(x * x + y * y);
-  if (norm > 0) {
-    x *= footprint.length / norm;
-    y *= footprint.length / norm;
-  } else {
-    x = footprint.length;  // a circle: any direction
+      for (std::size_t axis = 0; axis < 2; ++axis) sum[axis] += b[k] * place_[k][axis];
+    return sum;
   }
-  footprint.along = {x / texels_per_uv[0], y / texels_per_uv[1]};
-  return footprint;
-}
+
+  /// \param b      a point's barycentric coordinates
+  /// \param scale  of the pixel
+  [[nodiscard]] AtlasSteps steps(const std::array<double, 3>& b, double scale = 1) const {
+    const double z = (b[0] * depth_[0] + b[1] * depth_[1] + b[2] * depth_[2]) * scale;
+    AtlasSteps steps{};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const double away = size_[axis] * (b[1] * (place_[1][axis] - place_[0][axis]) +
+                                         b[2] * (place_[2][axis] - place_[0][axis]));
+      for (std::size_t way = 0; way < 2; ++way)
+        steps[2 * way + axis] = z * (steps_[2 * way + axis] - away * turn_[way]);
+    }
+    return steps;
+  }
+
+ private:
+  std::array<double, 2> size_;
+  std::array<std::array<double, 2>, 3> place_{};
+  std::array<double, 3> depth_{};
+  AtlasSteps steps_{0, 0, 0, 0};      ///< at the first corner, to a depth of 1
+  std::array<double, 2> turn_{0, 0};  ///< how steps change over the face
+};
 
 }  // namespace tapestry::raster

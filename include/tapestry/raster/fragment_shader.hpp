@@ -108,26 +108,68 @@ struct FragmentShader {
     }
   }
 
+  /// Where the points of a painted face lie in an atlas.
+  [[nodiscard]] FaceInAtlas face_in_atlas(std::size_t face) const {
+    std::array<geometry::Vector3, 3> corners;
+    std::array<std::array<double, 2>, 3> corner_uvs;
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners[k] = positions_view[static_cast<std::size_t>(body.mesh.faces[face][k])];
+      corner_uvs[k] = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
+    }
+    return {corners, corner_uvs, body.layout, camera, picture_size[0], picture_size[1]};
+  }
+
+  /// How far a fragment reaches in an atlas: if it fills a part of its pixel, it has that part of its
+  /// footprint.
+  [[nodiscard]] static AtlasSteps steps_of(const Fragment& fragment, const FaceInAtlas& map) {
+    return map.steps(fragment.barycentric, fragment.coverage < 1 ? std::sqrt(fragment.coverage) : 1);
+  }
+
  private:
   template <class Visit>
   void visit_taps_of_atlas(const Fragment& fragment, Visit visit) const {
-    const auto& [mesh, painted, layout, space, pyramid] = body;
     const auto face = static_cast<std::size_t>(fragment.face);
-    std::array<double, 2> uv{0, 0};
-    std::array<std::array<double, 2>, 3> corner_uvs;
-    for (std::size_t k = 0; k < 3; ++k) {
-      corner_uvs[k] = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
-      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner_uvs[k][axis];
+    if (filter) {
+      const FaceInAtlas map = face_in_atlas(face);
+      return filter->visit_taps(map.place(fragment.barycentric), steps_of(fragment, map), visit);
     }
-    if (!filter) return visit_atlas_taps(layout, uv, visit);
-    std::array<geometry::Vector3, 3> corners;
-    for (std::size_t k = 0; k < 3; ++k)
-      corners[k] = positions_view[static_cast<std::size_t>(mesh.faces[face][k])];
-    const auto slope =
-        barycentric_slope(corners, fragment.barycentric, camera, picture_size[0], picture_size[1]);
-    // A fragment that fills a part of its pixel has that part of its footprint.
-    filter->visit_taps(uv, footprint_of(slope, corner_uvs, layout), std::sqrt(fragment.coverage), visit);
+    std::array<double, 2> uv{0, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& corner = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
+      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner[axis];
+    }
+    visit_atlas_taps(body.layout, uv, visit);
   }
+};
+
+/// Fragments that wait to be looked up together in a filtered atlas.
+template <class Lighting>
+class FilteredFragments {
+ public:
+  explicit FilteredFragments(const FragmentShader<Lighting>& shader) : shader_(shader) {}
+
+  /// \pre not full
+  void add(const Fragment& fragment) {
+    if (fragment.face != face_) {
+      face_ = fragment.face;
+      map_.emplace(shader_.face_in_atlas(static_cast<std::size_t>(face_)));
+    }
+    const auto place = map_->place(fragment.barycentric);
+    const AtlasSteps steps = shader_.steps_of(fragment, *map_);
+    for (std::size_t axis = 0; axis < place.size(); ++axis) batch.place[axis][count] = place[axis];
+    for (std::size_t i = 0; i < steps.size(); ++i) batch.steps[i][count] = steps[i];
+    ++count;
+  }
+
+  [[nodiscard]] bool is_full() const { return count == LookupBatch::size; }
+
+  LookupBatch batch;
+  std::size_t count = 0;
+
+ private:
+  const FragmentShader<Lighting>& shader_;
+  std::int32_t face_ = -1;
+  std::optional<FaceInAtlas> map_{};  // of that face
 };
 
 /// \param body       must outlive the shader

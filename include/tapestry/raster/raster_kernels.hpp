@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/instruction_set.hpp>
+#include <tapestry/raster/lookup_batch.hpp>
 #include <tapestry/raster/screen_vertex.hpp>
 #include <tapestry/raster/triangle.hpp>
 
@@ -35,6 +36,9 @@ struct RasterKernels {
   void (*barycentrics)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                        const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,
                        const double* column, const double* row, double* const* result) = nullptr;
+  void (*choose_lookups)(const LookupRule& rule, LookupBatch& batch, std::size_t count) = nullptr;
+  void (*look_up)(const PyramidTexels& pyramid, const LookupBatch& batch, std::size_t count,
+                  float* sums) = nullptr;
 };
 
 #if !defined(__clang__)

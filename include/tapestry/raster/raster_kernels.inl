@@ -277,7 +277,8 @@ inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>
 
 #include <tapestry/raster/barycentric_kernel.inl>
 #include <tapestry/raster/draw_kernels.inl>
+#include <tapestry/raster/filter_kernel.inl>
 
 inline RasterKernels make_kernels() {
-  return {project, highest_index, list_faces, set_up, draw_triangles, barycentrics};
+  return {project, highest_index, list_faces, set_up, draw_triangles, barycentrics, choose_lookups, look_up};
 }

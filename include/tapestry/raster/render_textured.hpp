@@ -24,6 +24,12 @@ struct TexturedPicture {
 
 namespace detail {
 
+/// Adds scale · colour to a pixel's three values.
+template <class T>
+void add_scaled(const std::array<T, 3>& scale, const T* colour, T* pixel) {
+  for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * colour[c];
+}
+
 /// Lookups that wait until their texels have come: textures are larger than caches.
 template <class T>
 class TexelQueue {
@@ -34,7 +40,6 @@ class TexelQueue {
   template <class Lighting>
   void add(const FragmentShader<Lighting>& shader, const Fragment& fragment, const std::array<T, 3>& scale,
            T* pixel) {
-    if (shader.filter) return add_now(shader, fragment, scale, pixel);
     Lookup& lookup = lookups_[count_ % lookups_.size()];
     if (count_ >= lookups_.size()) finish(lookup);
     ++count_;
@@ -61,36 +66,104 @@ class TexelQueue {
     std::array<Tap, 8> taps;
   };
 
-  /// Levels of a pyramid are read where neighbouring pixels read them too.
-  template <class Lighting>
-  void add_now(const FragmentShader<Lighting>& shader, const Fragment& fragment,
-               const std::array<T, 3>& scale, T* pixel) const {
-    T red = 0, green = 0, blue = 0;
-    shader.visit_taps(fragment, [&](const Tap& tap) {
-      const T* const texel = texels_ + 3 * tap.texel;
-      const T weight = static_cast<T>(tap.weight);
-      red += weight * texel[0];
-      green += weight * texel[1];
-      blue += weight * texel[2];
-    });
-    pixel[0] += scale[0] * red;
-    pixel[1] += scale[1] * green;
-    pixel[2] += scale[2] * blue;
-  }
-
   void finish(const Lookup& lookup) const {
     std::array<T, 3> sum{0, 0, 0};
     for (std::size_t i = 0; i < lookup.tap_count; ++i) {
       const T* const texel = texels_ + 3 * lookup.taps[i].texel;
       for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<T>(lookup.taps[i].weight) * texel[c];
     }
-    for (std::size_t c = 0; c < 3; ++c) lookup.pixel[c] += lookup.scale[c] * sum[c];
+    add_scaled(lookup.scale, sum.data(), lookup.pixel);
   }
 
   const T* texels_;
   std::size_t count_ = 0;
   std::array<Lookup, 16> lookups_;
 };
+
+/// Lookups of a filtered atlas, several at a time: levels of a pyramid are read where neighbouring pixels
+/// read them too, and wait for nothing.
+template <class Lighting>
+class FilteredQueue {
+ public:
+  FilteredQueue(const FragmentShader<Lighting>& shader, const float* texels)
+      : filter_(*shader.filter), texels_(texels), waiting_(shader) {}
+
+  /// As TexelQueue::add().
+  void add(const Fragment& fragment, const std::array<float, 3>& scale, float* pixel) {
+    scales_[waiting_.count] = scale;
+    pixels_[waiting_.count] = pixel;
+    waiting_.add(fragment);
+    if (waiting_.is_full()) finish_all();
+  }
+
+  void finish_all() {
+    AtlasFilter::Colours colours;
+    filter_.look_up(waiting_.batch, waiting_.count, texels_, colours);
+    for (std::size_t i = 0; i < waiting_.count; ++i) add_scaled(scales_[i], colours[i].data(), pixels_[i]);
+    waiting_.count = 0;
+  }
+
+ private:
+  const AtlasFilter& filter_;
+  const float* texels_;
+  FilteredFragments<Lighting> waiting_;
+  std::array<std::array<float, 3>, LookupBatch::size> scales_;
+  std::array<float*, LookupBatch::size> pixels_;
+};
+
+/// Draws the fragments of a band; look_up(fragment, scale, pixel) adds what a painted one shows.
+template <class T, class Lighting, class LookUp>
+void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentShader<Lighting>& shader,
+               TexturedPicture<T>& picture, LookUp look_up) {
+  fragments.visit_band(band, grain_of(shader.body.layout), [&](const Fragment& fragment) {
+    const auto face = static_cast<std::size_t>(fragment.face);
+    picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
+    T* const pixel = picture.colour.data() + 3 * fragment.pixel;
+    if constexpr (ReflectingLighting<Lighting>) {
+      const auto reflected = shader.lighting.reflected(face, fragment.barycentric);
+      for (std::size_t c = 0; c < 3; ++c) pixel[c] += static_cast<T>(fragment.coverage * reflected[c]);
+    }
+    std::array<T, 3> scale;
+    const double factor = fragment.coverage * shader.light_of(fragment);
+    for (std::size_t c = 0; c < 3; ++c) scale[c] = static_cast<T>(factor * shader.lighting.light_colour[c]);
+    if (shader.body.painted[face] != 0) {
+      look_up(fragment, scale, pixel);
+      return;
+    }
+    const std::array<float, 3> colour = shader.own_colours[face];
+    for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * static_cast<T>(colour[c]);
+  });
+}
+
+template <class T, class Lighting>
+void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentShader<Lighting>& shader,
+               const T* texels, TexturedPicture<T>& picture) {
+  if constexpr (std::same_as<T, float>) {
+    if (shader.filter) {
+      FilteredQueue queue(shader, texels);
+      draw_band(fragments, band, shader, picture, [&](const auto& fragment, const auto& scale, float* pixel) {
+        queue.add(fragment, scale, pixel);
+      });
+      queue.finish_all();
+      return;
+    }
+  } else if (shader.filter) {
+    draw_band(fragments, band, shader, picture, [&](const auto& fragment, const auto& scale, T* pixel) {
+      std::array<T, 3> colour{0, 0, 0};
+      shader.visit_taps(fragment, [&](const Tap& tap) {
+        for (std::size_t c = 0; c < 3; ++c)
+          colour[c] += static_cast<T>(tap.weight) * texels[3 * tap.texel + c];
+      });
+      add_scaled(scale, colour.data(), pixel);
+    });
+    return;
+  }
+  TexelQueue<T> queue(texels);
+  draw_band(fragments, band, shader, picture, [&](const auto& fragment, const auto& scale, T* pixel) {
+    queue.add(shader, fragment, scale, pixel);
+  });
+  queue.finish_all();
+}
 
 }  // namespace detail
 
@@ -114,28 +187,8 @@ template <std::floating_point T, LightModel Model>
   TexturedPicture<T> picture{zeros<T, 3>({fragments.height(), fragments.width(), 3}),
                              zeros<T, 2>({fragments.height(), fragments.width()}),
                              fragments.non_finite_faces()};
-  parallel_for(fragments.band_count(), [&](std::size_t band) {
-    detail::TexelQueue<T> queue(texels.data());
-    fragments.visit_band(band, detail::grain_of(body.layout), [&](const Fragment& fragment) {
-      const auto face = static_cast<std::size_t>(fragment.face);
-      picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
-      T* const pixel = picture.colour.data() + 3 * fragment.pixel;
-      if constexpr (ReflectingLighting<decltype(lighting)>) {
-        const auto reflected = lighting.reflected(face, fragment.barycentric);
-        for (std::size_t c = 0; c < 3; ++c) pixel[c] += static_cast<T>(fragment.coverage * reflected[c]);
-      }
-      std::array<T, 3> scale;
-      const double factor = fragment.coverage * shader.light_of(fragment);
-      for (std::size_t c = 0; c < 3; ++c) scale[c] = static_cast<T>(factor * lighting.light_colour[c]);
-      if (body.painted[face] != 0) {
-        queue.add(shader, fragment, scale, pixel);
-        return;
-      }
-      const std::array<float, 3> colour = shader.own_colours[face];
-      for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * static_cast<T>(colour[c]);
-    });
-    queue.finish_all();
-  });
+  parallel_for(fragments.band_count(),
+               [&](std::size_t band) { detail::draw_band(fragments, band, shader, texels.data(), picture); });
   return picture;
 }
 

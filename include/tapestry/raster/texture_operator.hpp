@@ -12,6 +12,7 @@
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/operator_band.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
@@ -50,43 +51,6 @@ template <class T>
 
 namespace detail {
 
-/// The rows of an operator that belong to a band of pixel rows.
-template <class T>
-struct OperatorBand {
-  std::vector<std::uint32_t> pixels;
-  std::vector<std::uint32_t> entry_counts;
-  std::vector<std::uint32_t> texels_of;
-  std::vector<T> weights;
-  std::vector<Tap> taps;  // of the pixel under way
-  std::size_t pixel = 0;  // the pixel under way
-
-  void reserve(std::size_t pixel_count) {
-    pixels.reserve(pixel_count);
-    entry_counts.reserve(pixel_count);
-    texels_of.reserve(4 * pixel_count);
-    weights.reserve(4 * pixel_count);
-  }
-
-  /// Ends the pixel under way: taps of the same texel become one entry.
-  void finish_pixel() {
-    if (taps.empty()) return;
-    const auto is_before = [](const Tap& a, const Tap& b) { return a.texel < b.texel; };
-    if (!std::is_sorted(taps.begin(), taps.end(), is_before))  // one face's taps mostly are
-      std::sort(taps.begin(), taps.end(), is_before);
-    const std::size_t first = texels_of.size();
-    for (std::size_t i = 0; i < taps.size();) {
-      double weight = 0;
-      const std::size_t texel = taps[i].texel;
-      for (; i < taps.size() && taps[i].texel == texel; ++i) weight += taps[i].weight;
-      texels_of.push_back(static_cast<std::uint32_t>(texel));
-      weights.push_back(static_cast<T>(weight));
-    }
-    pixels.push_back(static_cast<std::uint32_t>(pixel));
-    entry_counts.push_back(static_cast<std::uint32_t>(texels_of.size() - first));
-    taps.clear();
-  }
-};
-
 template <class T>
 void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture) {
   std::size_t rows = 0, entries = 0;
@@ -115,6 +79,7 @@ void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture
 template <class T, class Lighting>
 void shade_band(const FragmentBands& fragments, std::size_t index, const FragmentShader<Lighting>& shader,
                 OperatorBand<T>& band, TextureOperator<T>& picture) {
+  PaintedFragments painted(shader, band);
   fragments.visit_band(index, grain_of(shader.body.layout), [&](const Fragment& fragment) {
     const auto face = static_cast<std::size_t>(fragment.face);
     picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
@@ -124,9 +89,7 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
         picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * reflected[c]);
     }
     if (shader.body.painted[face] != 0) {
-      if (fragment.pixel != band.pixel) band.finish_pixel();
-      band.pixel = fragment.pixel;
-      shader.add_taps(fragment, band.taps);
+      painted.add(fragment);
       return;
     }
     const std::array<float, 3> colour = shader.own_colours[face];
@@ -136,7 +99,7 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
       picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * lit);
     }
   });
-  band.finish_pixel();
+  painted.finish();
 }
 
 /// Asks for the texel of an entry to come: textures are larger than caches, and their rows far apart.
