@@ -314,6 +314,7 @@
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/texture_operator_variable.hpp>
 #include <tapestry/raster/texture_slope.hpp>
+#include <tapestry/raster/texture_tiles.hpp>
 #include <tapestry/raster/triangle_setup.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>

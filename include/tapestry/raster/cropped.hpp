@@ -26,7 +26,7 @@ template <std::floating_point T>
 }
 
 /// The operator of a window of the picture: render() of it is the crop of render(), and costs no more than
-/// the window. What lies beside the window is gone.
+/// the window. What lies beside the window is gone, and tiles are, see with_tiles().
 ///
 /// \throws ShapeError if the window leaves the picture
 template <std::floating_point T>

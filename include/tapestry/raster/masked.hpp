@@ -13,11 +13,13 @@ namespace tapestry::raster {
 /// over a background I, m·P + (1 − m·c)·I, the mesh shows where m is 1 and I alone where m is 0; pixels that
 /// m hides leave the operator and cost no time.
 ///
+/// Without tiles, see with_tiles().
 /// \param mask  m, [H, W], in [0, 1]
 /// \throws ShapeError if mask is not of the picture's size
 template <std::floating_point T>
 [[nodiscard]] TextureOperator<T> masked(TextureOperator<T> picture, const Array<T, 2>& mask) {
   require_shape("masked", "mask", mask, {picture.height, picture.width});
+  picture.tiles = nullptr;  // of other weights
   for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) {
     const T m = mask.data()[pixel];
     picture.coverage.data()[pixel] *= m;

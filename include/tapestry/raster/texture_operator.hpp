@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
@@ -14,6 +15,7 @@
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/operator_band.hpp>
 #include <tapestry/raster/texture_layout.hpp>
+#include <tapestry/raster/texture_tiles.hpp>
 #include <vector>
 
 namespace tapestry::raster {
@@ -38,7 +40,8 @@ struct TextureOperator {
   Array<T, 3> constant;  ///< [H, W, 3] lit colour of faces that are not painted, and what a ClearCoat
                          ///< mirrors, times coverage
   Array<T, 2> coverage;  ///< [H, W] share of the pixel that shows any face, in [0, 1]
-  std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
+  std::size_t non_finite_faces = 0;                ///< faces left out since a corner is not finite
+  std::shared_ptr<const TextureTiles<T>> tiles{};  ///< see with_tiles(); hold what the entries were then
 };
 
 /// Memory that an operator holds.
@@ -46,7 +49,17 @@ template <class T>
 [[nodiscard]] std::size_t memory_bytes(const TextureOperator<T>& picture) {
   return (picture.pixels.capacity() + picture.row_begin.capacity() + picture.texels_of.capacity()) *
              sizeof(std::uint32_t) +
-         (picture.weights.capacity() + picture.constant.size() + picture.coverage.size()) * sizeof(T);
+         (picture.weights.capacity() + picture.constant.size() + picture.coverage.size()) * sizeof(T) +
+         (picture.tiles ? memory_bytes(*picture.tiles) : 0);
+}
+
+/// An operator whose adjoints several threads share out by tiles of texels. Sorting takes as long as about
+/// two adjoints, and the entries are held twice: for operators that are used again. To be made anew once
+/// pixels, texels_of or weights have changed.
+template <std::floating_point T>
+[[nodiscard]] TextureOperator<T> with_tiles(TextureOperator<T> picture) {
+  picture.tiles = std::make_shared<const TextureTiles<T>>(texture_tiles<T>(picture));
+  return picture;
 }
 
 namespace detail {
@@ -213,8 +226,9 @@ template <std::floating_point T>
 
 /// Adds Aᵀ·render_adjoint to texels_adjoint, A being the linear part of render().
 ///
-/// Texels are dealt out to the threads in runs of 256. Each thread reads all entries and adds those of
-/// its texels in the stored order, so the sums are the same for any number of threads.
+/// Texels are dealt out to the threads: by tiles, see with_tiles(), or else in runs of 256. Without tiles
+/// each thread reads all entries. Those of a texel are added in the stored order, so the sums are the same
+/// for any number of threads, with tiles and without.
 ///
 /// \param render_adjoint  [H, W, 3]
 /// \param texels_adjoint  [texel_count, 3]
@@ -226,6 +240,10 @@ void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render
   require_shape("render_adjoint", "texels_adjoint", texels_adjoint, {picture.texel_count, 3});
   if (thread_count() == 1) {
     detail::scatter<false>(picture, render_adjoint.data(), 0, 1, texels_adjoint.data());
+    return;
+  }
+  if (picture.tiles) {
+    detail::scatter(*picture.tiles, picture.light_colour, render_adjoint.data(), texels_adjoint.data());
     return;
   }
   const std::size_t parts = std::min(static_cast<std::size_t>(thread_count()), detail::most_parts);
