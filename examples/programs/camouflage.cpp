@@ -13,6 +13,7 @@
 #include "shell/ranks.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/stop_signal.hpp"
+#include "shell/texture_training.hpp"
 
 namespace {
 using namespace tapestry;
@@ -25,6 +26,7 @@ Inputs load_all(CamouflageOptions& options) {
   inputs.ensemble =
       load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);
   (void)chosen_method(options.optimisation, inputs.car.painted, options.scene.mesh);
+  inputs.palette = palette_of(options.optimisation);
   return inputs;
 }
 
@@ -35,6 +37,7 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   fill_in_bundled(scene);
   print_warnings(warnings_about(scene));
   check_inputs(options.scene, options.detector, list);
+  list.attempt([&] { (void)palette_of(options.optimisation); });
   const bool is_plain = options.optimisation.ensemble.empty() && options.optimisation.method == "fca";
   if (!is_plain && list.problems().empty()) list.attempt([&] { (void)load_all(options); });
   const auto& problems = list.problems();

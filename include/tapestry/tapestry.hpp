@@ -215,6 +215,7 @@
 #include <tapestry/io/obj_file/materials.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/palette_file.hpp>
 #include <tapestry/io/picture_samples.hpp>
 #include <tapestry/io/png_scan.hpp>
 #include <tapestry/io/pnm_file.hpp>

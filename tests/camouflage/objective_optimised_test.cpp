@@ -50,6 +50,30 @@ TEST_CASE("the gradient of the whole pipeline agrees with central differences", 
   test::check_pipeline_gradient(objective, views, start);
 }
 
+TEST_CASE("the gradient with a non-printability score agrees with central differences",
+          "[camouflage][gradient]") {
+  const auto car = test::tiny_car();
+  const auto network = test::tiny_network<double>();
+  const auto views = views_of<double>(car);
+  const std::size_t texels = car.layout.texel_count(car.mesh);
+  camouflage::ObjectiveOptions options;
+  options.printability = 30;
+  camouflage::Objective<double> objective(network, options), plain(network, options);
+  const auto palette = std::make_shared<const Array<double, 2>>(loss::printable_colours());
+  const auto used = std::make_shared<const Array<double, 2>>(tapestry::filled<double, 2>({1, texels}, 1));
+  objective.print_by(palette, used);
+  const auto start = test::random_array<double>({texels, 3}, 1, -1, 1);
+  test::check_pipeline_gradient(objective, views, start);
+  const tapestry::ArrayVariable<double, 2> passive(start);
+  const double with = objective(passive, views).value(), without = plain(passive, views).value();
+  const double score = loss::non_printability(camouflage::texture_colours(start), *used, *palette);
+  CHECK(objective.terms().printability == score);
+  CHECK(plain.terms().printability == 0);
+  CHECK(with == Approx(without + 30 * score).epsilon(1e-14));
+  objective.print_by(palette, std::make_shared<const Array<double, 2>>(tapestry::zeros<double, 2>({1, 5})));
+  CHECK_THROWS_AS(objective(passive, views), tapestry::ShapeError);
+}
+
 TEST_CASE("the gradient through a photo session agrees with central differences", "[camouflage][gradient]") {
   const auto car = test::tiny_car();
   const auto network = test::tiny_network<double>("mish");

@@ -29,10 +29,14 @@ struct Fixture {
   camouflage::Objective<float> objective{network, {}};
   Array<float, 2> start = tapestry::zeros<float, 2>({car.layout.texel_count(car.mesh), 3});
 
+  double worst_share = 1;
+  std::size_t batch = 3;
+
   camouflage::Training<float> training(std::size_t epochs, std::vector<std::size_t> usable = {0, 1, 2, 3}) {
     camouflage::TrainingOptions options;
     options.epochs = epochs;
-    options.batch = 3;
+    options.batch = batch;
+    options.worst_share = worst_share;
     return {objective, store, std::move(usable), start, options};
   }
 };
@@ -48,6 +52,7 @@ TEST_CASE("training lowers the loss", "[camouflage][training]") {
 
 TEST_CASE("an interrupted training goes on to the same bits", "[camouflage][training]") {  // F13
   Fixture fixture;
+  fixture.worst_share = GENERATE(1.0, 0.5);
   auto whole = fixture.training(4);
   while (!whole.finished()) whole.step();
 
@@ -91,6 +96,7 @@ TEST_CASE("a checkpoint that no training wrote is refused by its name", "[camouf
 
 TEST_CASE("training gives the same bits for one and two threads", "[camouflage][training]") {  // T16
   Fixture fixture;
+  fixture.worst_share = GENERATE(1.0, 0.5);
   const auto run = [&](int threads) {
     tapestry::limit_threads(threads);
     auto training = fixture.training(2);
@@ -103,10 +109,12 @@ TEST_CASE("training gives the same bits for one and two threads", "[camouflage][
 }
 
 TEST_CASE("a shared training gives the same bits for any number of processes", "[camouflage][training]") {
+  const double worst_share = GENERATE(1.0, 0.5);
   Fixture plain;
+  plain.worst_share = worst_share;
   auto alone = plain.training(2);
   while (!alone.finished()) alone.step();
-  const auto shared = [](std::size_t processes) {  // a thread each
+  const auto shared = [=](std::size_t processes) {  // a thread each
     std::vector<std::vector<double>> blocks(processes);
     std::vector<Array<float, 2>> results(processes);
     std::barrier meeting(static_cast<std::ptrdiff_t>(processes));
@@ -114,6 +122,7 @@ TEST_CASE("a shared training gives the same bits for any number of processes", "
     for (std::size_t own = 0; own < processes; ++own)
       threads.emplace_back([&, own] {
         Fixture fixture;
+        fixture.worst_share = worst_share;
         auto training = fixture.training(2);
         training.share({processes, own, [&](const std::vector<double>& values) {
                           blocks[own] = values;
@@ -132,6 +141,55 @@ TEST_CASE("a shared training gives the same bits for any number of processes", "
   };
   for (const std::size_t processes : {1U, 2U, 3U, 4U})  // of which four are more than views in a step
     CHECK((shared(processes) == alone.parameter()));
+}
+
+TEST_CASE("a step learns from the worst share of its views", "[camouflage][training][worst_views]") {
+  Fixture fixture;
+  std::vector<double> losses;
+  std::vector<Array<float, 2>> gradients;
+  for (std::size_t i = 0; i < 4; ++i) {
+    tapestry::Tape<float> tape;
+    const auto scope = tape.activate();
+    const tapestry::ArrayVariable<float, 2> parameter = tape.input(fixture.start);
+    const auto view = fixture.store.view(i);
+    const auto value = fixture.objective(parameter, std::span(&view, 1));
+    losses.push_back(static_cast<double>(value.value()));
+    tape.reverse(value);
+    gradients.push_back(parameter.adjoint());
+  }
+  fixture.batch = 4;
+  fixture.worst_share = 0.4;  // of four views the worst one and 0.6 of the next
+  auto training = fixture.training(1);
+  training.step();
+  const auto weights = camouflage::worst_view_weights(losses, 0.4);
+  double total = 0;
+  for (std::size_t i = 0; i < 4; ++i) total += weights[i] * losses[i];
+  CHECK(training.history().back().total == Approx(total).epsilon(1e-6));
+  const auto first_moment = training.state().adam.first_moment;  // a tenth of the first gradient
+  double largest = 0, distance = 0;
+  for (std::size_t k = 0; k < first_moment.size(); ++k) {
+    double expected = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      expected += 0.1 * weights[i] * static_cast<double>(gradients[i].data()[k]);
+    largest = std::max(largest, std::abs(expected));
+    distance = std::max(distance, std::abs(static_cast<double>(first_moment[k]) - expected));
+  }
+  CHECK(largest > 0);
+  CHECK(distance <= 1e-5 * largest);
+}
+
+TEST_CASE("worst views that are none are refused, and NaN among them stops a step",
+          "[camouflage][training][worst_views]") {
+  Fixture fixture;
+  for (const double share : {0.0, 1.01, std::numeric_limits<double>::quiet_NaN()}) {
+    fixture.worst_share = share;
+    CHECK_THROWS_WITH(fixture.training(1), contains("training: the worst share of views is"));
+  }
+  fixture.worst_share = 0.5;
+  auto training = fixture.training(2);
+  for (auto& value : fixture.network.parameters()) value = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THROWS_WITH(training.step(), contains("step 1: term"));
+  CHECK(training.parameter() == fixture.start);
 }
 
 TEST_CASE("NaN in the loss stops the training, names step and term, and keeps the state",

@@ -171,10 +171,12 @@ brief=(--frames "four frames" --texels 8)
 # Values that make no sense are refused before anything is read or written. (T05, T14)
 for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch 0" "--scenes 10000000000" \
   "--texels 8193" "--texture cube --texels 500" "--keep-mib 18446744073709551615" "--keep-layers-mib 16777217" "--threads 1000000" \
-  "--iou-weight nan" "--objectness-weight inf" "--smoothness-weight -1" "--seed 1.5" "--size 100000"; do
+  "--iou-weight nan" "--objectness-weight inf" "--smoothness-weight -1" "--printability nan" "--worst-views 0" "--worst-views 1.5" "--worst-views nan" \
+  "--worst-views 0.5 --batch 1" "--seed 1.5" "--size 100000"; do
   # shellcheck disable=SC2086  # several words on purpose
   expect_exit 2 "$words" "$camouflage" $words --output senseless
   option=${words##*--}
+  [ "$option" != "batch 1" ] || option="worst-views 0.5"
   expect_error_line "^error: --${option% *}"
 done
 expect_exit 2 "an empty name" "$camouflage" --mesh "" --output senseless
@@ -192,6 +194,36 @@ expect_exit 3 "a cut frame after the first" "$camouflage" --frames cut_later --o
 [ -e senseless ] && fail "a refused run left a folder behind" || pass
 expect_exit 0 "another car with the bundled frames" "$camouflage" --check --mesh "$assets/van.obj" --material body
 grep -q '^warning: .*van.obj' command.err && pass || fail "no warning that the frames show another car"
+
+# Printable colours, and steps that learn from their worst views alone: bits, resuming, refusals.
+printf '# black, white, red\n0.1 0.1 0.1\n0.9,0.9,0.9\n0.8 0.2 0.2\n' >colours.txt
+printable=("${brief[@]}" --epochs 20 --batch 4 --worst-views 0.5 --printability 10 --palette colours.txt --checkpoint-steps 2)
+expect_exit 0 "printable colours" "$camouflage" "${printable[@]}" --threads 2 --output printable
+expect_exit 0 "printable colours, one thread" "$camouflage" "${printable[@]}" --threads 1 --output printable1
+kill_until_done printable2 2 1 "$camouflage" "${printable[@]}"
+for file in texture.npz history.csv manifest.json metrics.csv; do
+  expect_same "printable1/$file" "printable/$file"
+  expect_same "printable2/$file" "printable/$file"
+done
+grep -q '"palette": "colours.txt"' printable/manifest.json && grep -q '"worst-views": 0.5' printable/manifest.json && pass ||
+  fail "the manifest does not name palette and worst views"
+awk -F , 'NR == 1 && $7 != "printability" { exit 1 } NR == 2 { first = $7 } END { exit !(NR == 21 && $7 < first / 2) }' printable/history.csv && pass ||
+  fail "the paint does not become printable: $(cut -d , -f 7 printable/history.csv)"
+expect_exit 0 "the mean of all views" "$camouflage" "${brief[@]}" --epochs 20 --batch 4 --printability 10 --palette colours.txt --output mean
+cmp -s mean/texture.npz printable/texture.npz && fail "worst views change nothing" || pass
+echo '0.2 0.2 0.8' >>colours.txt
+expect_exit 7 "resumed with another palette" "$camouflage" --resume --output printable
+expect_error_line 'inputs have changed: colours.txt'
+expect_exit 7 "resumed with other worst views" "$camouflage" --resume --worst-views 0.25 --output mean
+expect_error_line '--worst-views \(was 1(.0)?, now 0.25\)'
+echo '0 128 255' >colours.txt
+expect_exit 3 "colours of bytes" "$camouflage" "${printable[@]}" --output senseless
+expect_error_line '^error: colours.txt:1: a channel lies outside 0 to 1'
+expect_exit 3 "a palette that is not there" "$camouflage" "${brief[@]}" --printability 1 --palette none.txt --check
+expect_error_line 'none.txt'
+expect_exit 2 "a palette for nothing" "$camouflage" "${brief[@]}" --palette colours.txt --output senseless
+expect_error_line '^error: --palette needs --printability'
+[ -e senseless ] && fail "a refused run left a folder behind" || pass
 
 # What is kept of a network's layers changes no bit.
 expect_exit 0 "layers kept" "$camouflage" "${brief[@]}" --epochs 3 --output kept_layers

@@ -51,7 +51,8 @@ expect_same_report alone killed
 
 # Views of a step are shared: five frames in steps of three and two.
 cp "$assets"/frames/test/00[2-4].npz frames
-paint=(--frames frames --texels 8 --batch 3 --conditions light --checkpoint-steps 1 --threads 1)
+paint=(--frames frames --texels 8 --batch 3 --conditions light --worst-views 0.5 --printability 2 --checkpoint-steps 1
+  --threads 1)
 expect_same_run() { # expect_same_run FOLDER FOLDER
   local file
   for file in texture.npz texture.png checkpoint.npz history.csv metrics.csv manifest.json; do

@@ -74,6 +74,7 @@ inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings
   objective.weights.classification = o.classification;
   objective.weights.max_score = o.max_score;
   objective.smoothness = o.smoothness;
+  objective.printability = o.printability;
   objective.class_index = class_index;
   return objective;
 }

@@ -52,6 +52,7 @@ class CamouflageRun {
       objective_.join(*member.detector.network, member.class_index);
     objective_.follow(chosen_method(options_.optimisation, inputs_.car.painted, options_.scene.mesh));
     objective_.keep_layers(options_.keep_layers_mib << 20U);
+    if (inputs_.palette) objective_.print_by(inputs_.palette, texels_to_print(inputs_.car.painted));
   }
 
   /// \returns the exit code
@@ -83,6 +84,7 @@ class CamouflageRun {
     camouflage::TrainingOptions training_options;
     training_options.epochs = objective_.method().is_optimised ? epochs : 0;
     training_options.batch = options_.optimisation.batch;
+    training_options.worst_share = options_.optimisation.worst_views;
     training_options.seed = options_.optimisation.seed;
     training_options.adam.learning_rate = options_.optimisation.learning_rate;
     training_options.conditions = image::conditions_by_names(options_.optimisation.conditions);
@@ -119,6 +121,7 @@ class CamouflageRun {
     const auto& ensemble = options_.optimisation.ensemble;
     paths.insert(paths.end(), ensemble.begin(), ensemble.end());
     if (is_texture_file(options_.optimisation.start)) paths.push_back(options_.optimisation.start);
+    if (!options_.optimisation.palette.empty()) paths.push_back(options_.optimisation.palette);
     return paths;
   }
 

@@ -199,6 +199,7 @@ struct Inputs {
   FrameLists frames;
   std::vector<std::string> warnings;
   std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
+  std::shared_ptr<const Array<double, 2>> palette{};    ///< printable colours, if a paint is to have such
 };
 
 /// Every file that a run reads for its car, its detector and its frames.

@@ -63,10 +63,13 @@ struct OptimisationSettings {
   double classification = 0.5;
   double max_score = 1;
   double smoothness = 1;
+  double printability = 0;
+  std::string palette;
   std::string smooth_over = "picture";
   std::string start = "zero";
   std::size_t epochs = 0;
   std::size_t batch = 8;
+  double worst_views = 1;
   double learning_rate = 0.1;
   std::vector<std::string> ensemble;
   std::vector<std::string> conditions;
@@ -142,6 +145,11 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("class-weight", s.classification, "weight gamma of the classification term");
   visit("max-score-weight", s.max_score, "weight of the max_score term");
   visit("smoothness-weight", s.smoothness, "weight mu of the smoothness term, in units of 1e-4");
+  visit("printability", s.printability,
+        "weight of the non-printability score: how far the paint's colours are from those of --palette");
+  visit("palette", s.palette,
+        "text file of printable colours, red, green and blue from 0 to 1 a line; left out, mixtures of four "
+        "levels of a printer's three channels");
   visit("smooth-over", s.smooth_over, "smoothness counts steps in the picture or in the texture");
   visit("start", s.start,
         "first texture: random, zero (mid grey), own (the mesh's colours), or the texture.npz of a run of "
@@ -150,6 +158,9 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
       "epochs", s.epochs,
       "passes over the training views; 0: 20 over drawn scenes; over frames enough to show 2400, at least 5");
   visit("batch", s.batch, "views a step");
+  visit("worst-views", s.worst_views,
+        "share of each step's views, those of the largest losses, that it learns from (conditional value at "
+        "risk); 1: all");
   visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
   visit("ensemble", s.ensemble,
         "further detectors to optimise against, .onnx models or what convert_weights made, of the same input "
@@ -180,8 +191,8 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "light") return "frame";
   if (name == "method") return "fca";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
-  const bool is_open =
-      name == "decode" || name == "fit" || name == "detector" || name == "ensemble" || name == "conditions";
+  const bool is_open = name == "decode" || name == "fit" || name == "detector" || name == "ensemble" ||
+                       name == "conditions" || name == "palette";
   return is_open ? "" : nullptr;
 }
 
@@ -243,11 +254,16 @@ inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
                                                     {"--objectness-weight", s.objectness},
                                                     {"--class-weight", s.classification},
                                                     {"--max-score-weight", s.max_score},
-                                                    {"--smoothness-weight", s.smoothness}};
+                                                    {"--smoothness-weight", s.smoothness},
+                                                    {"--printability", s.printability}};
   for (const auto& [name, weight] : weights)
     list.require(weight >= 0, std::string(name) + " must be at least 0");
   list.require(s.epochs <= 1000000, "--epochs must be at most 1000000");
   list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(s.worst_views > 0 && s.worst_views <= 1, "--worst-views must be above 0 and at most 1");
+  list.require(s.worst_views == 1 || s.batch > 1,
+               "--worst-views has nothing to choose from where --batch is 1");
+  list.require(s.palette.empty() || s.printability > 0, "--palette needs --printability above 0");
   list.require(s.learning_rate > 0, "--learning-rate must be above 0");
 }
 

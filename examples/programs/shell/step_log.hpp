@@ -34,13 +34,18 @@ inline std::string step_text(const camouflage::Training<float>& training, std::u
 }
 
 inline std::string history_csv(const std::vector<camouflage::ObjectiveTerms>& history) {
-  std::string text = "step,iou,objectness,classification,max_score,smoothness,total\n";
-  char line[256];
+  constexpr auto& terms = camouflage::ObjectiveTerms::all;
+  std::string text = "step";
+  for (const auto& [name, term] : terms) text += std::string(",") + name;
+  text += '\n';
+  char number[32];
   for (std::size_t i = 0; i < history.size(); ++i) {
-    const auto& t = history[i];
-    std::snprintf(line, sizeof line, "%zu,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", i + 1, t.iou, t.objectness,
-                  t.classification, t.max_score, t.smoothness, t.total);
-    text += line;
+    text += std::to_string(i + 1);
+    for (const auto& [name, term] : terms) {
+      std::snprintf(number, sizeof number, ",%.9g", history[i].*term);
+      text += number;
+    }
+    text += '\n';
   }
   return text;
 }

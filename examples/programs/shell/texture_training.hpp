@@ -8,6 +8,8 @@
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/io/palette_file.hpp>
+#include <tapestry/loss/printability.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>
 
@@ -50,6 +52,21 @@ inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const Optimisatio
                                                                const raster::PaintedMesh& car) {
   if (settings.smooth_over != "texture") return nullptr;
   return std::make_shared<const Array<float, 2>>(raster::used_texels<float>(car));
+}
+
+/// The texels that are printed: those of an atlas that faces refer to, all of cubes. [height, width]
+inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::PaintedMesh& car) {
+  const bool is_atlas = car.layout.kind == raster::TextureKind::atlas;
+  return std::make_shared<const Array<float, 2>>(
+      is_atlas ? raster::used_texels<float>(car)
+               : filled<float, 2>({1, car.layout.texel_count(car.mesh)}, 1));
+}
+
+/// What a printer can make: the colours of --palette, or printable_colours(); null where nobody asks.
+inline std::shared_ptr<const Array<double, 2>> palette_of(const OptimisationSettings& settings) {
+  if (settings.printability == 0) return nullptr;
+  return std::make_shared<const Array<double, 2>>(
+      settings.palette.empty() ? loss::printable_colours() : io::read_palette(settings.palette));
 }
 
 /// Goes on from a checkpoint, if there is one yet.

@@ -17,6 +17,7 @@
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/image/transform/chain_variable.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
+#include <tapestry/loss/printability_variable.hpp>
 #include <tapestry/loss/smoothness_variable.hpp>
 #include <tapestry/raster/mip_pyramid_variable.hpp>
 #include <tapestry/raster/texture_operator_variable.hpp>
@@ -36,7 +37,8 @@ struct ObjectiveOptions {
   loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
   loss::AdversarialWeights weights{};  ///< α, β, γ of the paper
   double smoothness = 1;               ///< μ, in units of smoothness_unit
-  std::size_t class_index = 0;         ///< the class that the car should no longer be found as
+  double printability = 1;      ///< of the non-printability score, once print_by() says of which printer
+  std::size_t class_index = 0;  ///< the class that the car should no longer be found as
 };
 
 /// The terms of one minibatch, before their weights, averaged over its views.
@@ -45,23 +47,27 @@ struct ObjectiveTerms {
   double objectness = 0;
   double classification = 0;
   double max_score = 0;
-  double smoothness = 0;  ///< sum of squared colour steps
-  double total = 0;       ///< with weights: what is minimised
+  double smoothness = 0;    ///< sum of squared colour steps
+  double printability = 0;  ///< non-printability score of the paint, 0 where no printer is known
+  double total = 0;         ///< with weights: what is minimised
 
   /// Of each its name and its place, in this order.
-  static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 6> all;
+  static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> all;
 };
-inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 6> ObjectiveTerms::all{
+inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> ObjectiveTerms::all{
     {{"iou", &ObjectiveTerms::iou},
      {"objectness", &ObjectiveTerms::objectness},
      {"classification", &ObjectiveTerms::classification},
      {"max_score", &ObjectiveTerms::max_score},
      {"smoothness", &ObjectiveTerms::smoothness},
+     {"printability", &ObjectiveTerms::printability},
      {"total", &ObjectiveTerms::total}}};
 
 /// The whole pipeline as one function on the tape:
 ///
-///   parameter → colours → render → over the frames → detector → adversarial loss + μ · smoothness.
+///   parameter → colours → render → over the frames → detector → adversarial loss + μ · smoothness
+///
+/// and, where print_by() says what a printer can make, + its weight · non-printability score.
 ///
 /// A photo session prints the colours before and photographs the pictures after they are laid over the
 /// frames. Views in image::ColourSpace::linear are rendered and laid over in light; colours, pictures and the
@@ -102,6 +108,16 @@ class Objective {
   void follow(Method<T> method) { method_ = std::move(method); }
   [[nodiscard]] const Method<T>& method() const { return method_; }
 
+  /// Lets the paint's non-printability score count, by its weight in the options.
+  ///
+  /// \param palette  printable colours, [colour, 3]
+  /// \param used     [height, width], whose product is the texels of the paint: 1 for those that are printed
+  /// \throws as loss::non_printability(), from the next call on
+  void print_by(std::shared_ptr<const Array<double, 2>> palette, std::shared_ptr<const Array<T, 2>> used) {
+    palette_ = std::move(palette);
+    printed_texels_ = std::move(used);
+  }
+
   /// Keeps those parts of the detectors' layers that the car cannot reach from step to step, up to so many
   /// bytes for all views and detectors together; 0, as without a call, keeps nothing. Results are the same
   /// bits. Steps with a photo session change the whole picture and compute everything.
@@ -126,7 +142,8 @@ class Objective {
                        " shots for " + std::to_string(views.size()) + " views");
     const auto space = space_of(views);
     StageClock<T> clock(times_, parameter.is_active());
-    const auto colours = printed(method_colours(method_, parameter), session);
+    const auto paint = method_colours(method_, parameter);
+    const auto colours = printed(paint, session);
     clock.end_of(&StepTimes::update);
     const auto texels = raster::stored_texels(pyramid_of(views), image::in_space(space, colours));
     const auto renders = raster::render(operators_of(views), texels);
@@ -138,8 +155,13 @@ class Objective {
         used_texels_
             ? loss::atlas_smoothness(colours, used_texels_)
             : loss::smoothness(seen(space, renders), interiors_of(views)) / static_cast<T>(views.size());
-    const Variable<T> total =
+    Variable<T> total =
         adversarial.total + static_cast<T>(options_.smoothness * smoothness_unit) * smoothness;
+    Variable<T> printability = T(0);
+    if (palette_) {
+      printability = loss::non_printability(paint, printed_texels_, palette_);
+      total += static_cast<T>(options_.printability) * printability;
+    }
     clock.end_of(&StepTimes::losses);
     const auto number = [](const Variable<T>& term) { return static_cast<double>(term.value()); };
     terms_ = {number(adversarial.iou),
@@ -147,6 +169,7 @@ class Objective {
               number(adversarial.classification),
               number(adversarial.max_score),
               number(smoothness),
+              number(printability),
               number(total)};
     return total;
   }
@@ -254,6 +277,8 @@ class Objective {
   Method<T> method_;
   std::size_t layer_bytes_ = 0;
   std::shared_ptr<const Array<T, 2>> used_texels_;
+  std::shared_ptr<const Array<double, 2>> palette_;
+  std::shared_ptr<const Array<T, 2>> printed_texels_;
   ObjectiveTerms terms_;
   std::shared_ptr<StepTimes> times_ = std::make_shared<StepTimes>();
 };

@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -17,13 +16,14 @@ namespace tapestry::camouflage {
 inline constexpr std::uint64_t checkpoint_format = 1;
 
 namespace detail {
-inline constexpr std::size_t history_columns = 6;
+inline constexpr std::size_t history_columns = ObjectiveTerms::all.size();
 
-inline std::array<double, history_columns> row_of(const ObjectiveTerms& terms) {
-  return {terms.iou, terms.objectness, terms.classification, terms.max_score, terms.smoothness, terms.total};
+inline ObjectiveTerms terms_of(const double* row) {
+  ObjectiveTerms terms;
+  for (const auto& [name, term] : ObjectiveTerms::all) terms.*term = *row++;
+  return terms;
 }
 
-inline ObjectiveTerms terms_of(const double* row) { return {row[0], row[1], row[2], row[3], row[4], row[5]}; }
 /// The numbers are finite, squares not negative, and of each list there are as many as there should be.
 template <class T>
 void require_sound_state(const std::string& path, const TrainingState<T>& state) {
@@ -57,10 +57,9 @@ void require_sound_state(const std::string& path, const TrainingState<T>& state)
 template <class T>
 void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings) {
   Array<double, 2> history(Extents<2>{state.history.size(), detail::history_columns});
-  for (std::size_t i = 0; i < state.history.size(); ++i) {
-    const auto row = detail::row_of(state.history[i]);
-    for (std::size_t j = 0; j < row.size(); ++j) history(i, j) = row[j];
-  }
+  for (std::size_t i = 0; i < state.history.size(); ++i)
+    for (std::size_t j = 0; j < detail::history_columns; ++j)
+      history(i, j) = state.history[i].*ObjectiveTerms::all[j].second;
   io::NpzWriter file;
   file.add("format", checkpoint_format);
   file.add("settings", std::string_view(settings));

@@ -14,6 +14,7 @@
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/camouflage/worst_views.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
@@ -24,7 +25,8 @@ namespace tapestry::camouflage {
 /// How long and how fast a texture is trained.
 struct TrainingOptions {
   std::size_t epochs = 5;
-  std::size_t batch = 1;  ///< views a step
+  std::size_t batch = 1;   ///< views a step
+  double worst_share = 1;  ///< of a step's views, the worst that count; see worst_view_weights()
   std::uint64_t seed = 1;
   optim::AdamSettings adam{};
   image::Conditions conditions{};  ///< what every step photographs its views under; none: as they are
@@ -69,6 +71,9 @@ class Training {
         adam_(start.size(), options.adam) {
     if (usable_.empty()) throw Error(ErrorKind::mismatch, "training: no view shows the car");
     if (options.batch == 0) throw DomainError("training: a batch needs at least one view");
+    if (!(options.worst_share > 0 && options.worst_share <= 1))
+      throw DomainError("training: the worst share of views is " + std::to_string(options.worst_share) +
+                        ", expected above 0 and at most 1");
     state_.parameter = std::move(start);
   }
 
@@ -105,7 +110,9 @@ class Training {
   }
 
   /// One minibatch: records and reverses each view alone, which takes the memory of one, adds their gradients
-  /// in the minibatch's order, and updates.
+  /// in the minibatch's order, and updates. Where only the worst views count, the gradients of all are kept
+  /// until their losses are known.
+  ///
   /// \returns the number of views in it
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state
   ///         is then what it was before the step
@@ -155,18 +162,41 @@ class Training {
     return parameter.adjoint();
   }
 
-  /// The mean of the views' gradients; a process is dealt every so many-th view. Leaves the terms' mean in
-  /// terms_.
+  struct OfView {
+    ObjectiveTerms terms;
+    std::vector<T> slopes;  ///< of its loss, by the parameter
+  };
+
+  /// Adds the worst views of a minibatch, by their weights and in its order.
+  template <class Add>
+  void add_worst(const std::vector<OfView>& views, Add add) const {
+    std::vector<double> losses;
+    for (const OfView& view : views) losses.push_back(view.terms.total);
+    const bool is_sound = std::ranges::none_of(losses, [](double loss) { return std::isnan(loss); });
+    const auto weights = is_sound ? worst_view_weights(losses, options_.worst_share)
+                                  : std::vector<double>(views.size(), 1);  // the step is refused
+    for (std::size_t i = 0; i < views.size(); ++i)
+      if (weights[i] > 0) add(views[i].terms, views[i].slopes.data(), 1 / weights[i]);
+  }
+
+  /// The mean of the views' gradients, or their weighted sum where only the worst count; a process is dealt
+  /// every so many-th view. Leaves the terms' in terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
     constexpr auto& terms = ObjectiveTerms::all;
     const auto session = next_session(views);
     const std::size_t width = terms.size() + state_.parameter.size();
     Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
     ObjectiveTerms mean{};
-    const auto add = [&](const ObjectiveTerms& of_view, const auto* slopes) {
-      for (const auto& [name, term] : terms) mean.*term += of_view.*term / static_cast<double>(views.size());
+    const auto add = [&](const ObjectiveTerms& of_view, const auto* slopes, double divisor) {
+      for (const auto& [name, term] : terms) mean.*term += of_view.*term / divisor;
       for (std::size_t k = 0; k < gradient.size(); ++k)
-        gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(views.size());
+        gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(divisor);
+    };
+    std::vector<OfView> kept;  // until all losses are known
+    const auto take = [&](const ObjectiveTerms& of_view, const auto* slopes) {
+      if (options_.worst_share == 1) return add(of_view, slopes, static_cast<double>(views.size()));
+      kept.push_back({of_view, std::vector<T>(gradient.size())});
+      for (std::size_t k = 0; k < gradient.size(); ++k) kept.back().slopes[k] = static_cast<T>(slopes[k]);
     };
     for (std::size_t first = 0; first < views.size(); first += shared_.processes) {
       std::vector<double> own;
@@ -175,7 +205,7 @@ class Training {
         if (session) shot = PhotoSession{session->print, {session->shots[i]}};
         const Array<T, 2> of_view = gradient_of(views[i], shot);
         if (shared_.processes == 1) {
-          add(terms_, of_view.data());
+          take(terms_, of_view.data());
           continue;
         }
         for (const auto& [name, term] : terms) own.push_back(terms_.*term);
@@ -187,9 +217,10 @@ class Training {
       for (std::size_t i = first; i < std::min(first + shared_.processes, views.size()); ++i, from += width) {
         ObjectiveTerms of_view{};
         for (std::size_t k = 0; k < terms.size(); ++k) of_view.*terms[k].second = from[k];
-        add(of_view, from + terms.size());
+        take(of_view, from + terms.size());
       }
     }
+    if (!kept.empty()) add_worst(kept, add);
     terms_ = mean;
     return gradient;
   }
