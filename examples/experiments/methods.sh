@@ -5,4 +5,5 @@
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n '2,4s/^# \{0,1\}//p' "$0" >&2; exit 2; }
 MEASURE="--light frame ${MEASURE:-}" exec bash "$(dirname "$0")/variants.sh" "$1" "${2:-}" fca="" planar_patch="--method planar_patch" \
-  camou="--method camou" upc="--method upc" rauca="--method rauca --light photo" random="--method random" solid="--method solid"
+  camou="--method camou" upc="--method upc" das="--method das" \
+  das_full="--method das_full" rauca="--method rauca --light photo" random="--method random" solid="--method solid"

@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <utility>
+#include <vector>
 
 #include "shell/camouflage_options.hpp"
 #include "shell/camouflage_run.hpp"
@@ -21,7 +22,9 @@ using namespace tapestry::shell;
 
 /// What a run reads, all detectors included. It has what the method paints.
 Inputs load_all(CamouflageOptions& options) {
-  Inputs inputs = load_inputs(options.scene, options.detector);
+  std::vector<std::string> layers;
+  if (maps_attention(options.optimisation.method)) layers.emplace_back();  // the last that all heads see
+  Inputs inputs = load_inputs(options.scene, options.detector, layers);
   loss::require_raw_logits("camouflage", inputs.detector.network->heads());
   inputs.ensemble =
       load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);

@@ -61,6 +61,7 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/camouflage/method/camou.hpp>
+#include <tapestry/camouflage/method/das.hpp>
 #include <tapestry/camouflage/method/fca.hpp>
 #include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/method_names.hpp>
@@ -113,6 +114,7 @@
 #include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/heat_map.hpp>
+#include <tapestry/detect/heat_map_variable.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/detect/input_encoding_variable.hpp>
 #include <tapestry/detect/network.hpp>
@@ -230,6 +232,8 @@
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
 #include <tapestry/loss/anchor_match.hpp>
+#include <tapestry/loss/attention.hpp>
+#include <tapestry/loss/attention_variable.hpp>
 #include <tapestry/loss/class_entropy.hpp>
 #include <tapestry/loss/classification.hpp>
 #include <tapestry/loss/logistic.hpp>

@@ -286,6 +286,74 @@ TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's
   CHECK(checked >= 2);
 }
 
+namespace {
+/// How far pull_back_layer() is from the slopes of weights · layer by the pictures, along one direction.
+void check_pull_back_layer(const detect::Detector<double>& detector, std::size_t layer, std::size_t side) {
+  const auto images = test::pictures<double>(2, side);
+  detect::Pass<double> pass;
+  detector.forward(images, pass, detect::Mode::input_gradient);
+  const auto shape = detector.layer_values(pass, layer, 1).shape();
+  const auto weights = test::random_array<double>({shape[0], shape[1], shape[2]}, 7, -1, 1);
+  auto gradient = tapestry::zeros<double, 4>(images.shape());
+  for (int half = 0; half < 2; ++half) {  // two halves make a whole only if it adds
+    const Array<double, 3> of_half = weights / 2.0;
+    detector.pull_back_layer(pass, layer, 1, of_half, gradient);
+  }
+  for (std::size_t i = 0; i < gradient.size() / 2; ++i) REQUIRE(gradient.data()[i] == 0);  // the other image
+  const auto direction = test::random_array<double>({2, side, side, 3}, 8, -1, 1);
+  const auto values_at = [&](double step) {
+    const Array<double, 4> moved = images + step * direction;
+    detector.forward(moved, pass, detect::Mode::input_gradient);
+    return detector.layer_values(pass, layer, 1);
+  };
+  const double step = 1e-7;  // short, since every leaky unit within it is a kink
+  const auto ahead = values_at(step), behind = values_at(-step);
+  double slope = 0, expected = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    slope += weights.data()[i] * (ahead.data()[i] - behind.data()[i]) / (2 * step);
+  for (std::size_t i = 0; i < gradient.size(); ++i) expected += gradient.data()[i] * direction.data()[i];
+  INFO("layer " << layer << ": " << expected << " " << slope);
+  CHECK(std::abs(expected - slope) <= 1e-6 * std::max(1.0, std::abs(slope)));
+}
+}  // namespace
+
+TEST_CASE("what a layer asks of the pictures agrees with central differences",
+          "[detect][heat_map][gradient]") {
+  SECTION("of a graph") {
+    const auto network = test::yolox_like(64);
+    const detect::GraphDetector<double> detector(network, detect::known_description("yolox"), 0,
+                                                 {network.nodes[4].outputs.front()});
+    check_pull_back_layer(detector, 0, 64);
+    detect::Pass<double> none;
+    auto gradient = tapestry::zeros<double, 4>({1, 64, 64, 3});
+    detector.forward(test::pictures<double>(1, 64), none);
+    const auto adjoint = tapestry::zeros<double, 3>({8, 8, 8});
+    CHECK_THROWS_AS(detector.pull_back_layer(none, 0, 0, adjoint, gradient), tapestry::DomainError);
+  }
+  SECTION("of a Darknet network") {
+    const std::string cfg = test::cfg_text(GENERATE("every_layer", "fused_layers", "two_heads"));
+    const auto plain = darknet(cfg, {});
+    for (std::size_t i = 0; i < plain.config().layers.size(); ++i) {
+      if (plain.config().layers[i].kind != detect::LayerKind::convolutional) continue;
+      check_pull_back_layer(darknet(cfg, {i}), 0, plain.input_width());
+    }
+  }
+  SECTION("and is refused what does not fit") {
+    const auto network = darknet(darknet_cfg, {0});
+    detect::Pass<double> pass;
+    network.forward(test::pictures<double>(1, 16), pass);
+    auto gradient = tapestry::zeros<double, 4>({1, 16, 16, 3});
+    const auto adjoint = tapestry::zeros<double, 3>({4, 2, 2});
+    CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 0, adjoint, gradient), tapestry::DomainError);
+    network.forward(test::pictures<double>(1, 16), pass, detect::Mode::input_gradient);
+    CHECK_THROWS_AS(network.pull_back_layer(pass, 1, 0, adjoint, gradient), tapestry::DomainError);
+    CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 1, adjoint, gradient), tapestry::DomainError);
+    const auto other = tapestry::zeros<double, 3>({4, 2, 3});
+    CHECK_THROWS_WITH(network.pull_back_layer(pass, 0, 0, other, gradient),
+                      "Network::pull_back_layer: layer_adjoint is [4, 2, 3], expected [4, 2, 2]");
+  }
+}
+
 TEST_CASE("Darknet layers that cannot be looked into are refused", "[detect][heat_map][bad_input]") {
   auto network = darknet(darknet_cfg, {});
   CHECK_THROWS_WITH(network.tell_layers({4}), Catch::Contains("layer 4 cannot be looked into"));

@@ -72,7 +72,7 @@ expect_error_line '--colour-space .*gamma'
 
 # Other methods than FCA's, whose manifest says nothing of methods, as before there was a choice.
 grep -q '"method"' two/manifest.json && fail "a manifest names what was no choice before" || pass
-for method in planar_patch camou upc random solid; do
+for method in planar_patch camou upc das das_full random solid; do
   few=("${quick[@]}" --method "$method")
   expect_exit 0 "$method" "$camouflage" "${few[@]}" --threads 2 --output "$method"
   grep -q "\"method\": \"$method\"" "$method/manifest.json" && pass || fail "the manifest does not name $method"
@@ -92,6 +92,8 @@ expect_exit 2 "an unknown method" "$camouflage" --method dta --output none
 expect_error_line '--method .*dta'
 expect_exit 2 "parts of cubes" "$camouflage" --method upc --texture cube --output none
 expect_error_line '--method upc .*needs --texture atlas'
+expect_exit 2 "the attention of two detectors" "$camouflage" --method das --ensemble second.safetensors --output none
+expect_error_line '--method das .*takes no --ensemble'
 expect_exit 2 "light that is not estimated" "$camouflage" --method rauca --output none
 expect_error_line '--method rauca .*needs --light photo'
 printf '%s\n' 'v 0 -1 0' 'v 0 1 0' 'v 0 0 1' 'vt 0 0' 'vt 1 0' 'vt .5 1' 'f 1/1 2/2 3/3' >front.obj

@@ -44,9 +44,17 @@ inline Json settings_json(const CamouflageOptions& options) {
   return json;
 }
 
-/// That a method gets the texture and the light it is about.
-inline void require_fit(const std::string& method, const SceneSettings& scene, ProblemList& list) {
-  const bool paints_parts = method == "planar_patch" || method == "camou" || method == "upc";
+/// Whether a method asks a detector for a heat map, and so for a layer.
+inline bool maps_attention(const std::string& method) { return method == "das" || method == "das_full"; }
+
+/// That a method gets the texture, the light and the detectors it is about.
+inline void require_fit(const OptimisationSettings& optimisation, const SceneSettings& scene,
+                        ProblemList& list) {
+  const std::string& method = optimisation.method;
+  const bool paints_parts =
+      method == "planar_patch" || method == "camou" || method == "upc" || method == "das";
+  list.require(!maps_attention(method) || optimisation.ensemble.empty(),
+               "--method " + method + " scatters the attention of one detector; it takes no --ensemble");
   list.require(!paints_parts || scene.texture == "atlas",
                "--method " + method + " paints parts of an atlas; it needs --texture atlas");
   list.require(method != "rauca" || scene.light == "photo",
@@ -62,7 +70,7 @@ inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
   require_sound(options.scene, list);
   require_sound(options.detector, list);
   require_sound(options.optimisation, list);
-  require_fit(options.optimisation.method, options.scene, list);
+  require_fit(options.optimisation, options.scene, list);
 }
 
 inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings& o,

@@ -137,7 +137,9 @@ template <class Visit>
 void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("method", s.method,
         "what is painted: fca, the whole body; planar_patch, one picture on roof, hood and doors; camou, a "
-        "small pattern repeated all over; upc, patches close to a natural picture; rauca, fca with --light "
+        "small pattern repeated all over; upc, patches close to a natural picture; das and das_full, roof, "
+        "hood "
+        "and doors or the whole body, to scatter the detector's attention; rauca, fca with --light "
         "photo; random, noise that is not optimised; solid, one colour");
   visit("loss", s.loss, "adversarial loss: paper, as_coded or max_score");
   visit("iou-weight", s.iou, "weight alpha of the IoU term");

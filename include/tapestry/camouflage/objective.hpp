@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <tapestry/autodiff/array_variable.hpp>
@@ -11,12 +12,14 @@
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/view.hpp>
+#include <tapestry/detect/heat_map_variable.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/image/transform/chain_variable.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
+#include <tapestry/loss/attention_variable.hpp>
 #include <tapestry/loss/printability_variable.hpp>
 #include <tapestry/loss/smoothness_variable.hpp>
 #include <tapestry/raster/mip_pyramid_variable.hpp>
@@ -104,7 +107,9 @@ class Objective {
     members_.push_back({&detector, class_index});
   }
 
-  /// Paints by another method than FCA's, of whose rows the parameter then consists.
+  /// Paints by another method than FCA's, of whose rows the parameter then consists. If it is about
+  /// attention, each detector must tell a layer; terms() are still those of the adversarial loss, but for
+  /// `total`.
   void follow(Method<T> method) { method_ = std::move(method); }
   [[nodiscard]] const Method<T>& method() const { return method_; }
 
@@ -210,7 +215,6 @@ class Objective {
   static auto interiors_of(Views views) {
     return parts_of(views, [](const View<T>& view) { return &view.interior; });
   }
-
   static std::vector<image::Backdrop<T>> backdrops_of(Views views) {
     std::vector<image::Backdrop<T>> backdrops;
     for (const auto& view : views)
@@ -220,19 +224,16 @@ class Objective {
                            view->window.left});
     return backdrops;
   }
-
   static ArrayVariable<T, 2> printed(ArrayVariable<T, 2> colours, const PhotoSession* session) {
     if (session == nullptr || !session->print) return colours;
     return image::transformed(colours, *session->print);
   }
-
   static ArrayVariable<T, 4> photographed(ArrayVariable<T, 4> pictures, const PhotoSession* session) {
     if (session == nullptr) return pictures;
     std::vector<image::TransformationChain> chains;
     for (const Shot& shot : session->shots) chains.push_back(shot.chain);
     return image::transformed(pictures, chains);
   }
-
   static std::vector<loss::Target> targets_of(Views views, const PhotoSession* session,
                                               std::size_t class_index) {
     std::vector<loss::Target> targets;
@@ -240,27 +241,39 @@ class Objective {
       targets.push_back({class_index, session == nullptr ? views[i]->target : session->shots[i].target});
     return targets;
   }
-
   [[nodiscard]] auto adversarial_of(const ArrayVariable<T, 4>& pictures, Views views,
                                     const PhotoSession* session, StageClock<T>& clock) {
     std::vector<loss::AdversarialTerms<Variable<T>>> of_members;
     for (Member& member : members_) {
-      const auto logits = logits_of(member, pictures, views, session);
+      std::optional<Variable<T>> attention;
+      const auto logits = method_.attention > 0 ? explained_logits_of(member, pictures, attention)
+                                                : logits_of(member, pictures, views, session);
       clock.end_of(&StepTimes::detector_forward, &StepTimes::detector_backward);
       of_members.push_back(loss::adversarial(*member.detector, logits,
                                              targets_of(views, session, member.class_index), options_.kind,
                                              options_.weights));
+      if (attention) of_members.back().total = *attention;
       clock.end_of(&StepTimes::losses);
     }
     return loss::mean_of(of_members);
   }
-
   struct Member {
     const detect::Detector<T>* detector;
     std::size_t class_index;
     detect::PassPool<T> passes{};
     KeptLayers<T> kept{};
   };
+
+  /// Leaves in `attention` the mean over the pictures, weighted.
+  [[nodiscard]] auto explained_logits_of(Member& member, const ArrayVariable<T, 4>& pictures,
+                                         std::optional<Variable<T>>& attention) {
+    auto explained =
+        detect::explained_forward(*member.detector, pictures, member.class_index, member.passes.take());
+    Variable<T> sum = T(0);
+    for (const auto& heat : explained.heat) sum += loss::attention(heat);
+    attention = static_cast<T>(method_.attention / static_cast<double>(explained.heat.size())) * sum;
+    return std::move(explained.logits);
+  }
 
   [[nodiscard]] auto logits_of(Member& member, const ArrayVariable<T, 4>& pictures, Views views,
                                const PhotoSession* session) {

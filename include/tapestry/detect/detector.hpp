@@ -76,6 +76,14 @@ class Detector {
                                                   const std::vector<const Array<T, 4>*>& logits_adjoint,
                                                   std::size_t layer, std::size_t image) const = 0;
 
+  /// Adds (∂layer/∂images)ᵀ · layer_adjoint, of what such a layer holds for one image, to images_adjoint.
+  ///
+  /// \param layer_adjoint   [C, H, W], as layer_values()
+  /// \param images_adjoint  [N, H, W, 3], of all images of the pass
+  /// \throws ShapeError for extents that do not fit; otherwise as layer_adjoint()
+  virtual void pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image,
+                               const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) const = 0;
+
   /// pull_back() to the images alone.
   void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
                      Array<T, 4>& images_adjoint) const {

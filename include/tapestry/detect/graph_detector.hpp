@@ -75,6 +75,26 @@ class GraphDetector final : public Detector<T> {
     return adjoint;
   }
 
+  void pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image, const Array<T, 3>& layer_adjoint,
+                       Array<T, 4>& images_adjoint) const override {
+    if (pass.mode == Mode::inference || pass.graph.size() != pass.images)
+      throw DomainError(
+          "GraphDetector::pull_back_layer: the pass kept nothing; run forward() for a gradient first");
+    const auto& shape = layer_shape(layer);
+    require_shape("GraphDetector::pull_back_layer", "layer_adjoint", layer_adjoint,
+                  {shape[1], shape[2], shape[3]});
+    require_shape("GraphDetector::pull_back_layer", "images_adjoint", images_adjoint,
+                  {pass.images, input_height(), input_width(), 3});
+    std::vector<const T*> asked(network_.output_count(), nullptr);
+    asked[head_output_count() + layer] = layer_adjoint.data();
+    nn::Buffer<T> input_adjoint;
+    input_adjoint.resize(image_size());
+    input_adjoint.fill_zero();
+    network_.adjoint(pass.graph.at(image), asked, {input_adjoint.data()}, nullptr);
+    encode_adjoint(input_adjoint.data(), image_size() / 3, kind_.encoding,
+                   images_adjoint.data() + image * image_size());
+  }
+
   [[nodiscard]] std::size_t input_height() const override { return network_.input_shape(0)[1]; }
   [[nodiscard]] std::size_t input_width() const override { return network_.input_shape(0)[2]; }
   [[nodiscard]] const std::vector<Head>& heads() const override { return heads_.heads; }

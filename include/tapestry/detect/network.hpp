@@ -108,6 +108,14 @@ class Network final : public Detector<T> {
                                 pass, logits_adjoint, layer, image);
   }
 
+  /// \throws DomainError also for a pass of forward_within()
+  void pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image, const Array<T, 3>& layer_adjoint,
+                       Array<T, 4>& images_adjoint) const override {
+    const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
+    detail::pull_back_told(detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, pass), graph_,
+                           pass, layer, image, layer_adjoint, images_adjoint);
+  }
+
   [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }
   void set_images_seen(std::uint64_t count) { images_seen_ = count; }
 
@@ -256,15 +264,6 @@ class Network final : public Detector<T> {
     for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
   }
 
-  void require_parameters_adjoint(const char* operation, const Pass<T>& pass, std::size_t count) const {
-    if (pass.mode != Mode::training)
-      throw DomainError(std::string(operation) + ": the pass was not for training");
-    if (count != parameters_.size()) {
-      throw ShapeError(std::string(operation) + ": parameters_adjoint is [" + std::to_string(count) +
-                       "], expected [" + std::to_string(parameters_.size()) + "]");
-    }
-  }
-
   void adjoints(const char* operation, Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                 Array<T, 4>* images_adjoint, std::optional<std::span<T>> parameters_adjoint) const {
     const bool kept_something = pass.layers.size() == graph_.image() + 1 || !pass.within.empty();
@@ -273,7 +272,8 @@ class Network final : public Detector<T> {
       require_shape(operation, "images_adjoint", *images_adjoint,
                     {pass.images, graph_.height, graph_.width, graph_.config.channels});
     }
-    if (parameters_adjoint) require_parameters_adjoint(operation, pass, parameters_adjoint->size());
+    if (parameters_adjoint)
+      detail::require_parameters_adjoint(operation, pass, parameters_adjoint->size(), parameters_.size());
     const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
     const auto run = [&](Pass<T>& own, std::size_t image) {
       std::vector<const T*> heads;

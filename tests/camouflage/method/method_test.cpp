@@ -182,12 +182,26 @@ TEST_CASE("upc stays within its bound of a picture, and off the panels nothing c
   CHECK((method.least != camouflage::method_by_name<double>("upc", car, 2).least));
 }
 
+TEST_CASE("das paints the panels, each texel for itself, and das_full all", "[camouflage][method]") {
+  const auto car = test::stepped_car();
+  const auto method = camouflage::method_by_name<double>("das", car, 1);
+  CHECK(method.attention == 1);
+  std::size_t row = 0;
+  for (const auto& texel : camouflage::panel_texels("das", car))
+    REQUIRE((*method.row_of_texel)[texel.texel] == row++);
+  CHECK(painted_count(method) == row);
+  CHECK(method.row_count == row);
+  const auto full = camouflage::method_by_name<double>("das_full", car, 1);
+  CHECK(full.attention == 1);
+  CHECK(full.row_of_texel == nullptr);
+}
+
 TEST_CASE("a method is refused a car that it cannot paint", "[camouflage][method][bad_input]") {
   const auto cubes = test::tiny_car(12, raster::TextureKind::cube);
-  for (const char* name : {"planar_patch", "camou", "upc"})
+  for (const char* name : {"planar_patch", "camou", "upc", "das"})
     CHECK_THROWS_WITH(camouflage::method_by_name<double>(name, cubes, 1),
                       contains(std::string("the method ") + name + " paints parts of an atlas"));
-  for (const char* name : {"fca", "rauca", "random", "solid"})
+  for (const char* name : {"fca", "das_full", "rauca", "random", "solid"})
     CHECK_NOTHROW(camouflage::method_by_name<double>(name, cubes, 1));
   auto front = test::stepped_car();
   std::fill(front.painted.begin() + 2, front.painted.end(), std::uint8_t(0));

@@ -17,29 +17,52 @@ namespace test = tapestry::test;
 TEST_CASE("the gradient through every method agrees with central differences",
           "[camouflage][method][gradient]") {
   const auto car = test::stepped_car();
-  const std::string name =
-      GENERATE(std::string("planar_patch"), std::string("camou"), std::string("upc"), std::string("solid"));
+  const std::string name = GENERATE(std::string("planar_patch"), std::string("camou"), std::string("upc"),
+                                    std::string("das"), std::string("das_full"), std::string("solid"));
   const auto method = camouflage::method_by_name<double>(name, car, 1);
-  const auto network = test::tiny_network<double>("mish");
+  // What a score asks of a layer is constant only in a network that is piecewise linear above it.
+  auto network = test::tiny_network<double>(method.attention > 0 ? "leaky" : "mish");
+  network.tell_layers({network.common_layer().value()});
   camouflage::Objective<double> objective(network, {});
   objective.follow(method);
   std::vector<std::shared_ptr<const camouflage::View<double>>> views;
   for (std::size_t i = 0; i < 2; ++i)
     views.push_back(std::make_shared<const camouflage::View<double>>(
         camouflage::make_view<double>(test::tiny_frame(i), car, 48, 48)));
+  const auto start = camouflage::first_parameter(
+      method, test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 4, -1, 1));
   INFO(name);
-  test::check_pipeline_gradient(
-      objective, views,
-      camouflage::first_parameter(
-          method, test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 4, -1, 1)));
+  REQUIRE(camouflage::method_colours(method, start).shape(0) == car.layout.texel_count(car.mesh));
+  test::check_pipeline_gradient(objective, views, start);
+  const auto& terms = objective.terms();
+  const double rest = terms.total - camouflage::smoothness_unit * terms.smoothness;
+  CHECK(rest > 1e-3);
+  const double adversarial =
+      0.05 * terms.iou + terms.objectness + 0.5 * terms.classification;  // of the paper
+  CHECK((rest == Approx(adversarial)) == (method.attention == 0));
+}
+
+TEST_CASE("a detector that tells no layer cannot be asked for its attention",
+          "[camouflage][method][bad_input]") {
+  const auto car = test::stepped_car();
+  const auto network = test::tiny_network<double>();
+  camouflage::Objective<double> objective(network, {});
+  objective.follow(camouflage::das_full<double>());
+  const std::vector<std::shared_ptr<const camouflage::View<double>>> views{
+      std::make_shared<const camouflage::View<double>>(
+          camouflage::make_view<double>(test::tiny_frame(0), car, 48, 48))};
+  const tapestry::ArrayVariable<double, 2> paint(
+      tapestry::zeros<double, 2>({car.layout.texel_count(car.mesh), 3}));
+  CHECK_THROWS_AS(objective(paint, views), tapestry::DomainError);
 }
 
 TEST_CASE("a method trains to the same bits with one and two threads, and goes on from a checkpoint",
           "[camouflage][method][training]") {
   const auto car = test::stepped_car();
   const std::string name = GENERATE(std::string("planar_patch"), std::string("camou"), std::string("upc"),
-                                    std::string("solid"), std::string("random"));
-  const auto network = test::tiny_network<float>();
+                                    std::string("das"), std::string("solid"), std::string("random"));
+  auto network = test::tiny_network<float>();
+  network.tell_layers({network.common_layer().value()});
   auto store = test::tiny_store<float>(car, 3);
   camouflage::Objective<float> objective(network, {});
   objective.follow(camouflage::method_by_name<float>(name, car, 1));

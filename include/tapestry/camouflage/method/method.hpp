@@ -16,8 +16,8 @@
 namespace tapestry::camouflage {
 
 /// What sets one way of making a camouflage apart from others on the same car, detector and budget: which
-/// texels are painted, by what, and within which colours. As it stands, that of FCA: each texel for itself,
-/// in any colour.
+/// texels are painted, by what, within which colours, and whether to be missed or to scatter attention. As it
+/// stands, that of FCA: each texel for itself, in any colour, to be missed.
 template <std::floating_point T>
 struct Method {
   static constexpr std::size_t unpainted = std::numeric_limits<std::size_t>::max();
@@ -29,6 +29,8 @@ struct Method {
   Array<T, 2> elsewhere{};
   /// Bounds of the colours of each row, [row, 3], in [0, 1]; empty: 0 and 1.
   Array<T, 2> least{}, greatest{};
+  /// Weight of loss::attention(), which is then minimised instead of the adversarial loss; 0: the latter is.
+  double attention = 0;
   bool is_optimised = true;  ///< or stays as it begins
 };
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/camouflage/method/camou.hpp>
+#include <tapestry/camouflage/method/das.hpp>
 #include <tapestry/camouflage/method/fca.hpp>
 #include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/planar_patch.hpp>
@@ -27,6 +28,8 @@ template <std::floating_point T>
   if (name == "planar_patch") return planar_patch<T>(car);
   if (name == "camou") return camou<T>(car);
   if (name == "upc") return upc<T>(car, seed);
+  if (name == "das") return das<T>(car);
+  if (name == "das_full") return das_full<T>();
   if (name == "random") return random_paint<T>(texel_count, seed);
   if (name == "solid") return solid_paint<T>(texel_count);
   throw DomainError("no method is called " + in_quotes(name));

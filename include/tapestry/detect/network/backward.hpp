@@ -36,6 +36,13 @@ class BackwardPass {
     pass_.workspace.give(std::move(image));
   }
 
+  /// Adds to images_adjoint what a value that is told asks of the images.
+  /// \param adjoint  of the value, [N, H, W, C]
+  void run_from(std::size_t value, nn::Buffer<T>&& adjoint, T* images_adjoint) {
+    adjoints_[value] = std::move(adjoint);
+    run(std::vector<const T*>(graph_.head_values.size(), nullptr), images_adjoint, nullptr);
+  }
+
   /// What all that read a value that is told ask of it: [N, H, W, C], or empty if nobody asks anything.
   [[nodiscard]] nn::Buffer<T> adjoint_of(std::size_t value, const std::vector<const T*>& logits_adjoint) {
     run_down_to(value + 1, logits_adjoint);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/batch_norm.hpp>
@@ -74,5 +75,18 @@ struct Pass {
     }
   }
 };
+
+namespace detail {
+/// \throws DomainError unless the pass was for training; ShapeError unless count is as expected
+template <class T>
+void require_parameters_adjoint(const char* operation, const Pass<T>& pass, std::size_t count,
+                                std::size_t expected) {
+  if (pass.mode != Mode::training)
+    throw DomainError(std::string(operation) + ": the pass was not for training");
+  if (count != expected)
+    throw ShapeError(std::string(operation) + ": parameters_adjoint is [" + std::to_string(count) +
+                     "], expected [" + std::to_string(expected) + "]");
+}
+}  // namespace detail
 
 }  // namespace tapestry::detect

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <string>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/network/backward.hpp>
 #include <tapestry/detect/network/graph.hpp>
@@ -69,6 +70,29 @@ template <class T>
   auto adjoint = one_image(graph.shapes[value], image, asked);
   pass.workspace.give(std::move(asked));
   return adjoint;
+}
+
+/// Adds to images_adjoint, [N, H, W, C], what the adjoint of a told layer for one image asks of it.
+/// \throws ShapeError unless layer_adjoint is [C, H, W] of the layer, and images_adjoint as the images;
+///         DomainError if there is no such image, or the pass kept nothing
+template <class T>
+void pull_back_told(BackwardPass<T> backward, const Graph& graph, Pass<T>& pass, std::size_t layer,
+                    std::size_t image, const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) {
+  if (pass.mode == Mode::inference || !pass.within.empty() || pass.layers.size() != graph.image() + 1)
+    throw DomainError("Network::pull_back_layer: the pass kept nothing; run forward() for a gradient first");
+  require_shape("Network::pull_back_layer", "images_adjoint", images_adjoint,
+                {pass.images, graph.height, graph.width, graph.config.channels});
+  const std::size_t value = told_value(graph, layer);
+  const FeatureShape& shape = graph.shapes[value];
+  require_shape("Network::pull_back_layer", "layer_adjoint", layer_adjoint,
+                {shape.channels, shape.height, shape.width});
+  if (image >= pass.images)
+    throw DomainError("Network: image " + std::to_string(image) + " of a smaller batch");
+  auto all = pass.workspace.take(pass.images * layer_adjoint.size());
+  all.fill_zero();
+  nn::channels_last(1, shape.channels, shape.height * shape.width, layer_adjoint.data(),
+                    all.data() + image * layer_adjoint.size());
+  backward.run_from(value, std::move(all), images_adjoint.data());
 }
 
 }  // namespace tapestry::detect::detail
