@@ -54,22 +54,22 @@ inline constexpr std::uint32_t uint64_data = 11;
   return field == double_data ? "double_data" : "uint64_data";
 }
 
-inline constexpr auto whole = nn::ElementType::integer;
+inline constexpr auto whole_number = nn::ElementType::integer;
 inline constexpr std::array<OnnxTypeFacts, 27> onnx_types{{
     {"UNDEFINED"},
     {"FLOAT", 32, nn::ElementType::floating, float_data},
-    {"UINT8", 8, whole, int32_data},
-    {"INT8", 8, whole, int32_data},
-    {"UINT16", 16, whole, int32_data},
-    {"INT16", 16, whole, int32_data},
-    {"INT32", 32, whole, int32_data},
-    {"INT64", 64, whole, int64_data},
+    {"UINT8", 8, whole_number, int32_data},
+    {"INT8", 8, whole_number, int32_data},
+    {"UINT16", 16, whole_number, int32_data},
+    {"INT16", 16, whole_number, int32_data},
+    {"INT32", 32, whole_number, int32_data},
+    {"INT64", 64, whole_number, int64_data},
     {"STRING"},
     {"BOOL", 8, nn::ElementType::boolean, int32_data},
     {"FLOAT16", 16, nn::ElementType::floating, int32_data},
     {"DOUBLE", 64, nn::ElementType::floating, double_data},
-    {"UINT32", 32, whole, uint64_data},
-    {"UINT64", 64, whole, uint64_data},
+    {"UINT32", 32, whole_number, uint64_data},
+    {"UINT64", 64, whole_number, uint64_data},
     {"COMPLEX64"},
     {"COMPLEX128"},
     {"BFLOAT16", 16, nn::ElementType::floating, int32_data},
@@ -77,8 +77,8 @@ inline constexpr std::array<OnnxTypeFacts, 27> onnx_types{{
     {"FLOAT8E4M3FNUZ"},
     {"FLOAT8E5M2"},
     {"FLOAT8E5M2FNUZ"},
-    {"UINT4", 4, whole, int32_data},
-    {"INT4", 4, whole, int32_data},
+    {"UINT4", 4, whole_number, int32_data},
+    {"INT4", 4, whole_number, int32_data},
     {"FLOAT4E2M1"},
     {"FLOAT8E8M0"},
     {"UINT2"},

@@ -1,0 +1,106 @@
+#include <tapestry/io/onnx/onnx_writer.hpp>
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
+#include <vector>
+
+#include "../../support/catch.hpp"
+#include "../../support/onnx_builder.hpp"
+#include "../../support/temporary_folder.hpp"
+
+namespace io = tapestry::io;
+namespace nn = tapestry::nn;
+namespace onnx = tapestry::test::onnx;
+
+namespace {
+void check_same(const nn::Constant& a, const nn::Constant& b) {
+  CHECK(a.shape == b.shape);
+  CHECK(a.type == b.type);
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    CHECK((a.at(i) == b.at(i) || (a.at(i) != a.at(i) && b.at(i) != b.at(i))));
+}
+
+void check_same(const nn::NetworkDescription& a, const nn::NetworkDescription& b) {
+  CHECK(a.opset == b.opset);
+  CHECK(a.outputs == b.outputs);
+  REQUIRE(a.inputs.size() == b.inputs.size());
+  for (std::size_t i = 0; i < a.inputs.size(); ++i) {
+    CHECK(a.inputs[i].name == b.inputs[i].name);
+    CHECK(a.inputs[i].shape == b.inputs[i].shape);
+    CHECK(a.inputs[i].type == b.inputs[i].type);
+  }
+  REQUIRE(a.constants.size() == b.constants.size());
+  for (const auto& [name, constant] : a.constants) check_same(constant, b.constants.at(name));
+  REQUIRE(a.nodes.size() == b.nodes.size());
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) {
+    INFO(nn::label_of(a.nodes[i]));
+    CHECK(a.nodes[i].name == b.nodes[i].name);
+    CHECK(a.nodes[i].operation == b.nodes[i].operation);
+    CHECK(a.nodes[i].inputs == b.nodes[i].inputs);
+    CHECK(a.nodes[i].outputs == b.nodes[i].outputs);
+    REQUIRE(a.nodes[i].attributes.size() == b.nodes[i].attributes.size());
+    for (const auto& [name, attribute] : a.nodes[i].attributes) {
+      const auto& other = b.nodes[i].attributes.at(name);
+      REQUIRE(attribute.index() == other.index());
+      if (const auto* constant = std::get_if<nn::Constant>(&attribute)) {
+        check_same(*constant, std::get<nn::Constant>(other));
+      } else {
+        std::visit(
+            [&](const auto& value) {
+              using Value = std::decay_t<decltype(value)>;
+              if constexpr (!std::is_same_v<Value, nn::Constant>) CHECK(value == std::get<Value>(other));
+            },
+            attribute);
+      }
+    }
+  }
+}
+}  // namespace
+
+TEST_CASE("models are read from what was written as they were", "[io][onnx][writer]") {
+  for (const auto& parts : {onnx::small_model(), onnx::model_of_many()}) {
+    const auto network = io::parse_onnx(onnx::model(parts), "foreign.onnx");
+    const std::string bytes = io::onnx_bytes(network);
+    check_same(network, io::parse_onnx(bytes, "own.onnx"));
+    CHECK(io::onnx_bytes(io::parse_onnx(bytes, "own.onnx")) == bytes);
+  }
+}
+
+TEST_CASE("every kind of attribute, element and extent is written", "[io][onnx][writer]") {
+  nn::NetworkDescription network;
+  network.opset = 17;
+  network.inputs = {{"picture", {std::nullopt, 3, 4}}, {"count", {}, nn::ElementType::integer}};
+  network.outputs = {"out"};
+  const double inf = std::numeric_limits<double>::infinity();
+  using nn::ElementType;
+  network.constants["floats"] = {
+      {2, 2}, ElementType::floating, std::vector<float>{1.5F, -0.0F, 1e-40F, 3e38F}};
+  network.constants["doubles"] = {{3}, ElementType::floating, std::vector<double>{0.1, inf, -1e300}};
+  network.constants["integers"] = {{2}, ElementType::integer, std::vector<double>{-5, 1e15}};
+  network.constants["truths"] = {{2}, ElementType::boolean, std::vector<double>{1, 0}};
+  network.constants["scalar"] = {{}, ElementType::floating, std::vector<float>{7}};
+  network.constants["none"] = {{0, 3}, ElementType::floating, std::vector<float>{}};
+  nn::Node node{"a node", "Pretend", {"picture", "", "floats"}, {"out"}, {}};
+  node.attributes["integer"] = std::int64_t(-1) << 40;
+  node.attributes["fraction"] = 0.375;
+  node.attributes["text"] = std::string("linear\0x", 8);
+  node.attributes["integers"] = std::vector<std::int64_t>{-1, 0, 1};
+  node.attributes["fractions"] = std::vector<double>{0.5, -2};
+  node.attributes["texts"] = std::vector<std::string>{"a", ""};
+  node.attributes["tensor"] = network.constants["integers"];
+  network.nodes = {node};
+
+  const tapestry::test::TemporaryFolder folder;
+  const std::string path = folder.path("network.onnx");
+  io::write_onnx(path, network);
+  check_same(network, io::read_onnx(path));
+}
+
+TEST_CASE("a model that cannot be written leaves the old file", "[io][onnx][writer][bad_input]") {
+  const tapestry::test::TemporaryFolder folder;
+  CHECK_THROWS_AS(io::write_onnx(folder.path("absent/network.onnx"), {}), tapestry::FileError);
+}
