@@ -9,7 +9,7 @@
 ///   core                          arrays, checks, errors, random numbers, threads
 ///   autodiff                      the tape, variables, and how an operation joins it
 ///   geometry, image, nn, optim    meshes and cameras; pictures; network layers; Adam
-///   raster, detect                mesh to picture; picture to boxes
+///   raster, detect, segment       mesh to picture; picture to boxes; picture to mask
 ///   loss, io                      terms of the objective; files in and out
 ///   camouflage                    parameters, objective and training
 ///   evaluate                      meter, controls and rates that judge an attack
@@ -217,6 +217,7 @@
 #include <tapestry/io/obj_file/materials.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/onnx/onnx_writer.hpp>
 #include <tapestry/io/palette_file.hpp>
 #include <tapestry/io/picture_samples.hpp>
 #include <tapestry/io/png_scan.hpp>
@@ -325,4 +326,9 @@
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/view_clip.hpp>
 #include <tapestry/raster/visibility.hpp>
+#include <tapestry/segment/car_component.hpp>
+#include <tapestry/segment/u2_net.hpp>
+#include <tapestry/segment/u2_net_description.hpp>
+#include <tapestry/segment/u2_net_input.hpp>
+#include <tapestry/segment/u2_net_variable.hpp>
 #include <tapestry/version.hpp>
