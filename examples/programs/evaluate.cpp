@@ -153,11 +153,10 @@ int run(const CLI::App& app, Options& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;
-  camouflage::ViewStore<float> store(
-      car,
-      {network.input_height(), network.input_width(), options.scene.samples, std::size_t(4) << 30U,
-       inputs.detector.fit, inputs.photo_light},
-      frame_loaders(inputs.frames.test, options.scene.mask, inputs.frames.posed));
+  camouflage::ViewStore<float> store(car,
+                                     {network.input_height(), network.input_width(), options.scene.samples,
+                                      std::size_t(4) << 30U, inputs.detector.fit, inputs.photo_light},
+                                     frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed));
   const auto usable = views_with_car(store, inputs.warnings);
   print_warnings(inputs.warnings);
   if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");

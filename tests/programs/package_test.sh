@@ -3,7 +3,7 @@
 source "$(dirname "$0")/support.sh"
 build=$programs/..
 command -v cpack dpkg-deb pkg-config >/dev/null && [ -e "$build/CPackConfig.cmake" ] || exit 77
-for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector; do
+for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector train_segmenter; do
   [ -x "$programs/$name" ] || exit 77
 done
 version=$(sed -n 's/.*TAPESTRY_VERSION_TEXT "\(.*\)"/\1/p' "$sources/include/tapestry/version.hpp")
@@ -13,7 +13,7 @@ package=$(ls packed/*.deb)
 expect_exit 0 "unpacking" dpkg-deb -x "$package" root
 dpkg-deb --info "$package" >fields
 grep -q "^ Package: tapestry$" fields && grep -q "^ Version: $version$" fields && pass || fail "$(cat fields)"
-for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector; do
+for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector train_segmenter; do
   [ "$(root/usr/bin/$name --version)" = "$name (Tapestry) $version" ] && pass || fail "the packed $name does not start"
   expect_file "root/usr/share/man/man1/$name.1"
   expect_file "root/usr/share/bash-completion/completions/$name"

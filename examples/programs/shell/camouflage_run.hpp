@@ -43,9 +43,9 @@ class CamouflageRun {
       : options_(std::move(options)),
         inputs_(std::move(inputs)),
         resume_command_(std::move(resume_command)),
-        train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
+        train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, inputs_.mask)),
         test_(inputs_.car.painted, store_settings(),
-              frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)),
+              frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)),
         objective_(*inputs_.detector.network, objective_options(options_.optimisation, inputs_.class_index),
                    texels_to_smooth(options_.optimisation, inputs_.car.painted)) {
     for (const FurtherDetector& member : inputs_.ensemble)

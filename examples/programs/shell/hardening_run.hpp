@@ -39,9 +39,9 @@ class HardeningRun {
         resume_command_(std::move(resume_command)),
         undefended_(dynamic_cast<const detect::Network<float>&>(*inputs_.detector.network)),
         hardened_(undefended_.cast<float>()),
-        train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, options_.scene.mask)),
+        train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, inputs_.mask)),
         test_(inputs_.car.painted, store_settings(),
-              frame_loaders(inputs_.frames.test, options_.scene.mask, inputs_.frames.posed)) {
+              frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)) {
     hardened_.set_images_seen(undefended_.images_seen());
   }
 

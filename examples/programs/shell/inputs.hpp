@@ -13,7 +13,6 @@
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>
-#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <tapestry/raster/used_texels.hpp>
@@ -23,6 +22,7 @@
 #include "../../scenes/drawn_frames.hpp"
 #include "detector_inputs.hpp"
 #include "file_status.hpp"
+#include "mask_rule.hpp"
 #include "mesh_inputs.hpp"
 #include "settings.hpp"
 
@@ -41,6 +41,7 @@ inline void fill_in_bundled(SceneSettings& scene) {
     scene.frames = bundled.frames();
     if (scene.scenes == 0) scene.scenes = 800;
   }
+  if (scene.mask == "u2net" && scene.segmenter.empty()) scene.segmenter = bundled.segmenter();
   if (scene.texels == 0) scene.texels = scene.texture == "cube" ? 6 : 64;
 }
 
@@ -120,67 +121,40 @@ inline void require_one_scale(const FrameLists& lists) {
                                           "--scenes see the bundled car in metres"});
 }
 
-/// maskN.png beside dataN.npz.
-inline std::string mask_path_of(const std::string& frame) {
-  const fs::path path(frame);
-  std::string stem = path.stem().string();
-  if (stem.rfind("data", 0) == 0) stem = stem.substr(4);
-  return (path.parent_path() / ("mask" + stem + ".png")).string();
-}
-
-inline Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& frame) {
-  const auto grey = io::read_mask(path);
-  if (grey.shape(0) != frame.image.shape(0) || grey.shape(1) != frame.image.shape(1)) {
-    const auto text = [](std::size_t height, std::size_t width) {
-      return std::to_string(width) + "x" + std::to_string(height);
-    };
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "mask of another size than its frame",
-                     text(frame.image.shape(0), frame.image.shape(1)), text(grey.shape(0), grey.shape(1))});
-  }
-  Array<std::uint8_t, 2> mask(grey.shape());
-  for (std::size_t i = 0; i < mask.size(); ++i) mask.data()[i] = grey.data()[i] > 0 ? 1 : 0;
-  return mask;
-}
-
-/// A frame under the name to be shown, with its own mask only where the rule is `auto`.
-inline io::Frame prepared_frame(std::string name, io::Frame frame, const std::string& mask_rule) {
-  frame.name = std::move(name);
-  if (mask_rule != "auto") frame.mask.reset();
-  return frame;
-}
-
 /// \param posed  see FrameLists; all frames of a run agree in it
-inline io::Frame load_frame(const std::string& path, const std::string& mask_rule, bool posed) {
-  auto stored = io::read_frame(path);
-  if (stored.camera.has_value() == posed)
+inline io::Frame load_frame(const std::string& path, const MaskRule& mask, bool posed) {
+  auto frame = io::read_frame(path);
+  if (frame.camera.has_value() == posed)
     throw FileError(ErrorKind::mismatch,
                     {path, "", "frames with and without a camera cannot be mixed",
                      posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
                      posed ? "a camera" : "poses alone"});
-  Array<std::uint8_t, 2> mask;
-  if (mask_rule == "file") mask = mask_from_file(mask_path_of(path), stored);
-  auto frame = prepared_frame(fs::path(path).stem().string(), std::move(stored), mask_rule);
-  if (mask_rule == "file") frame.mask = std::move(mask);
+  apply_mask_rule(mask, path, frame);
+  frame.name = fs::path(path).stem().string();
   return frame;
 }
 
 using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
 
-inline FrameLoaders frame_loaders(const std::vector<std::string>& paths, const std::string& mask_rule,
-                                  bool posed) {
+inline FrameLoaders frame_loaders(const std::vector<std::string>& paths, const MaskRule& mask, bool posed) {
   FrameLoaders loaders;
-  for (const auto& path : paths) loaders.push_back([=] { return load_frame(path, mask_rule, posed); });
+  for (const auto& path : paths) loaders.push_back([=] { return load_frame(path, mask, posed); });
   return loaders;
 }
 
-/// Loaders of the frames to optimise on. Drawn ones have no mask files; they use their own masks instead.
-inline FrameLoaders train_loaders(const FrameLists& lists, const std::string& frame_mask_rule) {
-  auto loaders = frame_loaders(lists.train, frame_mask_rule, lists.posed);
-  const std::string mask_rule = frame_mask_rule == "file" ? "auto" : frame_mask_rule;
+/// Loaders of the frames to optimise on. Drawn ones use their own masks, or silhouettes where the rule says
+/// so.
+inline FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask) {
+  auto loaders = frame_loaders(lists.train, mask, lists.posed);
+  const bool has_masks = mask.kind != "silhouette";
   const scenes::DrawnFrames draw{lists.drawn, scenes::DrawnFrames::Stream::train};
   for (std::size_t i = 0; i < lists.drawn; ++i)
-    loaders.push_back([=] { return prepared_frame("scene " + std::to_string(i), draw(i), mask_rule); });
+    loaders.push_back([=] {
+      io::Frame frame = draw(i);
+      frame.name = "scene " + std::to_string(i);
+      if (!has_masks) frame.mask.reset();
+      return frame;
+    });
   return loaders;
 }
 
@@ -200,6 +174,7 @@ struct Inputs {
   std::vector<std::string> warnings;
   std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
   std::shared_ptr<const Array<double, 2>> palette{};    ///< printable colours, if a paint is to have such
+  MaskRule mask{};                                      ///< where masks of frames come from
 };
 
 /// Every file that a run reads for its car, its detector and its frames.
@@ -208,7 +183,7 @@ inline std::vector<std::string> input_paths(const SceneSettings& scene, const Ca
   std::vector<std::string> paths{scene.mesh};
   paths.insert(paths.end(), car.material_files.begin(), car.material_files.end());
   for (const auto& optional :
-       {detector.cfg, detector.weights, detector.detector, detector.names, scene.faces})
+       {detector.cfg, detector.weights, detector.detector, detector.names, scene.faces, scene.segmenter})
     if (!optional.empty()) paths.push_back(optional);
   const std::size_t first_frame = paths.size();
   paths.insert(paths.end(), frames.test.begin(), frames.test.end());
@@ -235,6 +210,7 @@ inline Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector,
   Inputs inputs{
       load_detector(detector, layers), 0, {}, load_car(scene), find_frames(scene), warnings_about(scene)};
   inputs.class_index = class_index_of(detector, inputs.detector);
+  inputs.mask = load_mask_rule(scene);
   inputs.frames.posed = is_posed(inputs.frames.test.front());
   if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
@@ -316,12 +292,15 @@ inline void check_inputs(SceneSettings scene, const DetectorSettings& detector, 
   list.attempt([&] { frames = find_frames(scene); });
   std::vector<std::string> paths = frames.test;
   if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
+  MaskRule mask{scene.mask};
+  list.attempt([&] { mask = load_mask_rule(scene); });
+  if (mask.kind == "u2net" && !mask.segmenter) mask.kind = "auto";  // the frames can still be unsound
   bool kind_known = false;
   for (const auto& path : paths)
     list.attempt([&] {
       if (!kind_known) frames.posed = is_posed(path);
       kind_known = true;
-      (void)load_frame(path, scene.mask, frames.posed);
+      (void)load_frame(path, mask, frames.posed);
     });
   list.attempt([&] { require_one_scale(frames); });
 }

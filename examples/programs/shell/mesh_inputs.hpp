@@ -34,6 +34,7 @@ struct BundledAssets {
   [[nodiscard]] std::string cfg() const { return folder + "/detector.cfg"; }
   [[nodiscard]] std::string weights() const { return folder + "/detector.weights"; }
   [[nodiscard]] std::string names() const { return folder + "/detector.names"; }
+  [[nodiscard]] std::string segmenter() const { return folder + "/segmenter.onnx"; }
 };
 
 /// 1 for every face that is painted, by material or, when `face_list` names a file, by number.

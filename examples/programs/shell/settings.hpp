@@ -30,6 +30,7 @@ struct SceneSettings {
   std::string frames;
   std::size_t scenes = 0;
   std::string mask = "auto";
+  std::string segmenter;
   std::string texture = "atlas";
   std::size_t texels = 0;
   std::size_t samples = 2;
@@ -89,7 +90,9 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "--frames is left out, else none");
   visit("mask", s.mask,
         "auto: the frame's own mask, else the rendered silhouette; silhouette; file: maskN.png beside "
-        "dataN.npz");
+        "dataN.npz; u2net: what --segmenter finds in the frame's picture");
+  visit("segmenter", s.segmenter,
+        "ONNX model of the U2-Net family for --mask u2net; a small one that is bundled when left out");
   visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
   visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
   visit("filter", s.filter,
@@ -193,8 +196,8 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "light") return "frame";
   if (name == "method") return "fca";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
-  const bool is_open = name == "decode" || name == "fit" || name == "detector" || name == "ensemble" ||
-                       name == "conditions" || name == "palette";
+  const bool is_open = name == "segmenter" || name == "decode" || name == "fit" || name == "detector" ||
+                       name == "ensemble" || name == "conditions" || name == "palette";
   return is_open ? "" : nullptr;
 }
 
@@ -213,7 +216,8 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
 inline bool is_texture_file(const std::string& start) { return start.ends_with(".npz"); }
 
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
-  list.require_choice("--mask", s.mask, {"auto", "silhouette", "file"});
+  list.require_choice("--mask", s.mask, {"auto", "silhouette", "file", "u2net"});
+  list.require(s.segmenter.empty() || s.mask == "u2net", "--segmenter needs --mask u2net");
   list.require_choice("--texture", s.texture, {"atlas", "cube"});
   list.require_choice("--filter", s.filter, names_of(raster::texture_filters));
   list.require_choice("--light", s.light, {"frame", "photo"});

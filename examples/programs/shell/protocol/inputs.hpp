@@ -44,6 +44,7 @@ struct ProtocolInputs {
   bool posed = false;                                   ///< of the photographs, see FrameLists
   std::vector<std::string> photographs{};               ///< paths; none where the car is rendered alone
   std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
+  MaskRule mask{};                                      ///< of the photographs
 };
 
 /// Of the photographs those that --quick leaves, evenly spread.
@@ -89,6 +90,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     inputs.car = std::move(loaded.car);
     inputs.posed = loaded.frames.posed;
     inputs.photo_light = std::move(loaded.photo_light);
+    inputs.mask = std::move(loaded.mask);
     inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
     for (const auto& path : settings.further_weights) {

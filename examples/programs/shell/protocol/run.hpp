@@ -39,7 +39,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   add_json(options, request.scene);
   options.erase("scenes");
   if (!on_photographs)
-    for (const char* unused : {"frames", "mask", "light"}) options.erase(unused);
+    for (const char* unused : {"frames", "mask", "segmenter", "light"}) options.erase(unused);
   add_json(options, request.detector);
   if (request.settings.protocol == "attention") options["heat-map-kind"] = request.settings.heat_map_kind;
   if (on_photographs)
@@ -150,10 +150,9 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
     source.view = [&](std::size_t frame) {
       const auto& detector = inputs.detectors[protocol.frames[frame].column].detector;
       const auto& path = inputs.photographs[frame % inputs.photographs.size()];
-      return camouflage::make_view<float>(load_frame(path, request.scene.mask, inputs.posed),
-                                          inputs.car.painted, detector.network->input_height(),
-                                          detector.network->input_width(), request.scene.samples,
-                                          detector.fit, inputs.photo_light);
+      return camouflage::make_view<float>(load_frame(path, inputs.mask, inputs.posed), inputs.car.painted,
+                                          detector.network->input_height(), detector.network->input_width(),
+                                          request.scene.samples, detector.fit, inputs.photo_light);
     };
   else if (protocol.street)
     source.view = [&, vehicle = scenes::stand_on_ground(inputs.car.painted.mesh, inputs.car.painted.painted,

@@ -1,0 +1,315 @@
+// Trains a small network of the U²-Net family to find the car in procedural street scenes, drawn as they are
+// needed.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/optim/adam.hpp>
+#include <tapestry/segment/car_component.hpp>
+#include <tapestry/segment/u2_net.hpp>
+#include <tapestry/segment/u2_net_description.hpp>
+#include <utility>
+#include <vector>
+
+#include "../scenes/segmented_scene.hpp"
+#include "shell/file_status.hpp"
+#include "shell/problem_list.hpp"
+#include "shell/program.hpp"
+#include "shell/progress.hpp"
+#include "shell/settings.hpp"
+#include "shell/stop_signal.hpp"
+#include "shell/trained_network.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+using namespace tapestry::scenes;
+
+struct Options {
+  std::string weights;
+  std::string output = "segmenter.onnx";
+  std::size_t steps = 4000, batch = 4, side = 128;
+  std::size_t validate = 100, validate_every = 1000, save_every = 250;
+  double learning_rate = 0.002;
+  std::uint64_t seed = 1;
+  int threads = 0;
+};
+
+void describe(CLI::App& app, Options& o) {
+  const auto add = [&](const char* name, auto& value, const char* text) {
+    app.add_option(name, value, text)->capture_default_str();
+  };
+  add("--weights,--resume", o.weights,
+      "ONNX model to start from, one that this program wrote; random weights when left out");
+  add("--output", o.output, "ONNX model to write");
+  add("--steps", o.steps, "steps of the optimiser; 0: only validate");
+  add("--batch", o.batch, "pictures a step");
+  add("--side", o.side, "side of the network's square input, pixels, without --weights; a multiple of 16");
+  add("--learning-rate", o.learning_rate,
+      "Adam's, at its highest: it rises for 200 steps, then falls as a cosine");
+  add("--validate", o.validate, "held-out scenes for IoU, for each of three kinds of paint");
+  add("--validate-every", o.validate_every, "steps between validations");
+  add("--save-every", o.save_every, "steps between saves");
+  add("--seed", o.seed, "seed of scenes and first weights");
+  add("--threads", o.threads, "threads; 0: all cores. Results do not depend on it");
+}
+
+/// The bundled network: three stages, fewest channels where pixels are most.
+segment::U2NetShape small_shape(std::size_t side) {
+  return {side, {{5, 8, 8}, {4, 8, 16}, {3, 8, 16}}, 8, 16};
+}
+
+/// A kind of held-out view, of the size of the bundled frames: main cars that show at least 40 % of
+/// themselves, with one kind of paint.
+struct HeldOut {
+  std::string name;
+  std::vector<SegmentedScene> scenes;
+};
+
+HeldOut held_out(const std::string& name, PaintKind paint, const Options& options) {
+  constexpr std::size_t size = 256;
+  HeldOut set{name, {}};
+  SceneOptions scene;
+  scene.van_chance = 0;
+  scene.paint = paint;
+  const Random source = Random(0x5E6D0FF5E7ULL).fork(static_cast<std::uint64_t>(paint));
+  std::vector<SegmentedScene> drawn(2 * options.validate);
+  parallel_for(drawn.size(), [&](std::size_t i) {
+    StopSignal::throw_if_arrived();
+    drawn[i] = draw_segmented(source.fork(i), scene, size);
+  });
+  for (auto& candidate : drawn)
+    if (candidate.main_share >= 0.4 && set.scenes.size() < options.validate)
+      set.scenes.push_back(std::move(candidate));
+  return set;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / std::max(1.0, static_cast<double>(values.size()));
+}
+
+/// Overlap of what is found with the silhouette: of the largest piece, and of that in the car's box.
+void print_validation(const nn::NetworkDescription& description, const std::vector<HeldOut>& sets) {
+  const segment::U2Net<float> network(description);
+  for (const HeldOut& set : sets) {
+    std::vector<double> largest(set.scenes.size()), labelled(set.scenes.size());
+    parallel_for(set.scenes.size(), [&](std::size_t i) {
+      const SegmentedScene& scene = set.scenes[i];
+      Array<float, 3> picture(scene.colours.shape());
+      for (std::size_t k = 0; k < picture.size(); ++k)
+        picture.data()[k] = static_cast<float>(scene.colours.data()[k]) / 255;
+      const auto mask = network(picture);
+      const auto silhouette = silhouette_of(scene);
+      largest[i] = segment::mask_iou(segment::car_component(mask), silhouette);
+      labelled[i] = segment::mask_iou(segment::car_component(mask, scene.box), silhouette);
+    });
+    std::vector<double> sorted = labelled;
+    std::sort(sorted.begin(), sorted.end());
+    std::printf("  %-12s mean IoU %.3f in the label's box, %.3f of the largest piece; median %.3f, of %zu\n",
+                set.name.c_str(), mean(labelled), mean(largest),
+                sorted.empty() ? 0.0 : sorted[sorted.size() / 2], sorted.size());
+  }
+  std::fflush(stdout);
+}
+
+/// Mean cross entropy of a map of logits with the shares wanted, see loss::cross_entropy(), in single
+/// precision and with one exponential a pixel. `adjoint` takes its derivative by the logits.
+double cross_entropy(const float* logits, const float* wanted, std::vector<float>& adjoint) {
+  const float scale = 1 / static_cast<float>(adjoint.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < adjoint.size(); ++i) {
+    const float x = logits[i], small = std::exp(-std::abs(x)), share = 1 / (1 + small);
+    sum += static_cast<double>(std::max(x, 0.0F) - x * wanted[i] + std::log1p(small));
+    adjoint[i] = scale * ((x >= 0 ? share : small * share) - wanted[i]);
+  }
+  return sum / static_cast<double>(adjoint.size());
+}
+
+/// What one picture of a batch needs, kept from step to step.
+struct Lane {
+  nn::Buffer<float> input;
+  nn::NetworkPass<float> pass;
+  std::vector<float> gradient;
+  double loss = 0;
+};
+
+/// The network with what a step needs. The loss is that of the source, the mean cross entropy of each output,
+/// summed over them all. Pictures run beside each other; their gradients are added in order.
+class Trainer {
+ public:
+  Trainer(nn::NetworkDescription description, const Options& options)
+      : description_(std::move(description)),
+        network_(nn::pruned(description_, segment::u2_net_logits(description_)), {}, true),
+        options_(options),
+        constants_(Extents<1>{network_.constants().size()}),
+        gradient_(Extents<1>{network_.constants().size()}),
+        adam_(constants_.size(), {options.learning_rate}),
+        scenes_(options.seed),
+        images_(Extents<4>{options.batch, side(), side(), 3}),
+        wanted_(Extents<3>{options.batch, side(), side()}),
+        lanes_(options.batch) {
+    std::copy(network_.constants().begin(), network_.constants().end(), constants_.begin());
+    for (const nn::WeightBlock& weight : network_.weights())
+      if (!description_.constants.contains(weight.name))
+        throw FileError(ErrorKind::mismatch,
+                        {description_.path, "", "cannot be trained: weights are merged as it is read",
+                         "a model that train_segmenter wrote", ""});
+  }
+
+  [[nodiscard]] std::size_t side() const { return network_.input_shape(0)[1]; }
+
+  double step(std::size_t index) {
+    const Random random = scenes_.fork(index);
+    parallel_for(lanes_.size(), [&](std::size_t image) {
+      put_segmented(random.fork(image), image, images_, wanted_);
+      run(image);
+    });
+    const auto share = 1 / static_cast<float>(lanes_.size());
+    double loss = 0;
+    for (const Lane& lane : lanes_) loss += lane.loss / static_cast<double>(lanes_.size());
+    if (!std::isfinite(loss))
+      throw NumericError("train_segmenter: the loss of step " + std::to_string(index + 1) + " is not finite");
+    for (std::size_t i = 0; i < gradient_.size(); ++i) {
+      float sum = 0;
+      for (const Lane& lane : lanes_) sum += lane.gradient[i];
+      gradient_(i) = share * sum;
+    }
+    adam_.set_learning_rate(warm_cosine_rate(options_.learning_rate, index, options_.steps, 200));
+    adam_.step(constants_, gradient_);
+    network_.set_constants({constants_.begin(), constants_.end()});
+    return loss;
+  }
+
+  /// The network with the weights of the last step.
+  [[nodiscard]] const nn::NetworkDescription& description() {
+    for (const nn::WeightBlock& weight : network_.weights()) {
+      auto& values = std::get<std::vector<float>>(description_.constants.at(weight.name).values);
+      std::copy_n(constants_.data() + weight.offset, values.size(), values.begin());
+    }
+    return description_;
+  }
+
+  void save(const std::string& path) {
+    std::map<std::string, nn::Shape> shapes;
+    for (const std::string& output : description_.outputs) shapes[output] = {1, 1, side(), side()};
+    io::write_onnx(path, description(), shapes);
+  }
+
+ private:
+  void run(std::size_t image) {
+    Lane& lane = lanes_[image];
+    const std::size_t pixels = side() * side();
+    Array<float, 3> picture(Extents<3>{side(), side(), 3});
+    std::copy_n(images_.data() + 3 * image * pixels, picture.size(), picture.data());
+    const auto input = segment::u2_net_input(picture);
+    lane.input.resize(input.size());
+    std::copy_n(input.data(), input.size(), lane.input.data());
+    network_.forward({lane.input.data()}, lane.pass, nn::Mode::training);
+
+    const float* const wanted = wanted_.data() + image * pixels;
+    std::vector<std::vector<float>> adjoints(network_.output_count(), std::vector<float>(pixels));
+    std::vector<const float*> places;
+    lane.loss = 0;
+    for (std::size_t output = 0; output < adjoints.size(); ++output) {
+      lane.loss += cross_entropy(lane.pass.output(output), wanted, adjoints[output]);
+      places.push_back(adjoints[output].data());
+    }
+    lane.gradient.assign(constants_.size(), 0);
+    network_.adjoint(lane.pass, places, {nullptr}, lane.gradient.data());
+  }
+
+  nn::NetworkDescription description_;
+  nn::Network<float> network_;
+  const Options& options_;
+  Array<float, 1> constants_, gradient_;
+  optim::Adam<float> adam_;
+  Random scenes_;
+  Array<float, 4> images_;
+  Array<float, 3> wanted_;
+  std::vector<Lane> lanes_;
+};
+
+int train(const Options& options) {
+  using Clock = std::chrono::steady_clock;
+  Trainer trainer(options.weights.empty()
+                      ? segment::u2_net_description(small_shape(options.side), options.seed)
+                      : io::read_onnx(options.weights),
+                  options);
+  const std::vector<HeldOut> sets{held_out("realistic", PaintKind::realistic, options),
+                                  held_out("solid", PaintKind::solid, options),
+                                  held_out("texel noise", PaintKind::texel_noise, options)};
+  ProgressLine progress;
+  const auto begin = Clock::now();
+  double smoothed = 0;
+  std::size_t done = 0;
+  while (done < options.steps && !StopSignal::arrived()) {
+    const double loss = trainer.step(done++);
+    smoothed = done == 1 ? loss : 0.98 * smoothed + 0.02 * loss;
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    char line[160];
+    std::snprintf(line, sizeof line, "step %zu of %zu: loss %.3f, %.2f steps/s, ", done, options.steps,
+                  smoothed, static_cast<double>(done) / seconds);
+    const double left = seconds / static_cast<double>(done) * static_cast<double>(options.steps - done);
+    progress.show(line + duration_text(left) + " left", done == options.steps);
+    if (done % options.save_every == 0) trainer.save(options.output);
+    if (done % options.validate_every == 0 && done < options.steps) {
+      std::printf("after step %zu, loss %.3f\n", done, smoothed);
+      print_validation(trainer.description(), sets);
+    }
+  }
+  if (done == 0) StopSignal::throw_if_arrived();
+  if (done > 0) trainer.save(options.output);
+  if (done < options.steps && StopSignal::arrived()) {
+    std::fprintf(stderr, "\nstopped; the model of step %zu is in %s\n", done, options.output.c_str());
+    return StopSignal::exit_code();
+  }
+  std::printf("after step %zu, loss %.3f\n", done, smoothed);
+  print_validation(trainer.description(), sets);
+  return 0;
+}
+
+void require_sound(const Options& o) {
+  ProblemList list;
+  list.require(o.batch >= 1 && o.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(o.save_every > 0 && o.validate_every > 0,
+               "--save-every and --validate-every must be at least 1");
+  list.require(o.learning_rate > 0, "--learning-rate must be above 0");
+  list.require(o.side >= 32 && o.side <= 1024 && o.side % 16 == 0,
+               "--side must be a multiple of 16, 32 to 1024 pixels");
+  list.require(o.validate <= 100000, "--validate must be at most 100000");
+  require_sound_thread_count(o.threads, list);
+  list.throw_first();
+}
+
+int run(const Options& options) {
+  require_sound(options);
+  if (options.threads > 0) limit_threads(options.threads);
+  if (options.steps > 0) require_writable_file(options.output);
+  const StopSignal stop_signal;
+  try {
+    return train(options);
+  } catch (const Stopped&) {
+    std::fprintf(stderr, "\nstopped before the first step; nothing was written\n");
+    return StopSignal::exit_code();
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  auto app = command_line(
+      "Trains a small network of the U²-Net family to find the car in procedural street scenes and writes it "
+      "as "
+      "ONNX.");
+  Options options;
+  describe(app, options);
+  app.footer("  train_segmenter --output segmenter.onnx --seed 1");
+  return run_program(app, argc, argv, [&] { return run(options); });
+}

@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# train_segmenter from the outside, and --mask u2net of the programs that take what it writes.
+source "$(dirname "$0")/support.sh"
+train=$programs/train_segmenter
+[ -x "$train" ] || exit 77
+small="--batch 2 --side 32 --validate 2"
+
+expect_exit 0 "help" "$train" --help
+grep -q -- '--learning-rate' command.out && pass || fail "help lacks an option"
+expect_exit 0 "three steps on one thread" "$train" $small --steps 3 --seed 7 --threads 1 --output one.onnx
+grep -q 'mean IoU' command.out && pass || fail "no validation at the end"
+expect_exit 0 "three steps on two threads" "$train" $small --steps 3 --seed 7 --threads 2 --output two.onnx
+expect_same one.onnx two.onnx
+expect_exit 0 "another seed" "$train" $small --steps 3 --seed 8 --output other.onnx
+cmp -s one.onnx other.onnx && fail "two seeds give the same weights" || pass
+expect_exit 0 "going on" "$train" $small --steps 2 --weights one.onnx --output further.onnx
+cmp -s one.onnx further.onnx && fail "two steps changed nothing" || pass
+expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.onnx --output none.onnx
+[ -e none.onnx ] && fail "validation alone wrote weights" || pass
+
+expect_exit 2 "a misspelt option" "$train" --stepz 3
+expect_error_line 'did you mean --steps'
+for words in "--steps -3" "--learning-rate nan" "--threads 1000000" "--validate 1000000000000" "--batch 0" "--side 40"; do
+  # shellcheck disable=SC2086  # several words on purpose
+  expect_exit 2 "$words" "$train" $words --output refused.onnx
+  expect_error_line "^error: ${words% *}"
+done
+[ -e refused.onnx ] && fail "a refused run wrote weights" || pass
+expect_exit 3 "missing weights" "$train" --weights absent.onnx --steps 0
+expect_error_line 'absent.onnx'
+expect_exit 5 "a missing folder" "$train" $small --output absent/x.onnx
+expect_error_line 'absent/x.onnx'
+
+camouflage=$programs/camouflage
+if [ -x "$camouflage" ]; then
+  expect_exit 0 "masks by the bundled network" "$camouflage" --frames "$sources/examples/assets/frames" --mask u2net --check
+  expect_exit 0 "masks by one's own" "$camouflage" --frames "$sources/examples/assets/frames" --mask u2net \
+    --segmenter one.onnx --check
+  expect_exit 2 "a network without its rule" "$camouflage" --segmenter one.onnx --check
+  expect_error_line '--segmenter needs --mask u2net'
+  expect_exit 3 "a network that is missing" "$camouflage" --mask u2net --segmenter absent.onnx --check
+  expect_error_line 'absent.onnx'
+  head -c 1000 one.onnx >cut.onnx
+  expect_exit 3 "a network that is cut" "$camouflage" --mask u2net --segmenter cut.onnx --check
+  expect_error_line 'cut.onnx'
+fi
+finish
