@@ -7,6 +7,7 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/image_file.hpp>
 #include <vector>
 
 #include "shell/contact_sheet.hpp"

@@ -7,6 +7,7 @@
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/io/network_file.hpp>
 
 #include "shell/dataset_evaluation.hpp"
 #include "shell/inputs.hpp"

@@ -1,0 +1,242 @@
+#include "inputs.hpp"
+
+#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/frame_folder.hpp>
+#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/loss/prediction.hpp>
+#include <tapestry/raster/ambient_occlusion.hpp>
+#include <tapestry/raster/used_texels.hpp>
+#include <utility>
+
+#include "../../scenes/drawn_frames.hpp"
+#include "file_status.hpp"
+
+namespace tapestry::shell {
+namespace {
+
+raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::Mesh& mesh) {
+  raster::TextureLayout layout{};
+  layout.kind = settings.texture == "cube" ? raster::TextureKind::cube : raster::TextureKind::atlas;
+  layout.height = settings.texels;
+  layout.width = 2 * settings.texels;
+  layout.u_extent = 2;
+  layout.texels_per_edge = settings.texels;
+  layout.filter = raster::texture_filter_by_name(settings.filter);
+  if (layout.kind == raster::TextureKind::atlas && mesh.uvs.empty())
+    throw FileError(ErrorKind::mismatch, {settings.mesh, "", "no texture coordinates, which an atlas needs",
+                                          "vt records, or --texture cube"});
+  return layout;
+}
+
+bool is_posed(const std::string& frame) { return !io::read_frame(frame).camera; }
+
+/// Of a detector whose cfg is unsound, the other files can still be missing.
+void check_detector(DetectorSettings settings, ProblemList& list) {
+  fill_in_bundled(settings);
+  if (settings.weights.empty()) return;
+  bool is_sound = false;
+  list.attempt([&] {
+    const auto loaded = load_detector(settings);
+    is_sound = true;
+    loss::require_raw_logits("camouflage", loaded.network->heads());
+    (void)class_index_of(settings, loaded);
+  });
+  if (is_sound) return;
+  const std::string found = list.problems().back().what();
+  for (const auto& path : {settings.weights, settings.names})
+    if (!path.empty() && !found.starts_with(path + ":")) list.attempt([&] { (void)io::RegularFile(path); });
+}
+
+}  // namespace
+
+void fill_in_bundled(SceneSettings& scene) {
+  const BundledAssets bundled;
+  if (scene.mesh.empty()) {
+    scene.mesh = bundled.mesh();
+    if (scene.material.empty() && scene.faces.empty()) scene.material = {"body"};
+  }
+  if (scene.frames.empty()) {
+    scene.frames = bundled.frames();
+    if (scene.scenes == 0) scene.scenes = 800;
+  }
+  if (scene.mask == "u2net" && scene.segmenter.empty()) scene.segmenter = bundled.segmenter();
+  if (scene.texels == 0) scene.texels = scene.texture == "cube" ? 6 : 64;
+}
+
+void fill_in_bundled(DetectorSettings& detector) {
+  const BundledAssets bundled;
+  if (detector.cfg.empty() && detector.weights.empty()) {
+    detector.cfg = bundled.cfg();
+    detector.weights = bundled.weights();
+    if (detector.names.empty()) detector.names = bundled.names();
+  }
+}
+
+Car load_car(const SceneSettings& settings) {
+  auto loaded = io::read_obj(settings.mesh);
+  Car car;
+  car.warnings = loaded.warnings;
+  car.material_files = loaded.material_files;
+  warn_about_textures(settings.mesh, loaded.mesh, car.warnings);
+  car.painted.painted =
+      selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
+  car.painted.layout = layout_of(settings, loaded.mesh);
+  if (car.painted.layout.kind == raster::TextureKind::atlas)
+    require_uvs(settings.mesh, loaded.mesh, car.painted.painted, "an atlas");
+  car.painted.mesh = std::move(loaded.mesh);
+  car.painted.space = image::colour_space_by_name(settings.colour_space);
+  car.painted.pyramid = raster::pyramid_of(car.painted);
+  return car;
+}
+
+FrameLists find_frames(const SceneSettings& scene) {
+  const std::string& folder = scene.frames;
+  FrameLists lists;
+  const bool has_test = is_folder(folder + "/test", ErrorKind::malformed);
+  lists.drawn = scene.scenes;
+  lists.held_out = lists.drawn > 0 || (has_test && is_folder(folder + "/train", ErrorKind::malformed));
+  lists.test = io::frame_paths(has_test ? folder + "/test" : folder);
+  if (lists.drawn == 0) lists.train = lists.held_out ? io::frame_paths(folder + "/train") : lists.test;
+  return lists;
+}
+
+void require_one_scale(const FrameLists& lists) {
+  if (lists.posed && lists.drawn > 0)
+    throw FileError(ErrorKind::mismatch, {lists.test.front(), "",
+                                          "a frame without a camera sees a car normalised to length 2, but "
+                                          "--scenes see the bundled car in metres"});
+}
+
+io::Frame load_frame(const std::string& path, const MaskRule& mask, bool posed) {
+  auto frame = io::read_frame(path);
+  if (frame.camera.has_value() == posed)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "frames with and without a camera cannot be mixed",
+                     posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
+                     posed ? "a camera" : "poses alone"});
+  apply_mask_rule(mask, path, frame);
+  frame.name = fs::path(path).stem().string();
+  return frame;
+}
+
+FrameLoaders frame_loaders(const std::vector<std::string>& paths, const MaskRule& mask, bool posed) {
+  FrameLoaders loaders;
+  for (const auto& path : paths) loaders.push_back([=] { return load_frame(path, mask, posed); });
+  return loaders;
+}
+
+FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask) {
+  auto loaders = frame_loaders(lists.train, mask, lists.posed);
+  const bool has_masks = mask.kind != "silhouette";
+  const scenes::DrawnFrames draw{lists.drawn, scenes::DrawnFrames::Stream::train};
+  for (std::size_t i = 0; i < lists.drawn; ++i)
+    loaders.push_back([=] {
+      io::Frame frame = draw(i);
+      frame.name = "scene " + std::to_string(i);
+      if (!has_masks) frame.mask.reset();
+      return frame;
+    });
+  return loaders;
+}
+
+std::vector<std::string> input_paths(const SceneSettings& scene, const Car& car,
+                                     const DetectorSettings& detector, const FrameLists& frames) {
+  std::vector<std::string> paths{scene.mesh};
+  paths.insert(paths.end(), car.material_files.begin(), car.material_files.end());
+  for (const auto& optional :
+       {detector.cfg, detector.weights, detector.detector, detector.names, scene.faces, scene.segmenter})
+    if (!optional.empty()) paths.push_back(optional);
+  const std::size_t first_frame = paths.size();
+  paths.insert(paths.end(), frames.test.begin(), frames.test.end());
+  if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
+  if (scene.mask == "file")
+    for (std::size_t i = first_frame, end = paths.size(); i < end; ++i)
+      paths.push_back(mask_path_of(paths[i]));
+  return paths;
+}
+
+std::vector<std::string> warnings_about(const SceneSettings& scene) {
+  const BundledAssets bundled;
+  if (scene.mesh == bundled.mesh() || (scene.scenes == 0 && scene.frames != bundled.frames())) return {};
+  return {"the bundled frames and --scenes show the bundled car, not " + scene.mesh +
+          "; the two will not cover each other. Give --frames of that car, and no --scenes"};
+}
+
+Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::vector<std::string>& layers) {
+  fill_in_bundled(scene);
+  fill_in_bundled(detector);
+  Inputs inputs{
+      load_detector(detector, layers), 0, {}, load_car(scene), find_frames(scene), warnings_about(scene)};
+  inputs.class_index = class_index_of(detector, inputs.detector);
+  inputs.mask = load_mask_rule(scene);
+  inputs.frames.posed = is_posed(inputs.frames.test.front());
+  if (inputs.frames.posed)
+    inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
+  if (scene.light == "photo")
+    inputs.photo_light = camouflage::PhotoLight{
+        std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(inputs.car.painted.mesh))};
+  for (const auto* more : {&inputs.detector.warnings, &inputs.car.warnings})
+    inputs.warnings.insert(inputs.warnings.end(), more->begin(), more->end());
+  return inputs;
+}
+
+FurtherDetector load_further_detector(const std::string& option, const std::string& path,
+                                      DetectorSettings settings, const std::vector<std::string>& layers) {
+  if (!is_onnx(path) && !io::is_safetensors(path))
+    throw Error(ErrorKind::usage,
+                option + ": " + path + " is neither an .onnx model nor a detector that convert_weights made");
+  settings.cfg = settings.decode = settings.detector = settings.fit = "";
+  settings.weights = path;
+  FurtherDetector further{load_detector(settings, layers)};
+  further.class_index = class_index_of(settings, further.detector);
+  return further;
+}
+
+std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths,
+                                           const DetectorSettings& settings, const Detector& first,
+                                           std::vector<std::string>& warnings) {
+  std::vector<FurtherDetector> members;
+  for (const std::string& path : paths) {
+    FurtherDetector member = load_further_detector("--ensemble", path, settings);
+    loss::require_raw_logits("camouflage", member.detector.network->heads());
+    const auto& network = *member.detector.network;
+    const std::size_t height = first.network->input_height(), width = first.network->input_width();
+    if (network.input_height() != height || network.input_width() != width)
+      throw FileError(
+          ErrorKind::mismatch,
+          {path, "", "an input of another size than the first detector's; --size chooses one for all",
+           std::to_string(width) + "x" + std::to_string(height),
+           std::to_string(network.input_width()) + "x" + std::to_string(network.input_height())});
+    if (member.detector.fit.kind != first.fit.kind)
+      warnings.push_back(path + " gets its pictures by --fit " + std::string(image::name_of(first.fit.kind)) +
+                         ", as the first detector, not by " +
+                         std::string(image::name_of(member.detector.fit.kind)));
+    members.push_back(std::move(member));
+  }
+  return members;
+}
+
+void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list) {
+  fill_in_bundled(scene);
+  check_detector(detector, list);
+  if (!scene.faces.empty() || !scene.material.empty()) list.attempt([&] { (void)load_car(scene); });
+  FrameLists frames;
+  list.attempt([&] { frames = find_frames(scene); });
+  std::vector<std::string> paths = frames.test;
+  if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
+  MaskRule mask{scene.mask};
+  list.attempt([&] { mask = load_mask_rule(scene); });
+  if (mask.kind == "u2net" && !mask.segmenter) mask.kind = "auto";  // the frames can still be unsound
+  bool kind_known = false;
+  for (const auto& path : paths)
+    list.attempt([&] {
+      if (!kind_known) frames.posed = is_posed(path);
+      kind_known = true;
+      (void)load_frame(path, mask, frames.posed);
+    });
+  list.attempt([&] { require_one_scale(frames); });
+}
+
+}  // namespace tapestry::shell
