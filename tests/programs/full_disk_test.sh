@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Disks that are full or read-only: one error, nothing half written, and a run goes on when there is room. A small disk in
+# memory stands for them, which takes the right to mount.
+source "$(dirname "$0")/support.sh"
+camouflage=$programs/camouflage
+assets=$sources/examples/assets
+[ -x "$camouflage" ] && [ -e "$assets/detector.weights" ] || exit 77
+disk=$PWD/disk
+mkdir disk
+mount -t tmpfs -o size=64k tapestry "$disk" 2>/dev/null || { echo "no right to mount: skipped"; exit 77; }
+trap 'umount "$disk"' EXIT
+conversion=("$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights")
+expect_exit 5 "weights on a disk that is too small" "${conversion[@]}" --output "$disk/weights.safetensors"
+expect_error_line 'disk/weights.*No space left'
+[ -z "$(ls -A "$disk")" ] && pass || fail "weights that did not fit left $(ls -A "$disk")"
+
+quick=(--scenes 20 --texels 32 --epochs 1 --checkpoint-steps 2)
+expect_exit 0 "a run with room" "$camouflage" "${quick[@]}" --output roomy
+expect_exit 5 "a run on a disk that fills" "$camouflage" "${quick[@]}" --output "$disk/run"
+expect_error_line 'disk/run.*No space left'
+for file in "$disk"/run/* "$disk"/run/.[!.]*; do
+  [ ! -e "$file" ] || [ -e "roomy/$(basename "$file")" ] && pass || fail "$file stays"
+done
+mount -o remount,size=64m "$disk"
+resume=()
+[ ! -e "$disk/run/manifest.json" ] || resume=(--resume)
+expect_exit 0 "the run, with room again" "$camouflage" "${quick[@]}" --output "$disk/run" "${resume[@]}"
+expect_same "$disk/run/texture.npz" roomy/texture.npz
+expect_same "$disk/run/metrics.csv" roomy/metrics.csv
+
+mount -o remount,ro "$disk"
+expect_exit 5 "weights on a read-only disk" "${conversion[@]}" --output "$disk/weights.safetensors"
+expect_error_line 'disk/weights.*Read-only'
+expect_exit 5 "a run on a read-only disk" "$camouflage" "${quick[@]}" --output "$disk/another"
+expect_error_line 'disk/another.*Read-only'
+finish
