@@ -4,6 +4,10 @@
 # rauca is optimised in light estimated from the photographs, and measured in the frames' own as all others.
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n '2,4s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+[[ " ${2:-} ${MEASURE:-} " != *" --light"* && " ${2:-} " != *" --method"* ]] || {
+  echo "--method and --light are what is compared here" >&2
+  exit 2
+}
 MEASURE="--light frame ${MEASURE:-}" exec bash "$(dirname "$0")/variants.sh" "$1" "${2:-}" fca="" planar_patch="--method planar_patch" \
   camou="--method camou" upc="--method upc" das="--method das" \
   das_full="--method das_full" rauca="--method rauca --light photo" random="--method random" solid="--method solid"

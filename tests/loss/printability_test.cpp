@@ -153,7 +153,7 @@ TEST_CASE("texels, palettes and spreads that are none are refused", "[loss][prin
   for (const double channel : {nan, -0.1, 1.1})
     CHECK_THROWS_WITH(loss::non_printability(texels, used, Array<double, 2>{{0.5, channel, 0.5}}),
                       contains("expected channels from 0 to 1"));
-  for (const double spread : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()})
+  for (const double spread : {0.0, -1.0, 1e-170, 1e200, nan, std::numeric_limits<double>::infinity()})
     CHECK_THROWS_AS(loss::non_printability(texels, used, red, spread), tapestry::DomainError);
   auto adjoint = tapestry::zeros<double, 2>({3, 3});
   CHECK_THROWS_AS(loss::non_printability_adjoint(texels, used, red, 0.05, 1.0, adjoint),

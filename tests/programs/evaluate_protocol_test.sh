@@ -222,6 +222,8 @@ expect_exit 2 "a colour that is none" "$evaluate" --protocol views --clean-only 
 expect_error_line '^error: --background takes numbers from 0 to 1'
 expect_exit 2 "frames" "$evaluate" --protocol views --clean-only --frames frames
 expect_error_line '^error: --frames has no part in --protocol'
+expect_exit 2 "light" "$evaluate" --protocol views --clean-only --light photo
+expect_error_line '^error: --light has no part in --protocol views'
 expect_exit 2 "controls of nothing" "$evaluate" --protocol views --clean-only --controls all
 expect_exit 2 "quick without a protocol" "$evaluate" --clean-only --quick
 expect_error_line '^error: --quick needs --protocol'

@@ -174,7 +174,8 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
       "conditions", s.conditions,
       "what every step photographs its views under, drawn anew: camera, light, blur, noise, contrast, jpeg, "
       "print, or physical for all; nothing when left out");
-  visit("seed", s.seed, "seed of the start texture, of the views' order and of --conditions");
+  visit("seed", s.seed,
+        "seed of the start texture, of the views' order, of --conditions and of what --method draws");
 }
 
 /// Adds one option a setting, in the group of these settings, but none for the settings named in `except`.

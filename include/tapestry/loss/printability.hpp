@@ -73,9 +73,9 @@ void require_printable(const char* operation, const Texels& texels, const UsedTe
     if (!(channel >= 0 && channel <= 1))
       throw DomainError(std::string(operation) + ": the palette holds " + std::to_string(channel) +
                         ", expected channels from 0 to 1");
-  if (!(std::isfinite(spread) && spread > 0))
+  if (!(spread > 0 && spread * spread > 0 && std::isfinite(2 * spread * spread)))
     throw DomainError(std::string(operation) + ": spread is " + std::to_string(spread) +
-                      ", expected a finite number above 0");
+                      ", expected a number above 0 whose square is, too, and finite");
 }
 
 /// Σ M, in the order of the texels.
@@ -97,18 +97,17 @@ template <class UsedTexels>
 /// of one colour exactly: the log-likelihood of a mixture of Gaussians around the printable colours. Its
 /// gradient is twice the way from the mean of the palette near t, so that between two equally near colours
 /// nothing pulls. Source: Sharif et al., "Accessorize to a crime" (CCS 2016), eq. 5, whose score is the
-/// product over the palette of |t − p[k]|: that vanishes with all its slopes at every printable colour, and
-/// grows with the palette. Thys et al. (CVPRW 2019) take the distance to the nearest colour, which has kinks;
-/// this is its smooth form.
+/// product over the palette of |t − p[k]|: that has a kink at every printable colour, and with a large
+/// palette next to no slope elsewhere. Thys et al. (CVPRW 2019) take the distance to the nearest colour,
+/// which has kinks; this is its smooth form.
 ///
 /// \param texels   t, [H·W, 3], colours in [0, 1]
 /// \param used     M, [H, W], 1 where a painted face refers to the texel and 0 elsewhere
 /// \param palette  p, [K, 3], printable colours in [0, 1], at least one
 /// \param spread   σ in colour units, above 0
-/// \returns        L in squared colour units, summed in double in blocks of a fixed order; 0 where nothing is
-/// used \throws ShapeError if texels has not H·W rows of 3 or the palette no colours of 3; DomainError if the
-/// palette
-///         has channels outside [0, 1] or the spread is not above 0 and finite
+/// \returns L in squared colour units, summed in double in blocks of a fixed order; 0 where nothing is used
+/// \throws ShapeError if texels has not H·W rows of 3 or the palette no colours of 3; DomainError if the
+///         palette has channels outside [0, 1], or unless the spread and its square are finite and above 0
 template <Mask Texels, Mask UsedTexels>
 [[nodiscard]] auto non_printability(const Texels& texels, const UsedTexels& used,
                                     const Array<double, 2>& palette, double spread = printable_spread) {

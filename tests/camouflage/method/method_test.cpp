@@ -67,8 +67,9 @@ TEST_CASE("random is noise that no parameter moves, and the seed's", "[camouflag
 }
 
 TEST_CASE("camou repeats 16 by 16 colours", "[camouflage][method]") {
-  const std::size_t height = GENERATE(std::size_t(12), std::size_t(64), std::size_t(128));
-  const std::size_t edge = height == 128 ? 2 : 1;  // texels a colour
+  const std::size_t height =
+      GENERATE(std::size_t(12), std::size_t(64), std::size_t(65), std::size_t(100), std::size_t(128));
+  const std::size_t edge = height > 64 ? 2 : 1;  // texels a colour
   const auto car = test::tiny_car(height);
   const auto method = camouflage::method_by_name<double>("camou", car, 1);
   REQUIRE(method.row_count == 256);
@@ -208,6 +209,18 @@ TEST_CASE("a method is refused a car that it cannot paint", "[camouflage][method
   test::check_refused(tapestry::ErrorKind::mismatch,
                       "the method upc paints roof, hood and doors, of which no painted face is one",
                       [&] { (void)camouflage::method_by_name<double>("upc", front, 1); });
+  auto coarse = test::stepped_car();
+  coarse.layout.height = 2;  // a line of texels a side of the car
+  coarse.layout.width = 6;
+  test::check_refused(tapestry::ErrorKind::mismatch,
+                      "the method planar_patch needs a panel of more than a line",
+                      [&] { (void)camouflage::method_by_name<double>("planar_patch", coarse, 1); });
+  Method beyond = camouflage::method_by_name<double>("solid", cubes, 1);
+  beyond.row_count = 0;
+  CHECK_THROWS_WITH(camouflage::require_sound(beyond), "a method paints texel 0 by row 0 of 0");
+  Method loose = camouflage::method_by_name<double>("random", cubes, 1);
+  loose.greatest = tapestry::zeros<double, 2>({1, 3});
+  CHECK_THROWS_AS(camouflage::require_sound(loose), tapestry::ShapeError);
   CHECK_THROWS_WITH(camouflage::method_by_name<double>("dta", cubes, 1), "no method is called 'dta'");
   CHECK_THROWS_AS(camouflage::first_parameter(camouflage::method_by_name<double>("solid", cubes, 1),
                                               tapestry::zeros<double, 2>({3, 3})),

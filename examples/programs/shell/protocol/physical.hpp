@@ -81,10 +81,12 @@ inline std::vector<std::string> physical_notes(const evaluate::PhysicalGrid& gri
       "Each photograph: the paint (not the clean car) printed with blacks up to " +
           number(all.printed_range) + " and whites down to " + number(1 - all.printed_range) +
           ", its colours mixed with errors up to " + number(all.printed_error) +
-          ", the same print in all first photographs, another in all second ones; the camera turned by up "
+          ", the same print in all first photographs, another in all second ones; the picture turned by up "
           "to " +
-          number(all.turn_degrees) + " degrees, its focal length changed by up to " + number(100 * all.zoom) +
-          " %; the light by up to " + number(all.exposure_stops) + " stop and " +
+          number(all.turn_degrees) +
+          " degrees and moved as by a camera of 90 degrees that turns as far, unless "
+          "half of the car would leave it, its focal length changed by up to " +
+          number(100 * all.zoom) + " %; the light by up to " + number(all.exposure_stops) + " stop and " +
           number(100 * all.colour_cast) + " % of colour, in half of them with a shadow of up to " +
           number(100 * all.shadow) + " %; blur of up to " + number(all.blur_px) +
           " pixels, the sensor's noise of up to " + number(all.noise) +

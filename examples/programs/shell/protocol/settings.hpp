@@ -55,7 +55,7 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
   if (!s.protocol.empty() && !before_plain_background)
     refuse({"--background"}, " has no part in --protocol " + s.protocol);
   if (!s.protocol.empty() && !on_photographs)
-    refuse({"--frames", "--mask", "--segmenter", "--further-weights"},
+    refuse({"--frames", "--mask", "--segmenter", "--light", "--further-weights"},
            " has no part in --protocol " + s.protocol);
   if (clean_only) refuse({"--controls"}, " has no part in --clean-only");
 }

@@ -12,9 +12,10 @@ namespace tapestry::camouflage {
 /// compared and not losses.
 ///
 /// The method rauca is the same texture in light that is transferred from the photographs, see photo_light():
-/// Zhou et al., "RAUCA" (ICML 2024), section 3.2. Faithful: render and light are multiplied, and the loss
-/// −log(1 − max score) is our max_score. Simplified: where RAUCA learns a network that predicts light from
-/// the photograph, sun and sky are estimated from the car in it.
+/// Zhou et al., "RAUCA" (ICML 2024), section 3.2. Faithful: the render is multiplied by the light of its
+/// photograph, and the loss −log(1 − max score) is our max_score. Simplified: where RAUCA learns a network
+/// that predicts from the photograph what each pixel is multiplied by and what is added to it, sun and sky
+/// are estimated from the car in it; they multiply, and nothing is added.
 template <std::floating_point T>
 [[nodiscard]] Method<T> fca() {
   return {};

@@ -34,22 +34,34 @@ struct Method {
   bool is_optimised = true;  ///< or stays as it begins
 };
 
+/// \throws DomainError for a texel whose row is not there; ShapeError unless bounds are of the same rows
+template <class T>
+void require_sound(const Method<T>& method) {
+  if (method.greatest.shape() != method.least.shape())
+    throw ShapeError("a method has " + std::to_string(method.least.shape(0)) + " least colours and " +
+                     std::to_string(method.greatest.shape(0)) + " greatest ones");
+  if (!method.row_of_texel) return;
+  const auto& rows = *method.row_of_texel;
+  for (std::size_t texel = 0; texel < rows.size(); ++texel)
+    if (rows[texel] != Method<T>::unpainted && rows[texel] >= method.row_count)
+      throw DomainError("a method paints texel " + std::to_string(texel) + " by row " +
+                        std::to_string(rows[texel]) + " of " + std::to_string(method.row_count));
+}
+
 /// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
 /// none. So within bounds the start says where in them a colour begins, 0 in the middle.
 ///
 /// \param start  [texel, 3], a parameter for every texel
-/// \throws ShapeError unless the method is for as many texels; DomainError for a row that is not there
+/// \throws ShapeError unless the method is for as many texels; else as require_sound()
 template <class T>
 [[nodiscard]] Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start) {
   if (!method.row_of_texel) return start;
   const auto& rows = *method.row_of_texel;
   require_shape("first_parameter", "start", start, {rows.size(), 3});
+  require_sound(method);
   auto first = zeros<T, 2>({method.row_count, 3});
   for (std::size_t texel = rows.size(); texel-- > 0;) {
     if (rows[texel] == Method<T>::unpainted) continue;
-    if (rows[texel] >= method.row_count)
-      throw DomainError("first_parameter: texel " + std::to_string(texel) + " has row " +
-                        std::to_string(rows[texel]) + " of " + std::to_string(method.row_count));
     std::copy_n(start.data() + 3 * texel, 3, first.data() + 3 * rows[texel]);
   }
   return first;
@@ -61,10 +73,12 @@ template <class T>
 ///
 /// \param parameter  [row, 3]
 /// \returns          [texel, 3], in [0, 1]
-/// \throws ShapeError unless there is a row of the parameter for each of the method's
+/// \throws ShapeError unless there is a row of the parameter for each of the method's; else as
+/// require_sound()
 template <class T>
 [[nodiscard]] ArrayVariable<T, 2> method_colours(const Method<T>& method,
                                                  const ArrayVariable<T, 2>& parameter) {
+  require_sound(method);
   if (method.row_of_texel)
     require_shape("method_colours", "parameter", parameter.value(), {method.row_count, 3});
   ArrayVariable<T, 2> colours = texture_colours(parameter);

@@ -48,7 +48,9 @@ inline bool is_inside(const std::array<double, 2>& place) {
 /// Source: the patches of Thys et al., "Fooling automated surveillance cameras" (CVPR workshops 2019),
 /// section 3, pasted on a car as the camouflage papers compare with them. Faithful: one picture for all
 /// places. Seen by a camera the panel's picture is its homography as far as the panel is flat. Simplified:
-/// smoothness and printability are those of the objective. \throws as panel_texels()
+/// smoothness and printability are those of the objective.
+///
+/// \throws as panel_texels(); Error (mismatch) if no panel holds a square of texels
 template <std::floating_point T>
 [[nodiscard]] Method<T> planar_patch(const raster::PaintedMesh& car) {
   const auto texels = panel_texels("planar_patch", car);
@@ -61,6 +63,10 @@ template <std::floating_point T>
   for (const PanelTexel& texel : texels)
     if (detail::is_inside(place_of(texel))) ++sizes[static_cast<std::size_t>(texel.panel)];
   const auto largest = static_cast<double>(*std::max_element(sizes.begin(), sizes.end()));
+  if (largest == 0)
+    throw Error(
+        ErrorKind::mismatch,
+        "the method planar_patch needs a panel of more than a line of texels; the atlas is too small");
   const auto edge = static_cast<std::size_t>(std::max(1.0, std::floor(std::sqrt(largest))));
 
   std::vector<std::size_t> rows(car.layout.texel_count(car.mesh), Method<T>::unpainted);

@@ -7,8 +7,8 @@
 
 namespace tapestry::camouflage {
 
-/// One colour for the whole body, and the best there is: it is optimised as every other method. What a
-/// pattern adds to it is what the pattern is for.
+/// One colour for the whole body, optimised as every other method is from the one that it begins with;
+/// another start may end in another colour. What a pattern adds to it is what the pattern is for.
 ///
 /// Source: ours; the papers measure single colours at most, as the solid controls of the tables do.
 template <std::floating_point T>

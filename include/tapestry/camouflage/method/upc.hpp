@@ -69,7 +69,10 @@ inline constexpr double upc_bound = 35.0 / 255;
 /// sections 3.2 and 3.3: patterns on few regions, shared by all views, with a semantic constraint ‖pattern −
 /// picture‖∞ ≤ ε. Faithful: regions, universality, and the bound. Simplified: four regions for eight; foliage
 /// that we draw stands for a photograph; the bound holds by the parameter, see method_colours(), and not by a
-/// projection after each step; there are no proposals of a first stage to attack. \throws as panel_texels()
+/// projection after each step; there are no proposals of a first stage to attack, and the loss is the
+/// objective's; pictures are transformed where the conditions of a run say so, in the paper at every step.
+///
+/// \throws as panel_texels()
 template <std::floating_point T>
 [[nodiscard]] Method<T> upc(const raster::PaintedMesh& car, std::uint64_t seed) {
   const auto texels = panel_texels("upc", car);
