@@ -79,6 +79,8 @@ void adopt_run(const CLI::App& app, Options& options) {
   const Json saved = read_manifest(options.run);
   std::vector<std::string> differing;
   adopt_saved(app, saved["options"], manifest, options.scene, differing);
+  if (options.scene.mask != "u2net" && app.get_option("--segmenter")->count() == 0)
+    options.scene.segmenter = "";
   const auto is_frames = [](const std::string& name) { return name.rfind("--frames ", 0) == 0; };
   options.other_frames = std::any_of(differing.begin(), differing.end(), is_frames);
   const bool other_detector =

@@ -44,8 +44,9 @@ void describe(CLI::App& app, Options& o) {
   const auto add = [&](const char* name, auto& value, const char* text) {
     app.add_option(name, value, text)->capture_default_str();
   };
-  add("--weights,--resume", o.weights,
-      "ONNX model to start from, one that this program wrote; random weights when left out");
+  add("--weights", o.weights,
+      "ONNX model to start from, one that this program wrote and whose size is kept; random weights when "
+      "left out. Steps and learning rate begin anew");
   add("--output", o.output, "ONNX model to write");
   add("--steps", o.steps, "steps of the optimiser; 0: only validate");
   add("--batch", o.batch, "pictures a step");
@@ -160,6 +161,11 @@ class Trainer {
       if (!description_.constants.contains(weight.name))
         throw FileError(ErrorKind::mismatch,
                         {description_.path, "", "cannot be trained: weights are merged as it is read",
+                         "a model that train_segmenter wrote", ""});
+    for (std::size_t output = 0; output < network_.output_count(); ++output)
+      if (network_.output_shape(output) != nn::Shape{1, 1, side(), side()})
+        throw FileError(ErrorKind::mismatch,
+                        {description_.path, "", "cannot be trained: an output is not of the input's size",
                          "a model that train_segmenter wrote", ""});
   }
 
@@ -283,7 +289,7 @@ void require_sound(const Options& o) {
   list.require(o.learning_rate > 0, "--learning-rate must be above 0");
   list.require(o.side >= 32 && o.side <= 1024 && o.side % 16 == 0,
                "--side must be a multiple of 16, 32 to 1024 pixels");
-  list.require(o.validate <= 100000, "--validate must be at most 100000");
+  list.require(o.validate <= 2000, "--validate must be at most 2000");
   require_sound_thread_count(o.threads, list);
   list.throw_first();
 }

@@ -94,6 +94,10 @@ expect_exit 2 "parts of cubes" "$camouflage" --method upc --texture cube --outpu
 expect_error_line '--method upc .*needs --texture atlas'
 expect_exit 2 "the attention of two detectors" "$camouflage" --method das --ensemble second.safetensors --output none
 expect_error_line '--method das .*takes no --ensemble'
+expect_exit 2 "a loss of attention" "$camouflage" --method das --loss paper --output none
+expect_error_line '--loss has no part in --method das'
+expect_exit 2 "steps of noise" "$camouflage" --method random --worst-views 0.5 --output none
+expect_error_line '--worst-views have no part in --method random'
 expect_exit 2 "light that is not estimated" "$camouflage" --method rauca --output none
 expect_error_line '--method rauca .*needs --light photo'
 printf '%s\n' 'v 0 -1 0' 'v 0 1 0' 'v 0 0 1' 'vt 0 0' 'vt 1 0' 'vt .5 1' 'f 1/1 2/2 3/3' >front.obj
@@ -269,6 +273,9 @@ cp -r limited damaged && sed 's/"mesh": "[^"]*"/"mesh": 3/' limited/manifest.jso
 expect_exit 3 "a manifest of another shape" "$camouflage" --resume --output damaged
 expect_error_line "damaged/manifest.json: no sound setting 'mesh'"
 expect_exit 3 "evaluate with it" "$programs/evaluate" --run damaged
+sed 's/"worst-views"/"best-views"/' limited/manifest.json >damaged/manifest.json
+expect_exit 3 "a manifest of an earlier version" "$camouflage" --resume --output damaged
+expect_error_line "damaged/manifest.json: no sound setting 'worst-views'.*a run that this version began"
 sed 's/"samples": [0-9]*/"samples": 2.5/' limited/manifest.json >damaged/manifest.json
 expect_exit 3 "a count with a fraction" "$programs/evaluate" --run damaged
 expect_error_line "damaged/manifest.json: no sound setting 'samples'"

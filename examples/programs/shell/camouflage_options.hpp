@@ -55,6 +55,10 @@ inline void require_fit(const OptimisationSettings& optimisation, const SceneSet
       method == "planar_patch" || method == "camou" || method == "upc" || method == "das";
   list.require(!maps_attention(method) || optimisation.ensemble.empty(),
                "--method " + method + " scatters the attention of one detector; it takes no --ensemble");
+  list.require(!maps_attention(method) || optimisation.loss == OptimisationSettings{}.loss,
+               "--loss has no part in --method " + method + ", whose loss is the attention");
+  list.require(method != "random" || (optimisation.printability == 0 && optimisation.worst_views == 1),
+               "--printability and --worst-views have no part in --method random, which is not optimised");
   list.require(!paints_parts || scene.texture == "atlas",
                "--method " + method + " paints parts of an atlas; it needs --texture atlas");
   list.require(method != "rauca" || scene.light == "photo",

@@ -17,7 +17,12 @@ namespace {
 
 /// The layer of a Darknet network that a number names, or without one the last that all heads see.
 std::size_t darknet_layer(const detect::Network<float>& network, const std::string& layer) {
-  if (layer.empty()) return network.common_layer().value_or(0);
+  if (layer.empty()) {
+    const auto common = network.common_layer();
+    if (common) return *common;
+    throw FileError(ErrorKind::mismatch, {network.config().name, "",
+                                          "there is no layer that all heads see, to map attention over"});
+  }
   const bool is_number = layer.size() < 6 && std::all_of(layer.begin(), layer.end(), [](unsigned char c) {
                            return std::isdigit(c) != 0;
                          });

@@ -90,7 +90,8 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "--frames is left out, else none");
   visit("mask", s.mask,
         "auto: the frame's own mask, else the rendered silhouette; silhouette; file: maskN.png beside "
-        "dataN.npz; u2net: what --segmenter finds in the frame's picture");
+        "dataN.npz; u2net: what --segmenter finds in the frame's picture. "
+        "Drawn scenes keep their own");
   visit("segmenter", s.segmenter,
         "ONNX model of the U2-Net family for --mask u2net; a small one that is bundled when left out");
   visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
@@ -300,8 +301,10 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
     } catch (const nlohmann::json::exception&) {
       is_sound = false;
     }
+    const bool lacks = saved.is_object() && !saved.contains(name);  // as runs of earlier versions do
     if (!is_sound)
-      throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'"});
+      throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'",
+                                             lacks ? "a run that this version began" : "", ""});
   });
   ProblemList problems;
   require_sound(whole, problems);

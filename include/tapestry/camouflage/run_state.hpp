@@ -12,8 +12,8 @@
 
 namespace tapestry::camouflage {
 
-/// The layout of checkpoint files; a reader refuses newer ones.
-inline constexpr std::uint64_t checkpoint_format = 1;
+/// The layout of checkpoint files; a reader refuses others.
+inline constexpr std::uint64_t checkpoint_format = 2;
 
 namespace detail {
 inline constexpr std::size_t history_columns = ObjectiveTerms::all.size();
@@ -79,7 +79,7 @@ struct Checkpoint {
   std::string settings;
 };
 
-/// \throws FileError: malformed (damaged, or numbers that no training comes to), mismatch (a newer format, or
+/// \throws FileError: malformed (damaged, or numbers that no training comes to), mismatch (another format, or
 ///         members that do not fit each other)
 template <class T>
 [[nodiscard]] Checkpoint<T> read_checkpoint(const std::string& path) {

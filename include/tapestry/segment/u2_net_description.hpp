@@ -207,12 +207,19 @@ class U2NetWriter {
   return detail::U2NetWriter(shape, seed).write(shape);
 }
 
-/// Names of the values that u2_net_description()'s outputs are the logistic function of, in their order.
+/// Names of the values that a network's outputs are the logistic function of, in their order.
+/// \throws FileError (mismatch) for an output that is none
 [[nodiscard]] inline std::vector<std::string> u2_net_logits(const nn::NetworkDescription& network) {
   std::vector<std::string> logits;
-  for (const std::string& output : network.outputs)
-    for (const nn::Node& node : network.nodes)
-      if (node.outputs.front() == output) logits.push_back(node.inputs.front());
+  for (const std::string& output : network.outputs) {
+    const auto node = std::ranges::find_if(network.nodes, [&](const nn::Node& candidate) {
+      return candidate.operation == "Sigmoid" && candidate.outputs.front() == output;
+    });
+    if (node == network.nodes.end())
+      throw FileError(ErrorKind::mismatch, {network.path, "", "output '" + output + "' is not of a Sigmoid",
+                                            "side outputs in [0, 1]", ""});
+    logits.push_back(node->inputs.front());
+  }
   return logits;
 }
 

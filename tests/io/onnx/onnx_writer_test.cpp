@@ -80,7 +80,8 @@ TEST_CASE("every kind of attribute, element and extent is written", "[io][onnx][
   network.constants["floats"] = {
       {2, 2}, ElementType::floating, std::vector<float>{1.5F, -0.0F, 1e-40F, 3e38F}};
   network.constants["doubles"] = {{3}, ElementType::floating, std::vector<double>{0.1, inf, -1e300}};
-  network.constants["integers"] = {{2}, ElementType::integer, std::vector<double>{-5, 1e15}};
+  network.constants["integers"] = {
+      {5}, ElementType::integer, std::vector<double>{-5, 1e15, 0x1p63, -0x1p63, 0}};
   network.constants["truths"] = {{2}, ElementType::boolean, std::vector<double>{1, 0}};
   network.constants["scalar"] = {{}, ElementType::floating, std::vector<float>{7}};
   network.constants["none"] = {{0, 3}, ElementType::floating, std::vector<float>{}};

@@ -1,7 +1,9 @@
 #pragma once
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <protozero/pbf_writer.hpp>
@@ -134,6 +136,14 @@ class OnnxEncoder {
     for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>(word >> (8 * i) & 0xFFU);
   }
 
+  /// The nearest integer of 64 bits to one that was read into double precision, where the largest is 2⁶³.
+  [[nodiscard]] static std::int64_t integer_of(const std::string& name, double value) {
+    if (std::isnan(value)) throw DomainError("write_onnx: the integers of '" + name + "' hold NaN");
+    if (value >= 0x1p63) return std::numeric_limits<std::int64_t>::max();
+    if (value < -0x1p63) return std::numeric_limits<std::int64_t>::min();
+    return static_cast<std::int64_t>(value);
+  }
+
   [[nodiscard]] static std::string tensor(const std::string& name, const nn::Constant& constant) {
     const bool is_float = constant.type == nn::ElementType::floating;
     const bool is_double = is_float && std::holds_alternative<std::vector<double>>(constant.values);
@@ -145,7 +155,7 @@ class OnnxEncoder {
       else if (is_float)
         append(elements, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
       else if (constant.type == nn::ElementType::integer)
-        append(elements, static_cast<std::uint64_t>(static_cast<std::int64_t>(value)), 8);
+        append(elements, static_cast<std::uint64_t>(integer_of(name, value)), 8);
       else
         append(elements, value != 0 ? 1 : 0, 1);
     }
@@ -164,7 +174,9 @@ class OnnxEncoder {
 
 /// The bytes of an ONNX model of this network, of which parse_onnx() makes the same description; the same
 /// network gives the same bytes. Attributes that are fractions are rounded to single precision, as the format
-/// holds them.
+/// holds them. Numbers are written as the kinds that a description knows: floats, doubles, integers of 64
+/// bits, truth values; and outputs as floats. So models of other kinds, or of operators outside the standard,
+/// are for our reader only.
 ///
 /// \param output_shapes  by name, of outputs whose extents are known; some readers want them
 [[nodiscard]] inline std::string onnx_bytes(const nn::NetworkDescription& network,
