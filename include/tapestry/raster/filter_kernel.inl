@@ -41,7 +41,8 @@ inline Doubles log_2(const Doubles& value) {
     sum = product + term;
   }
   const Doubles natural = s * sum;
-  return exponent + natural * 2.8853900817779268;  // 2 / ln 2
+  const Doubles scaled = natural * 2.8853900817779268;  // 2 / ln 2
+  return exponent + scaled;
 }
 
 /// Chooses level and places of fragments, see AtlasFilter. Works on whole vectors of the arrays.
@@ -94,7 +95,7 @@ struct LaneAxis {
 
   inline void set(std::size_t lane, double place, double step, double lookups, std::size_t size) {
     const double texels = static_cast<double>(size), between_texels = step * texels;
-    const double reach = (lookups - 1) * 0.5 * between_texels, centre = place * texels - 0.5;
+    const double at = place * texels, centre = at - 0.5, reach = (lookups - 1) * 0.5 * between_texels;
     const double first = centre - reach, end = centre + reach;
     whole[lane] = static_cast<std::int32_t>(first < end ? first : end) - 1;
     rest[lane] = static_cast<float>(first - whole[lane]);

@@ -26,7 +26,8 @@ namespace tapestry::raster {
 ///
 /// over row_begin[r] ≤ i < row_begin[r + 1] for the row r with pixels[r] = p. Coverage and the face's
 /// light are in the weights. Made by texture_operator(), applied by render() and render_adjoint().
-/// Memory: see memory_bytes(); about 4 + sizeof(T) bytes an entry, 4 to 9 entries a covered pixel.
+/// Memory: see memory_bytes(); about 4 + sizeof(T) bytes an entry, twice that with tiles, and 4 to 9
+/// entries a covered pixel, more where an atlas is filtered.
 template <std::floating_point T>
 struct TextureOperator {
   std::size_t height = 0;
@@ -54,8 +55,10 @@ template <class T>
 }
 
 /// An operator whose adjoints several threads share out by tiles of texels. Sorting takes as long as about
-/// two adjoints, and the entries are held twice: for operators that are used again. To be made anew once
-/// pixels, texels_of or weights have changed.
+/// two adjoints, and the entries are held twice, with 8 bytes more for each run of a pixel's entries in one
+/// tile: for operators that are used again. To be made anew once pixels, texels_of or weights have changed.
+/// Tiles are of equally many texels, so a view that reads few of them, as a far one of a filtered atlas
+/// does, keeps fewer threads busy.
 template <std::floating_point T>
 [[nodiscard]] TextureOperator<T> with_tiles(TextureOperator<T> picture) {
   picture.tiles = std::make_shared<const TextureTiles<T>>(texture_tiles<T>(picture));
