@@ -81,6 +81,27 @@ TEST_CASE("a kink within the step is told from a wrong gradient", "[autodiff][gr
   CHECK(tapestry::check_gradient(jump, Array<double, 1>{1 - h / 3}, Array<double, 1>{1}).kinks.size() == 1);
 }
 
+TEST_CASE("what a function rounds by can be said, and a wrong gradient is still found",
+          "[autodiff][gradient_check]") {
+  const auto noisy = [](const Array<double, 1>& x) {  // by 20 epsilon, another way at every argument
+    double sum = 1;
+    for (const double element : x.storage()) sum += 1e-6 * element + 4.4e-15 * std::sin(1e12 * element);
+    return sum;
+  };
+  const auto x = random_array<double>({20}, 5, 0.1, 0.9);
+  auto gradient = tapestry::filled<double, 1>({20}, 1e-6);
+  tapestry::GradientCheckOptions options;
+  options.step = 1e-5;
+  const auto strict = tapestry::check_gradient(noisy, x, gradient, options);
+  CHECK(strict.failures.size() + strict.kinks.size() > 0);
+  options.rounding = 64;
+  const auto told = tapestry::check_gradient(noisy, x, gradient, options);
+  CHECK(told.passed());
+  CHECK(told.kinks.empty());
+  gradient(3) = 1e-6 + 1e-8;
+  CHECK_FALSE(tapestry::check_gradient(noisy, x, gradient, options).passed());
+}
+
 TEST_CASE("a seeded subset is checked instead of all", "[autodiff][gradient_check]") {
   const auto x = random_array<double>({1000}, 1, -1, 1);
   const auto f = [](const Array<double, 1>& at) { return at(3) * at(500); };

@@ -25,6 +25,7 @@ struct GradientCheckOptions {
   bool richardson = false;  ///< extrapolate from h and h/2: error O(h⁴) instead of O(h²)
   std::size_t subset = 0;   ///< how many entries to check, drawn without repetition; 0: all
   std::uint64_t seed = 1;   ///< of the draw
+  double rounding = 4;      ///< what a value of the function may be wrong by, in ε|f|; more for long sums
 };
 
 /// One entry of a gradient beside the difference quotient.
@@ -134,7 +135,8 @@ template <class Difference>
   const double h = difference_step(options, argument);
   double numeric = difference.central(index, h);
   if (options.richardson) numeric = (4 * difference.central(index, h / 2) - numeric) / 3;
-  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(difference.centre()) / h;
+  const double rounding =
+      options.rounding * std::numeric_limits<double>::epsilon() * std::abs(difference.centre()) / h;
   const double scale = std::max({std::isfinite(analytic) ? std::abs(analytic) : 0, std::abs(numeric),
                                  rounding / options.tolerance, std::numeric_limits<double>::min()});
   GradientCheckEntry entry{index, argument, h, analytic, numeric, std::abs(analytic - numeric) / scale,
@@ -156,9 +158,10 @@ inline std::string GradientReport::line(const GradientCheckEntry& entry) {
 /// Compares a gradient with central differences of the function, entry by entry.
 ///
 /// Relative errors are taken against the larger of the two numbers, but at least against the size that
-/// differences can resolve to the tolerance at all: rounding 4ε|f|/h over tolerance. Where the two disagree,
-/// one-sided differences at h, h/2 and h/4 tell a kink or jump of the function within the step, which
-/// proves nothing about the gradient, from a wrong gradient; such entries are listed apart.
+/// differences can resolve to the tolerance at all: rounding, as the options say it, of ε|f|/h over
+/// tolerance. Where the two disagree, one-sided differences at h, h/2 and h/4 tell a kink or jump of the
+/// function within the step, which proves nothing about the gradient, from a wrong gradient; such entries are
+/// listed apart.
 ///
 /// \param f         from const Array<double, Rank>& to double
 /// \param x         where
