@@ -1,6 +1,5 @@
 // Trains a small YOLO-V3-shaped detector on procedural street scenes, drawn as they are needed.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -23,12 +22,10 @@
 #include <vector>
 
 #include "../scenes/labelled_scene.hpp"
-#include "shell/file_status.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
-#include "shell/progress.hpp"
-#include "shell/settings.hpp"
+#include "shell/scene_training.hpp"
 #include "shell/stop_signal.hpp"
 #include "shell/trained_network.hpp"
 
@@ -41,11 +38,8 @@ struct Options {
   std::string cfg;
   std::string weights;
   std::string output;
-  std::size_t steps = 2400, batch = 16, fresh = 6, pool = 3000, size = 0;
-  std::size_t validate = 200, validate_every = 600, save_every = 250;
-  double learning_rate = 0.002;
-  std::uint64_t seed = 1;
-  int threads = 0;
+  std::size_t fresh = 6, pool = 3000, size = 0;
+  SceneTraining training{2400, 16, 200, 600};
 };
 
 void describe(CLI::App& app, Options& o) {
@@ -62,18 +56,10 @@ void describe(CLI::App& app, Options& o) {
       "file to write: Darknet weights, or, named .safetensors, a detector with its cfg, needed when the cfg "
       "is "
       "that of converted --weights; detector.weights or detector.safetensors when left out");
-  add("--steps", o.steps, "steps of the optimiser; 0: only validate");
-  add("--batch", o.batch, "pictures a step");
   add("--fresh", o.fresh, "pictures of a batch that are drawn anew; the others are repeated from the pool");
   add("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
   add("--size", o.size, "width and height of the network's input, pixels; 0: as the cfg says");
-  add("--learning-rate", o.learning_rate,
-      "Adam's, at its highest: it rises for 200 steps, then falls as a cosine");
-  add("--validate", o.validate, "held-out scenes for P@0.5, for each of three kinds of paint");
-  add("--validate-every", o.validate_every, "steps between validations");
-  add("--save-every", o.save_every, "steps between saves");
-  add("--seed", o.seed, "seed of scenes and first weights");
-  add("--threads", o.threads, "threads; 0: all cores. Results do not depend on it");
+  add_options(app, o.training, "P@0.5");
 }
 
 /// First weights, with objectness near 0.01: most candidates of a picture are background.
@@ -101,7 +87,7 @@ struct Start {
 Start starting_network(const Options& options) {
   if (options.weights.empty()) {
     detect::Network<float> network(io::read_network_config(options.cfg), options.size, options.size);
-    initialise(network, options.seed);
+    initialise(network, options.training.seed);
     return {std::move(network), io::read_text_file(options.cfg)};
   }
   const std::string cfg = trainable_cfg(options.cfg, options.weights);
@@ -110,28 +96,7 @@ Start starting_network(const Options& options) {
   return {std::move(loaded.network), cfg};
 }
 
-/// A kind of held-out view: main cars that show at least 40 % of themselves, with one kind of paint.
-struct HeldOut {
-  std::string name;
-  std::vector<LabelledScene> scenes;
-};
-
-HeldOut held_out(const std::string& name, PaintKind paint, const Options& options, std::size_t size) {
-  HeldOut set{name, {}};
-  SceneOptions scene;
-  scene.van_chance = 0;
-  scene.paint = paint;
-  const Random source = Random(0x5EED0FF5E7ULL).fork(static_cast<std::uint64_t>(paint));
-  std::vector<LabelledScene> drawn(2 * options.validate);
-  parallel_for(drawn.size(), [&](std::size_t i) {
-    StopSignal::throw_if_arrived();
-    drawn[i] = draw_labelled(source.fork(i), scene, size);
-  });
-  for (auto& candidate : drawn)
-    if (candidate.main_share >= 0.4 && set.scenes.size() < options.validate)
-      set.scenes.push_back(std::move(candidate));
-  return set;
-}
+using HeldOutScenes = std::vector<HeldOut<LabelledScene>>;
 
 struct Validation {
   evaluate::DetectionRate rate;
@@ -171,8 +136,8 @@ Validation validate(const detect::Network<float>& network, const std::vector<Lab
   return result;
 }
 
-void print_validation(const detect::Network<float>& network, const std::vector<HeldOut>& sets) {
-  for (const HeldOut& set : sets) {
+void print_validation(const detect::Network<float>& network, const HeldOutScenes& sets) {
+  for (const auto& set : sets) {
     const Validation result = validate(network, set.scenes);
     std::printf(
         "  %-12s P@0.5 %5.1f %% (%zu of %zu, 95 %% interval %.1f to %.1f), mean confidence %.2f, "
@@ -190,12 +155,12 @@ class Trainer {
   Trainer(detect::Network<float>& network, const Options& options)
       : network_(network),
         options_(options),
-        pool_(options.seed, network.input_width(), std::max(options.pool, options.batch)),
-        adam_(network.parameters().size(), {options.learning_rate}),
-        batch_(Extents<4>{options.batch, network.input_height(), network.input_width(), 3}) {}
+        pool_(options.training.seed, network.input_width(), std::max(options.pool, options.training.batch)),
+        adam_(network.parameters().size(), {options.training.learning_rate}),
+        batch_(Extents<4>{options.training.batch, network.input_height(), network.input_width(), 3}) {}
 
   loss::YoloTrainingTerms step(std::size_t index) {
-    pool_.fill(index, std::min(options_.fresh, options_.batch), batch_, truths_);
+    pool_.fill(index, std::min(options_.fresh, options_.training.batch), batch_, truths_);
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<float, 4> images = batch_;
@@ -206,9 +171,10 @@ class Trainer {
       throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
     tape_.reverse(terms.total);
     network_.update_running_statistics(*pass_, 0.03);
-    adam_.set_learning_rate(warm_cosine_rate(options_.learning_rate, index, options_.steps, 200));
+    adam_.set_learning_rate(
+        warm_cosine_rate(options_.training.learning_rate, index, options_.training.steps, 200));
     adam_.step(network_.parameters(), parameters.adjoint());
-    network_.set_images_seen(network_.images_seen() + options_.batch);
+    network_.set_images_seen(network_.images_seen() + options_.training.batch);
     return {static_cast<double>(terms.box.value()), static_cast<double>(terms.objectness.value()),
             static_cast<double>(terms.classification.value()), static_cast<double>(terms.total.value())};
   }
@@ -228,13 +194,12 @@ class Trainer {
 std::string command_to_go_on(const CLI::App& app, const char* program, const Options& options,
                              std::size_t done) {
   std::vector<std::string> words{program, "--weights", options.output, "--steps",
-                                 std::to_string(options.steps - done)};
+                                 std::to_string(options.training.steps - done)};
   for (auto& word : given_options(app, {"weights", "steps"})) words.push_back(std::move(word));
   return shell_line(words);
 }
 
 int train(const CLI::App& app, const char* program, const Options& options) {
-  using Clock = std::chrono::steady_clock;
   Start start = starting_network(options);
   detect::Network<float>& network = start.network;
   const std::string& cfg_name = network.config().name;
@@ -249,55 +214,30 @@ int train(const CLI::App& app, const char* program, const Options& options) {
     if (head.classes != 3) throw Error(ErrorKind::mismatch, cfg_name + ": heads must have 3 classes");
 
   const std::size_t size = network.input_width();
-  const std::vector<HeldOut> sets{held_out("realistic", PaintKind::realistic, options, size),
-                                  held_out("solid", PaintKind::solid, options, size),
-                                  held_out("texel noise", PaintKind::texel_noise, options, size)};
+  const HeldOutScenes sets = held_out_sets(
+      0x5EED0FF5E7ULL, options.training.validate,
+      [=](const Random& random, const SceneOptions& scene) { return draw_labelled(random, scene, size); });
   Trainer trainer(network, options);
-  ProgressLine progress;
-  const auto begin = Clock::now();
-  double smoothed = 0;
-  std::size_t done = 0;
-  while (done < options.steps && !StopSignal::arrived()) {
-    const auto terms = trainer.step(done++);
-    smoothed = done == 1 ? terms.total : 0.98 * smoothed + 0.02 * terms.total;
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    char line[160];
-    std::snprintf(line, sizeof line,
-                  "step %zu of %zu: loss %.3f (box %.3f, objectness %.3f, class %.3f), %.1f steps/s, ", done,
-                  options.steps, smoothed, terms.box, terms.objectness, terms.classification,
-                  static_cast<double>(done) / seconds);
-    progress.show(
-        line +
-            duration_text(seconds / static_cast<double>(done) * static_cast<double>(options.steps - done)) +
-            " left",
-        done == options.steps);
-    if (done % options.save_every == 0) save_network(network, start.cfg, options.output);
-    if (done % options.validate_every == 0 && done < options.steps) {
-      std::printf("after step %zu, loss %.3f\n", done, smoothed);
-      print_validation(network, sets);
-    }
-  }
-  if (done == 0) StopSignal::throw_if_arrived();
-  if (done > 0) save_network(network, start.cfg, options.output);
-  if (done < options.steps && StopSignal::arrived()) {
-    std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
-                 command_to_go_on(app, program, options, done).c_str());
-    return StopSignal::exit_code();
-  }
-  std::printf("after step %zu, loss %.3f\n", done, smoothed);
-  print_validation(network, sets);
-  return 0;
+  const auto step = [&](std::size_t index) {
+    const auto terms = trainer.step(index);
+    char words[80];
+    std::snprintf(words, sizeof words, " (box %.3f, objectness %.3f, class %.3f)", terms.box,
+                  terms.objectness, terms.classification);
+    return StepLoss{terms.total, words};
+  };
+  const std::size_t done = train_on_scenes(
+      options.training, step, [&] { save_network(network, start.cfg, options.output); },
+      [&] { print_validation(network, sets); });
+  if (done == options.training.steps) return 0;
+  std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
+               command_to_go_on(app, program, options, done).c_str());
+  return StopSignal::exit_code();
 }
 
 void require_sound(const Options& o) {
   ProblemList list;
-  list.require(o.batch >= 1 && o.batch <= 1024, "--batch must be 1 to 1024");
-  list.require(o.save_every > 0 && o.validate_every > 0,
-               "--save-every and --validate-every must be at least 1");
-  list.require(o.learning_rate > 0, "--learning-rate must be above 0");
+  require_sound(o.training, list);
   list.require(o.size <= 4096, "--size must be at most 4096 pixels");
-  list.require(o.validate <= 100000, "--validate must be at most 100000");
-  require_sound_thread_count(o.threads, list);
   list.throw_first();
 }
 
@@ -307,7 +247,7 @@ void fill_in_files(Options& o) {
   const bool has_cfg = !o.cfg.empty() || o.weights.empty() || !io::is_safetensors(o.weights);
   if (o.cfg.empty() && has_cfg) o.cfg = BundledAssets{}.cfg();
   if (o.output.empty()) o.output = has_cfg ? "detector.weights" : "detector.safetensors";
-  if (!has_cfg && o.steps > 0 && !o.output.ends_with(".safetensors"))
+  if (!has_cfg && o.training.steps > 0 && !o.output.ends_with(".safetensors"))
     throw Error(ErrorKind::usage, "--output " + o.output + " would lose the cfg, which is only within " +
                                       o.weights + "; name it .safetensors, or give --cfg");
 }
@@ -315,15 +255,7 @@ void fill_in_files(Options& o) {
 int run(const CLI::App& app, const char* program, Options& options) {
   require_sound(options);
   fill_in_files(options);
-  if (options.threads > 0) limit_threads(options.threads);
-  if (options.steps > 0) require_writable_file(options.output);
-  const StopSignal stop_signal;
-  try {
-    return train(app, program, options);
-  } catch (const Stopped&) {
-    std::fprintf(stderr, "\nstopped before the first step; nothing was written\n");
-    return StopSignal::exit_code();
-  }
+  return run_training(options.training, options.output, [&] { return train(app, program, options); });
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Trains a small network of the U²-Net family to find the car in procedural street scenes, drawn as they are
 // needed.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -17,11 +16,9 @@
 #include <vector>
 
 #include "../scenes/segmented_scene.hpp"
-#include "shell/file_status.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
-#include "shell/progress.hpp"
-#include "shell/settings.hpp"
+#include "shell/scene_training.hpp"
 #include "shell/stop_signal.hpp"
 #include "shell/trained_network.hpp"
 
@@ -33,11 +30,8 @@ using namespace tapestry::scenes;
 struct Options {
   std::string weights;
   std::string output = "segmenter.onnx";
-  std::size_t steps = 4000, batch = 4, side = 128;
-  std::size_t validate = 100, validate_every = 1000, save_every = 250;
-  double learning_rate = 0.002;
-  std::uint64_t seed = 1;
-  int threads = 0;
+  std::size_t side = 128;
+  SceneTraining training{4000, 4, 100, 1000};
 };
 
 void describe(CLI::App& app, Options& o) {
@@ -48,16 +42,8 @@ void describe(CLI::App& app, Options& o) {
       "ONNX model to start from, one that this program wrote and whose size is kept; random weights when "
       "left out. Steps and learning rate begin anew");
   add("--output", o.output, "ONNX model to write");
-  add("--steps", o.steps, "steps of the optimiser; 0: only validate");
-  add("--batch", o.batch, "pictures a step");
   add("--side", o.side, "side of the network's square input, pixels, without --weights; a multiple of 16");
-  add("--learning-rate", o.learning_rate,
-      "Adam's, at its highest: it rises for 200 steps, then falls as a cosine");
-  add("--validate", o.validate, "held-out scenes for IoU, for each of three kinds of paint");
-  add("--validate-every", o.validate_every, "steps between validations");
-  add("--save-every", o.save_every, "steps between saves");
-  add("--seed", o.seed, "seed of scenes and first weights");
-  add("--threads", o.threads, "threads; 0: all cores. Results do not depend on it");
+  add_options(app, o.training, "IoU");
 }
 
 /// The bundled network: three stages, fewest channels where pixels are most.
@@ -65,30 +51,7 @@ segment::U2NetShape small_shape(std::size_t side) {
   return {side, {{5, 8, 8}, {4, 8, 16}, {3, 8, 16}}, 8, 16};
 }
 
-/// A kind of held-out view, of the size of the bundled frames: main cars that show at least 40 % of
-/// themselves, with one kind of paint.
-struct HeldOut {
-  std::string name;
-  std::vector<SegmentedScene> scenes;
-};
-
-HeldOut held_out(const std::string& name, PaintKind paint, const Options& options) {
-  constexpr std::size_t size = 256;
-  HeldOut set{name, {}};
-  SceneOptions scene;
-  scene.van_chance = 0;
-  scene.paint = paint;
-  const Random source = Random(0x5E6D0FF5E7ULL).fork(static_cast<std::uint64_t>(paint));
-  std::vector<SegmentedScene> drawn(2 * options.validate);
-  parallel_for(drawn.size(), [&](std::size_t i) {
-    StopSignal::throw_if_arrived();
-    drawn[i] = draw_segmented(source.fork(i), scene, size);
-  });
-  for (auto& candidate : drawn)
-    if (candidate.main_share >= 0.4 && set.scenes.size() < options.validate)
-      set.scenes.push_back(std::move(candidate));
-  return set;
-}
+using HeldOutScenes = std::vector<HeldOut<SegmentedScene>>;
 
 double mean(const std::vector<double>& values) {
   double sum = 0;
@@ -97,9 +60,9 @@ double mean(const std::vector<double>& values) {
 }
 
 /// Overlap of what is found with the silhouette: of the largest piece, and of that in the car's box.
-void print_validation(const nn::NetworkDescription& description, const std::vector<HeldOut>& sets) {
+void print_validation(const nn::NetworkDescription& description, const HeldOutScenes& sets) {
   const segment::U2Net<float> network(description);
-  for (const HeldOut& set : sets) {
+  for (const auto& set : sets) {
     std::vector<double> largest(set.scenes.size()), labelled(set.scenes.size());
     parallel_for(set.scenes.size(), [&](std::size_t i) {
       const SegmentedScene& scene = set.scenes[i];
@@ -145,7 +108,7 @@ struct Lane {
 /// summed over them all. Pictures run beside each other; their gradients are added in order.
 class Trainer {
  public:
-  Trainer(nn::NetworkDescription description, const Options& options)
+  Trainer(nn::NetworkDescription description, const SceneTraining& options)
       : description_(std::move(description)),
         network_(nn::pruned(description_, segment::u2_net_logits(description_)), {}, true),
         options_(options),
@@ -233,7 +196,7 @@ class Trainer {
 
   nn::NetworkDescription description_;
   nn::Network<float> network_;
-  const Options& options_;
+  const SceneTraining& options_;
   Array<float, 1> constants_, gradient_;
   optim::Adam<float> adam_;
   Random scenes_;
@@ -243,68 +206,29 @@ class Trainer {
 };
 
 int train(const Options& options) {
-  using Clock = std::chrono::steady_clock;
+  const SceneTraining& training = options.training;
   Trainer trainer(options.weights.empty()
-                      ? segment::u2_net_description(small_shape(options.side), options.seed)
+                      ? segment::u2_net_description(small_shape(options.side), training.seed)
                       : io::read_onnx(options.weights),
-                  options);
-  const std::vector<HeldOut> sets{held_out("realistic", PaintKind::realistic, options),
-                                  held_out("solid", PaintKind::solid, options),
-                                  held_out("texel noise", PaintKind::texel_noise, options)};
-  ProgressLine progress;
-  const auto begin = Clock::now();
-  double smoothed = 0;
-  std::size_t done = 0;
-  while (done < options.steps && !StopSignal::arrived()) {
-    const double loss = trainer.step(done++);
-    smoothed = done == 1 ? loss : 0.98 * smoothed + 0.02 * loss;
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    char line[160];
-    std::snprintf(line, sizeof line, "step %zu of %zu: loss %.3f, %.2f steps/s, ", done, options.steps,
-                  smoothed, static_cast<double>(done) / seconds);
-    const double left = seconds / static_cast<double>(done) * static_cast<double>(options.steps - done);
-    progress.show(line + duration_text(left) + " left", done == options.steps);
-    if (done % options.save_every == 0) trainer.save(options.output);
-    if (done % options.validate_every == 0 && done < options.steps) {
-      std::printf("after step %zu, loss %.3f\n", done, smoothed);
-      print_validation(trainer.description(), sets);
-    }
-  }
-  if (done == 0) StopSignal::throw_if_arrived();
-  if (done > 0) trainer.save(options.output);
-  if (done < options.steps && StopSignal::arrived()) {
-    std::fprintf(stderr, "\nstopped; the model of step %zu is in %s\n", done, options.output.c_str());
-    return StopSignal::exit_code();
-  }
-  std::printf("after step %zu, loss %.3f\n", done, smoothed);
-  print_validation(trainer.description(), sets);
-  return 0;
+                  training);
+  constexpr std::size_t size = 256;  // of the bundled frames
+  const HeldOutScenes sets = held_out_sets(
+      0x5E6D0FF5E7ULL, training.validate,
+      [](const Random& random, const SceneOptions& scene) { return draw_segmented(random, scene, size); });
+  const std::size_t done = train_on_scenes(
+      training, [&](std::size_t index) { return StepLoss{trainer.step(index)}; },
+      [&] { trainer.save(options.output); }, [&] { print_validation(trainer.description(), sets); });
+  if (done == training.steps) return 0;
+  std::fprintf(stderr, "\nstopped; the model of step %zu is in %s\n", done, options.output.c_str());
+  return StopSignal::exit_code();
 }
 
 void require_sound(const Options& o) {
   ProblemList list;
-  list.require(o.batch >= 1 && o.batch <= 1024, "--batch must be 1 to 1024");
-  list.require(o.save_every > 0 && o.validate_every > 0,
-               "--save-every and --validate-every must be at least 1");
-  list.require(o.learning_rate > 0, "--learning-rate must be above 0");
+  require_sound(o.training, list);
   list.require(o.side >= 32 && o.side <= 1024 && o.side % 16 == 0,
                "--side must be a multiple of 16, 32 to 1024 pixels");
-  list.require(o.validate <= 2000, "--validate must be at most 2000");
-  require_sound_thread_count(o.threads, list);
   list.throw_first();
-}
-
-int run(const Options& options) {
-  require_sound(options);
-  if (options.threads > 0) limit_threads(options.threads);
-  if (options.steps > 0) require_writable_file(options.output);
-  const StopSignal stop_signal;
-  try {
-    return train(options);
-  } catch (const Stopped&) {
-    std::fprintf(stderr, "\nstopped before the first step; nothing was written\n");
-    return StopSignal::exit_code();
-  }
 }
 
 }  // namespace
@@ -317,5 +241,8 @@ int main(int argc, char** argv) {
   Options options;
   describe(app, options);
   app.footer("  train_segmenter --output segmenter.onnx --seed 1");
-  return run_program(app, argc, argv, [&] { return run(options); });
+  return run_program(app, argc, argv, [&] {
+    require_sound(options);
+    return run_training(options.training, options.output, [&] { return train(options); });
+  });
 }

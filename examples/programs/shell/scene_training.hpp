@@ -1,0 +1,152 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/core/random.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../scenes/make_scene.hpp"
+#include "file_status.hpp"
+#include "problem_list.hpp"
+#include "progress.hpp"
+#include "settings.hpp"
+#include "stop_signal.hpp"
+
+namespace tapestry::shell {
+
+/// What programs that train a network on procedural street scenes have in common: how long they train, and
+/// how often they save and measure.
+struct SceneTraining {
+  std::size_t steps = 0, batch = 0, validate = 0, validate_every = 0, save_every = 250;
+  double learning_rate = 0.002;
+  std::uint64_t seed = 1;
+  int threads = 0;
+};
+
+/// \param measured  on held-out scenes
+inline void add_options(CLI::App& app, SceneTraining& s, const std::string& measured) {
+  const auto add = [&](const char* name, auto& value, const std::string& text) {
+    app.add_option(name, value, text)->capture_default_str();
+  };
+  add("--steps", s.steps, "steps of the optimiser; 0: only validate");
+  add("--batch", s.batch, "pictures a step");
+  add("--learning-rate", s.learning_rate,
+      "Adam's, at its highest: it rises for 200 steps, then falls as a cosine");
+  add("--validate", s.validate, "held-out scenes for " + measured + ", for each of three kinds of paint");
+  add("--validate-every", s.validate_every, "steps between validations");
+  add("--save-every", s.save_every, "steps between saves");
+  add("--seed", s.seed, "seed of scenes and first weights");
+  add("--threads", s.threads, "threads; 0: all cores. Results do not depend on it");
+}
+
+inline void require_sound(const SceneTraining& s, ProblemList& list) {
+  list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
+  list.require(s.save_every > 0 && s.validate_every > 0,
+               "--save-every and --validate-every must be at least 1");
+  list.require(s.learning_rate > 0, "--learning-rate must be above 0");
+  list.require(s.validate <= 2000, "--validate must be at most 2000");
+  require_sound_thread_count(s.threads, list);
+}
+
+/// Held-out views of cars in one kind of paint.
+template <class Scene>
+struct HeldOut {
+  std::string name;
+  std::vector<Scene> scenes;
+};
+
+/// Views of cars in realistic paint, solid paint and texel noise; of main cars that show at least 40 % of
+/// themselves.
+/// \param stream  of random numbers, another than those that are trained on
+/// \param count   scenes of each kind, or fewer if of twice as many drawn too few will do
+/// \param draw    (Random, SceneOptions) gives a scene
+/// \throws Stopped
+template <class Draw>
+auto held_out_sets(std::uint64_t stream, std::size_t count, Draw draw) {
+  using Scene = decltype(draw(Random(stream), scenes::SceneOptions{}));
+  std::vector<HeldOut<Scene>> sets{{"realistic", {}}, {"solid", {}}, {"texel noise", {}}};
+  const scenes::PaintKind paints[] = {scenes::PaintKind::realistic, scenes::PaintKind::solid,
+                                      scenes::PaintKind::texel_noise};
+  for (std::size_t kind = 0; kind < sets.size(); ++kind) {
+    scenes::SceneOptions options;
+    options.van_chance = 0;
+    options.paint = paints[kind];
+    const Random source = Random(stream).fork(static_cast<std::uint64_t>(paints[kind]));
+    std::vector<Scene> drawn(2 * count);
+    parallel_for(drawn.size(), [&](std::size_t i) {
+      StopSignal::throw_if_arrived();
+      drawn[i] = draw(source.fork(i), options);
+    });
+    for (auto& candidate : drawn)
+      if (candidate.main_share >= 0.4 && sets[kind].scenes.size() < count)
+        sets[kind].scenes.push_back(std::move(candidate));
+  }
+  return sets;
+}
+
+/// What a step of training comes to.
+struct StepLoss {
+  double total = 0;
+  std::string terms{};  ///< in words, to be said behind it
+};
+
+/// Trains until all steps are done or a signal arrives; saves and validates in between and at the end.
+/// \param step      (number of the step) gives its StepLoss
+/// \param validate  () prints what was measured
+/// \returns         the steps done; as many as there are unless a signal arrived
+/// \throws Stopped if a signal arrives before the first step
+template <class Step, class Save, class Validate>
+std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Validate validate) {
+  using Clock = std::chrono::steady_clock;
+  ProgressLine progress;
+  const auto begin = Clock::now();
+  double smoothed = 0;
+  std::size_t done = 0;
+  while (done < s.steps && !StopSignal::arrived()) {
+    const StepLoss loss = step(done++);
+    smoothed = done == 1 ? loss.total : 0.98 * smoothed + 0.02 * loss.total;
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    const double left = seconds / static_cast<double>(done) * static_cast<double>(s.steps - done);
+    char speed[64];
+    std::snprintf(speed, sizeof speed, ", %.2f steps/s, ", static_cast<double>(done) / seconds);
+    char total[64];
+    std::snprintf(total, sizeof total, ": loss %.3f", smoothed);
+    progress.show("step " + std::to_string(done) + " of " + std::to_string(s.steps) + total + loss.terms +
+                      speed + duration_text(left) + " left",
+                  done == s.steps);
+    if (done % s.save_every == 0) save();
+    if (done % s.validate_every == 0 && done < s.steps) {
+      std::printf("after step %zu, loss %.3f\n", done, smoothed);
+      validate();
+    }
+  }
+  if (done == 0) StopSignal::throw_if_arrived();
+  if (done > 0) save();
+  if (done < s.steps && StopSignal::arrived()) return done;
+  std::printf("after step %zu, loss %.3f\n", done, smoothed);
+  validate();
+  return done;
+}
+
+/// Runs a training program once its options are sound.
+/// \param output  file that it will write
+/// \param train   () returns the exit code
+template <class Train>
+int run_training(const SceneTraining& s, const std::string& output, Train train) {
+  if (s.threads > 0) limit_threads(s.threads);
+  if (s.steps > 0) require_writable_file(output);
+  const StopSignal stop_signal;
+  try {
+    return train();
+  } catch (const Stopped&) {
+    std::fprintf(stderr, "\nstopped before the first step; nothing was written\n");
+    return StopSignal::exit_code();
+  }
+}
+
+}  // namespace tapestry::shell
