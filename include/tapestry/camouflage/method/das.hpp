@@ -1,13 +1,8 @@
 #pragma once
 #include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/panels.hpp>
-#include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 
@@ -31,13 +26,8 @@ template <std::floating_point T>
 /// car keeps its own colours. \throws as panel_texels()
 template <std::floating_point T>
 [[nodiscard]] Method<T> das(const raster::PaintedMesh& car) {
-  Method<T> method = das_full<T>();
-  const auto texels = panel_texels("das", car);
-  std::vector<std::size_t> rows(car.layout.texel_count(car.mesh), Method<T>::unpainted);
-  for (std::size_t row = 0; row < texels.size(); ++row) rows[texels[row].texel] = row;
-  method.row_of_texel = std::make_shared<const std::vector<std::size_t>>(std::move(rows));
-  method.row_count = texels.size();
-  method.elsewhere = own_colours<T>(car);
+  Method<T> method = paint_panels<T>(car, panel_texels("das", car));
+  method.attention = das_full<T>().attention;
   return method;
 }
 

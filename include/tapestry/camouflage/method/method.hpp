@@ -60,10 +60,9 @@ template <class T>
   require_shape("first_parameter", "start", start, {rows.size(), 3});
   require_sound(method);
   auto first = zeros<T, 2>({method.row_count, 3});
-  for (std::size_t texel = rows.size(); texel-- > 0;) {
-    if (rows[texel] == Method<T>::unpainted) continue;
-    std::copy_n(start.data() + 3 * texel, 3, first.data() + 3 * rows[texel]);
-  }
+  for (std::size_t texel = rows.size(); texel-- > 0;)
+    if (rows[texel] != Method<T>::unpainted)
+      std::copy_n(start.data() + 3 * texel, 3, first.data() + 3 * rows[texel]);
   return first;
 }
 

@@ -2,15 +2,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::camouflage {
@@ -135,6 +140,19 @@ inline void require_atlas(const std::string& method, const raster::PaintedMesh& 
     throw Error(ErrorKind::mismatch,
                 "the method " + method + " paints roof, hood and doors, of which no painted face is one");
   return texels;
+}
+
+/// A method that paints these texels, each for itself, by the row of its place in the list; the rest of the
+/// car keeps its own colours.
+template <std::floating_point T>
+[[nodiscard]] Method<T> paint_panels(const raster::PaintedMesh& car, const std::vector<PanelTexel>& texels) {
+  std::vector<std::size_t> rows(car.layout.texel_count(car.mesh), Method<T>::unpainted);
+  for (std::size_t row = 0; row < texels.size(); ++row) rows[texels[row].texel] = row;
+  Method<T> method;
+  method.row_of_texel = std::make_shared<const std::vector<std::size_t>>(std::move(rows));
+  method.row_count = texels.size();
+  method.elsewhere = own_colours<T>(car);
+  return method;
 }
 
 }  // namespace tapestry::camouflage

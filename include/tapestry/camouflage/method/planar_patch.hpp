@@ -67,7 +67,7 @@ template <std::floating_point T>
     throw Error(
         ErrorKind::mismatch,
         "the method planar_patch needs a panel of more than a line of texels; the atlas is too small");
-  const auto edge = static_cast<std::size_t>(std::max(1.0, std::floor(std::sqrt(largest))));
+  const auto edge = static_cast<std::size_t>(std::sqrt(largest));
 
   std::vector<std::size_t> rows(car.layout.texel_count(car.mesh), Method<T>::unpainted);
   const auto pixel = [&](double share) {

@@ -5,14 +5,10 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/panels.hpp>
-#include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 namespace detail {
@@ -76,21 +72,16 @@ inline constexpr double upc_bound = 35.0 / 255;
 template <std::floating_point T>
 [[nodiscard]] Method<T> upc(const raster::PaintedMesh& car, std::uint64_t seed) {
   const auto texels = panel_texels("upc", car);
-  std::vector<std::size_t> rows(car.layout.texel_count(car.mesh), Method<T>::unpainted);
-  Method<T> method;
-  method.row_count = texels.size();
+  Method<T> method = paint_panels<T>(car, texels);
   method.least = method.greatest = Array<T, 2>(Extents<2>{texels.size(), 3});
   const Random random = Random(seed).fork(0x666F6C69616765ULL);
   for (std::size_t row = 0; row < texels.size(); ++row) {
-    rows[texels[row].texel] = row;
     const auto picture = detail::foliage(texels[row].position, random);
     for (std::size_t c = 0; c < 3; ++c) {
       method.least(row, c) = static_cast<T>(std::max(0.0, picture[c] - upc_bound));
       method.greatest(row, c) = static_cast<T>(std::min(1.0, picture[c] + upc_bound));
     }
   }
-  method.row_of_texel = std::make_shared<const std::vector<std::size_t>>(std::move(rows));
-  method.elsewhere = own_colours<T>(car);
   return method;
 }
 
