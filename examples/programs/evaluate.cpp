@@ -6,6 +6,7 @@
 #include <iostream>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/network_file.hpp>
 
@@ -17,7 +18,6 @@
 #include "shell/report.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
-#include "shell/run_texture.hpp"
 #include "shell/settings.hpp"
 #include "shell/survey_watch.hpp"
 
@@ -163,14 +163,16 @@ int run(const CLI::App& app, Options& options) {
   const auto usable = views_with_car(store, inputs.warnings);
   print_warnings(inputs.warnings);
   if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
-  evaluate::SurveyedTextures<float> textures{camouflage::own_colours<float>(car), {}, {}};
-  const std::size_t texel_count = textures.clean.shape(0);
-  if (!options.clean_only) textures.adversarial = read_colours(options.run + "/texture.npz", texel_count);
+  evaluate::SurveyedTextures<float> textures{
+      camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
+  const std::size_t texel_count = textures.clean.colours.shape(0);
+  if (!options.clean_only)
+    textures.adversarial = camouflage::read_paint(options.run + "/texture.npz", texel_count);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
                                            : evaluate::plain_controls<float>(texel_count, options.seed);
   if (!options.against.empty())
     textures.controls.push_back(
-        {evaluate::other_run_name, read_colours(options.against + "/texture.npz", texel_count)});
+        {evaluate::other_run_name, camouflage::read_paint(options.against + "/texture.npz", texel_count)});
   if (!options.output.empty()) make_writable_folder(options.output);
   evaluate::Meter<float> meter(network, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});

@@ -73,6 +73,7 @@
 #include <tapestry/camouflage/method/upc.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>

@@ -134,6 +134,70 @@ TEST_CASE("a paired bootstrap of one pair or none knows no interval", "[evaluate
   CHECK(none.interval == std::array<double, 2>{-infinity, infinity});
 }
 
+TEST_CASE("a ratio of paired means has the interval of the mean where it is one",
+          "[evaluate][paired_bootstrap]") {
+  const std::vector<double> values{0.113, 0.707, 0.41, 0.92, 0.051, 0.33, 0.644, 0.271};
+  const auto mean = evaluate::paired_bootstrap(values, zeros_like(values));
+  const auto ratio = evaluate::paired_ratio(values, std::vector<double>(values.size(), 1.0));
+  CHECK(ratio.ratio == Approx(mean.mean).epsilon(1e-14));
+  for (const std::size_t end : {0U, 1U})
+    CHECK(ratio.interval[end] == Approx(mean.interval[end]).epsilon(1e-12));
+}
+
+TEST_CASE("what pairs have in common does not widen the interval of their ratio",
+          "[evaluate][paired_bootstrap]") {
+  std::vector<double> second(40), first(40), apart(40);
+  Random random(6);
+  for (std::size_t i = 0; i < second.size(); ++i) {
+    second[i] = random.uniform();
+    first[i] = 0.75 * second[i];
+    apart[i] = 0.75 * random.uniform();
+  }
+  const auto known = evaluate::paired_ratio(first, second);
+  CHECK(known.ratio == Approx(0.75));
+  CHECK(known.interval[0] == Approx(0.75));
+  CHECK(known.interval[1] == Approx(0.75));
+  const auto unknown = evaluate::paired_ratio(apart, second);
+  CHECK(unknown.interval[0] < unknown.ratio - 0.1);
+  CHECK(unknown.interval[1] > unknown.ratio + 0.1);
+}
+
+TEST_CASE("a ratio's interval covers the true ratio about as often as it says",
+          "[evaluate][paired_bootstrap]") {
+  // Of 60 views an effect of u² in the second, and in the first of half of it and noise: means ⅓ and ⅙.
+  const std::size_t trials = 600;
+  std::size_t covered = 0;
+  for (std::size_t trial = 0; trial < trials; ++trial) {
+    Random random = Random(7).fork(trial);
+    std::vector<double> first(60), second(60);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      const double u = random.uniform();
+      second[i] = u * u;
+      first[i] = 0.5 * second[i] + 0.2 * random.normal();
+    }
+    const auto interval = evaluate::paired_ratio(first, second, {1000, trial}).interval;
+    covered += interval[0] <= 0.5 && 0.5 <= interval[1] ? 1U : 0U;
+  }
+  const double share = static_cast<double>(covered) / static_cast<double>(trials);
+  CHECK(share >= 0.914);
+  CHECK(share <= 0.986);
+}
+
+TEST_CASE("the ratio to a mean that may be none has no upper end, and to none is refused",
+          "[evaluate][paired_bootstrap][error]") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto unsure = evaluate::paired_ratio({1, 1, 1, 1}, {1, -1, 1, -0.5});
+  CHECK(unsure.ratio == 8);
+  CHECK(unsure.interval[1] == infinity);
+  CHECK(std::isfinite(unsure.interval[0]));
+  CHECK(evaluate::paired_ratio({1}, {2}) == evaluate::PairedRatio{0.5, {-infinity, infinity}});
+  CHECK_THROWS_WITH(evaluate::paired_ratio({1, 2}, {1, -1}),
+                    "paired_ratio: the second numbers do not have a sum above 0");
+  CHECK_THROWS_AS(evaluate::paired_ratio({}, {}), tapestry::DomainError);
+  CHECK_THROWS_AS(evaluate::paired_ratio({1, 2}, {1}), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::paired_ratio({1, infinity}, {1, 1}), tapestry::NumericError);
+}
+
 TEST_CASE("a paired bootstrap refuses what does not fit", "[evaluate][paired_bootstrap][error]") {
   CHECK_THROWS_WITH(evaluate::paired_bootstrap({1, 2}, {1}),
                     "paired_bootstrap: second has 1 numbers, expected 2");

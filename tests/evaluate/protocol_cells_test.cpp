@@ -127,7 +127,7 @@ TEST_CASE("a view that was photographed twice counts once in intervals", "[evalu
   CHECK(effect.best_confidence.mean == Approx(of_first.best_confidence.mean));
   CHECK(effect.best_confidence.interval[0] == Approx(of_first.best_confidence.interval[0]));
   CHECK_THROWS_WITH(evaluate::effect_of(outcomes, "control", 2, 1, twice, 3),
-                    "effect_of: 40 pictures are not 3 of each view");
+                    "view_means: 40 pictures are not 3 of each view");
 }
 
 TEST_CASE("an effect and a sweep are of the measured frames that belong", "[evaluate][cells]") {

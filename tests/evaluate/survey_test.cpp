@@ -2,6 +2,7 @@
 
 #include <tapestry/camouflage/own_colours.hpp>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "../support/catch.hpp"
@@ -21,7 +22,7 @@ struct Fixture {
   std::vector<std::size_t> views{0, 2};
   evaluate::Meter<float> meter{network, 1, {0.25, 0.45, {0.01}}};
   evaluate::SurveyedTextures<float> textures{
-      camouflage::own_colours<float>(car),
+      camouflage::without_paint(camouflage::own_colours<float>(car)),
       {},
       evaluate::plain_controls<float>(car.layout.texel_count(car.mesh), 3)};
 };
@@ -32,12 +33,13 @@ TEST_CASE("plain controls are noise that follows from the seed, and six solid co
           "[evaluate][controls]") {
   const auto controls = evaluate::plain_controls<float>(5, 7);
   REQUIRE(controls.size() == 7);
-  CHECK((controls[0].colours == evaluate::plain_controls<float>(5, 7)[0].colours));
-  CHECK((controls[0].colours != evaluate::plain_controls<float>(5, 8)[0].colours));
+  CHECK(controls[0].paint == evaluate::plain_controls<float>(5, 7)[0].paint);
+  CHECK(controls[0].paint.painted.empty());
+  CHECK((controls[0].paint.colours != evaluate::plain_controls<float>(5, 8)[0].paint.colours));
   CHECK(controls[4].name == "red");
   for (std::size_t texel = 0; texel < 5; ++texel) {
-    CHECK(controls[4].colours(texel, 0) == 0.75F);
-    CHECK(controls[4].colours(texel, 2) == 0.08F);
+    CHECK(controls[4].paint.colours(texel, 0) == 0.75F);
+    CHECK(controls[4].paint.colours(texel, 2) == 0.08F);
   }
 }
 
@@ -47,40 +49,71 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
   const auto car = test::tiny_car(12, kind);
   const std::size_t texels = car.layout.texel_count(car.mesh);
   const auto colours = test::random_array<float>({texels, 3}, 9);
-  const auto controls = evaluate::make_controls(car, colours, 3);
+  const camouflage::Paint<float> paint{colours};
+  const auto controls = evaluate::make_controls(car, paint, 3);
   std::vector<std::string> names;
   for (const auto& control : controls) {
     names.push_back(control.name);
-    CHECK(control.colours.shape(0) == texels);
+    CHECK(control.paint.colours.shape(0) == texels);
   }
   CHECK(names == std::vector<std::string>{"matched noise", "shuffled", "random", "white", "grey", "black",
                                           "red", "green", "blue"});
-  const auto again = evaluate::make_controls(car, colours, 3);
-  const auto other = evaluate::make_controls(car, colours, 4);
+  const auto again = evaluate::make_controls(car, paint, 3);
+  const auto other = evaluate::make_controls(car, paint, 4);
   for (const std::size_t i : {0U, 1U, 2U}) {
-    CHECK((controls[i].colours == again[i].colours));
-    CHECK((controls[i].colours != other[i].colours));
+    CHECK(controls[i].paint == again[i].paint);
+    CHECK((controls[i].paint.colours != other[i].paint.colours));
   }
   for (const std::size_t i : {0U, 1U})  // other places, the same values
     for (std::size_t c = 0; c < 3; ++c) {
-      CHECK((controls[i].colours != colours));
+      CHECK((controls[i].paint.colours != colours));
       for (const auto& chart : tapestry::raster::texture_charts(car))
-        CHECK(test::sorted_values(controls[i].colours, chart, c) == test::sorted_values(colours, chart, c));
+        CHECK(test::sorted_values(controls[i].paint.colours, chart, c) ==
+              test::sorted_values(colours, chart, c));
     }
-  CHECK_THROWS_AS(evaluate::matched_controls(car, test::random_array<float>({texels - 1, 3}, 9), 3),
+  CHECK_THROWS_AS(evaluate::matched_controls<float>(car, {test::random_array<float>({texels - 1, 3}, 9)}, 3),
                   tapestry::ShapeError);
+}
+
+TEST_CASE("controls of a camouflage of parts cover these parts, each piece for itself",
+          "[evaluate][controls]") {
+  const auto car = test::tiny_car(12);
+  camouflage::Paint<float> paint{test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 9)};
+  const auto all = tapestry::raster::texture_charts(car);
+  // Of the first chart two corners of its box, which do not touch; of the others nothing.
+  paint.painted.assign(paint.colours.shape(0), 0);
+  const std::size_t height = all[0].height, width = all[0].width;
+  REQUIRE(std::min(height, width) >= 4);
+  for (const auto& texel : all[0].texels)
+    paint.painted[texel.texel] = (texel.row < height / 2 && texel.column < width / 2 - 1) ||
+                                         (texel.row >= height / 2 && texel.column > width / 2)
+                                     ? 1
+                                     : 0;
+  const auto pieces = tapestry::raster::painted_charts(all, paint.painted);
+  REQUIRE(pieces.size() == 2);
+  for (const auto& control : evaluate::matched_controls(car, paint, 3)) {
+    const auto& colours = control.paint.colours;
+    CHECK(control.paint.painted == paint.painted);
+    CHECK((colours != paint.colours));
+    for (std::size_t texel = 0; texel < colours.shape(0); ++texel)
+      if (paint.painted[texel] == 0)
+        for (std::size_t c = 0; c < 3; ++c) REQUIRE(colours(texel, c) == paint.colours(texel, c));
+    for (const auto& piece : pieces)
+      for (std::size_t c = 0; c < 3; ++c)
+        CHECK(test::sorted_values(colours, piece, c) == test::sorted_values(paint.colours, piece, c));
+  }
 }
 
 TEST_CASE("a survey shows each texture in each view, and the photo as it is", "[evaluate][survey]") {
   Fixture fixture;
-  fixture.textures.adversarial = fixture.textures.controls.front().colours;
+  fixture.textures.adversarial = fixture.textures.controls.front().paint;
   std::vector<std::string> names;
   const auto survey = evaluate::survey(
       fixture.meter, fixture.store, fixture.views, fixture.textures, [&](const Measured& measured) {
         names.push_back(measured.texture + " " + measured.view.name);
         if (measured.texture == "photo") CHECK(measured.picture == measured.view.background);
         if (measured.texture == "clean")
-          CHECK(measured.picture == camouflage::picture_of(measured.view, fixture.textures.clean));
+          CHECK(measured.picture == camouflage::picture_of(measured.view, fixture.textures.clean.colours));
         CHECK(measured.result.found == fixture.meter.examine(measured.picture, measured.view).found);
       });
   CHECK(names.size() == fixture.textures.pictures_a_view() * fixture.views.size());
@@ -104,7 +137,8 @@ TEST_CASE("a survey tells the best confidence of each view, and its mean", "[eva
   REQUIRE(survey.clean.best_confidence.size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto view = fixture.store.view(fixture.views[i]);
-    const auto result = fixture.meter.examine(camouflage::picture_of(*view, fixture.textures.clean), *view);
+    const auto result =
+        fixture.meter.examine(camouflage::picture_of(*view, fixture.textures.clean.colours), *view);
     CHECK(survey.clean.best_confidence[i] == result.best_confidence);
     sum += result.best_confidence;
   }
@@ -115,14 +149,15 @@ TEST_CASE("a survey tells the best confidence of each view, and its mean", "[eva
 TEST_CASE("the effect of a camouflage is what its matched noise leaves over", "[evaluate][survey]") {
   Fixture fixture;
   fixture.views = {0, 1, 2};
-  const auto colours = test::random_array<float>({fixture.textures.clean.shape(0), 3}, 2);
-  fixture.textures.controls = evaluate::make_controls(fixture.car, colours, 3);
+  const camouflage::Paint<float> paint{
+      test::random_array<float>({fixture.textures.clean.colours.shape(0), 3}, 2)};
+  fixture.textures.controls = evaluate::make_controls(fixture.car, paint, 3);
   const auto measure = [&] {
     return evaluate::survey(fixture.meter, fixture.store, fixture.views, fixture.textures,
                             [](const Measured&) {});
   };
   CHECK(!measure().effect);  // of nothing
-  fixture.textures.adversarial = colours;
+  fixture.textures.adversarial = paint;
   const auto survey = measure();
   REQUIRE(survey.effect);
   CHECK(survey.effect->control == "matched noise");
@@ -158,8 +193,8 @@ TEST_CASE("views are photographed anew for each draw, in the same way for every 
           "[evaluate][conditions]") {
   Fixture fixture;
   fixture.textures.controls.resize(1);
-  fixture.textures.controls[0].colours = fixture.textures.clean;
-  fixture.textures.adversarial = fixture.textures.clean;
+  fixture.textures.controls[0].paint.colours = fixture.textures.clean.colours;
+  fixture.textures.adversarial = fixture.textures.controls[0].paint;
   evaluate::Photography photography{tapestry::image::physical_conditions, 3, 8};
   std::vector<tapestry::Array<float, 3>> pictures;
   const auto survey = [&] {

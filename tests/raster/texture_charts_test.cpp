@@ -149,6 +149,35 @@ TEST_CASE("an atlas that its faces repeat without end is one chart", "[raster][t
   CHECK(texels_of(charts).size() == 24);
 }
 
+TEST_CASE("charts of what is painted are the pieces that hang together", "[raster][texture_charts]") {
+  // A U of 3 × 3 texels, whose arms meet below, and beside it, at a corner only, one more texel.
+  const std::vector<std::uint8_t> painted{1, 0, 1, 0,  //
+                                          1, 0, 1, 0,  //
+                                          1, 1, 1, 0,  //
+                                          0, 0, 0, 1};
+  raster::TextureChart chart{4, 4};
+  for (std::size_t i = 0; i < 16; ++i) chart.texels.push_back({i / 4, i % 4, 100 + i});
+  std::vector<std::uint8_t> of_texture(100, 1);
+  of_texture.insert(of_texture.end(), painted.begin(), painted.end());
+  const auto pieces = raster::painted_charts({chart}, of_texture);
+  REQUIRE(pieces.size() == 2);
+  CHECK(pieces[0].height == 3);
+  CHECK(pieces[0].width == 3);
+  CHECK(pieces[0].texels.size() == 7);
+  CHECK(pieces[0].texels.back().texel == 110);
+  CHECK(pieces[1].height == 1);
+  CHECK(pieces[1].width == 1);
+  CHECK(pieces[1].texels.front().texel == 115);
+  CHECK(pieces[1].texels.front().row == 0);
+  CHECK(texels_of(pieces).size() == 8);
+  CHECK(raster::painted_charts({chart}, std::vector<std::uint8_t>(116, 0)).empty());
+  const auto all = raster::painted_charts({chart}, {});
+  REQUIRE(all.size() == 1);
+  CHECK(all[0].texels.size() == 16);
+  CHECK_THROWS_WITH(raster::painted_charts({chart}, std::vector<std::uint8_t>(115, 1)),
+                    "painted_charts: 115 texels are painted or not, and a chart has texel 115");
+}
+
 TEST_CASE("charts need a mesh that fits its texture", "[raster][texture_charts][error]") {
   auto body = body_of(rectangle(0, 1, 0, 1), 4, 4);
   body.mesh.face_uvs[1][2] = -1;

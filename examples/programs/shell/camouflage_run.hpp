@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/glb_writer.hpp>
@@ -52,7 +53,8 @@ class CamouflageRun {
       objective_.join(*member.detector.network, member.class_index);
     objective_.follow(chosen_method(options_.optimisation, inputs_.car.painted, options_.scene.mesh));
     objective_.keep_layers(options_.keep_layers_mib << 20U);
-    if (inputs_.palette) objective_.print_by(inputs_.palette, texels_to_print(inputs_.car.painted));
+    if (inputs_.palette)
+      objective_.print_by(inputs_.palette, texels_to_print(inputs_.car.painted, objective_.method()));
   }
 
   /// \returns the exit code
@@ -198,10 +200,12 @@ class CamouflageRun {
 
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
               const std::vector<std::size_t>& usable, Clock::time_point start) {
-    const auto colours = camouflage::method_colours(objective_.method(), training.parameter());
+    const auto& method = objective_.method();
+    const camouflage::Paint<float> paint{camouflage::method_colours(method, training.parameter()),
+                                         camouflage::painted_texels(method)};
     const evaluate::SurveyedTextures<float> textures{
-        camouflage::own_colours<float>(inputs_.car.painted), colours,
-        evaluate::make_controls<float>(inputs_.car.painted, colours, options_.optimisation.seed)};
+        camouflage::without_paint(camouflage::own_colours<float>(inputs_.car.painted)), paint,
+        evaluate::make_controls<float>(inputs_.car.painted, paint, options_.optimisation.seed)};
     evaluate::Meter<float> meter(*inputs_.detector.network, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<Bitmap> before;
@@ -213,7 +217,7 @@ class CamouflageRun {
     watch.collect("adversarial", after, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
-    write_textures(training.parameter(), colours);
+    write_textures(training.parameter(), paint);
     write_matched_controls(textures.controls);
     if (inputs_.photo_light) write_text(path("light.json"), report_text(light_json(test, usable)));
     const std::size_t columns = sheet_columns(before.size());
@@ -233,13 +237,10 @@ class CamouflageRun {
     remark("report: " + path("report.html"));
   }
 
-  void write_textures(const Array<float, 2>& parameter, const Array<float, 2>& colours) const {
+  void write_textures(const Array<float, 2>& parameter, const camouflage::Paint<float>& paint) const {
     const auto& car = inputs_.car.painted;
-    io::NpzWriter raw;
-    raw.add("parameter", parameter);
-    raw.add("colours", colours);
-    raw.write(path("texture.npz"));
-    const auto atlas = camouflage::atlas_of<float>(car, colours);
+    camouflage::write_paint(path("texture.npz"), parameter, paint);
+    const auto atlas = camouflage::atlas_of<float>(car, paint.colours);
     io::write_image(path("texture.png"), atlas);
     io::write_painted_obj(path("painted.obj"), car, atlas);
     io::write_painted_glb(path("painted.glb"), car, atlas);
@@ -248,9 +249,9 @@ class CamouflageRun {
   /// As atlases, beside the texture that they are made from.
   void write_matched_controls(const std::vector<evaluate::Control<float>>& controls) const {
     const auto write = [&](const char* control, const char* name) {
-      for (const auto& [control_name, colours] : controls)
+      for (const auto& [control_name, paint] : controls)
         if (control_name == control)
-          io::write_image(path(name), camouflage::atlas_of<float>(inputs_.car.painted, colours));
+          io::write_image(path(name), camouflage::atlas_of<float>(inputs_.car.painted, paint.colours));
     };
     write(evaluate::matched_noise_name, "matched_noise.png");
     write(evaluate::shuffled_patches_name, "shuffled.png");

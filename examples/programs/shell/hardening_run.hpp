@@ -6,6 +6,7 @@
 #include <iostream>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <utility>
@@ -180,14 +181,16 @@ class HardeningRun {
     auto& store = inputs_.frames.held_out ? test_ : train_;
     const auto& car = inputs_.car.painted;
     const std::uint64_t seed = options_.harden.seed;
-    const Colours clean = camouflage::own_colours<float>(car);
-    const auto noise_of = [&](const Colours& paint) {
-      return evaluate::matched_controls(car, paint, seed).front().colours;
+    using Paint = camouflage::Paint<float>;
+    const Paint clean = camouflage::without_paint(camouflage::own_colours<float>(car));
+    const Paint by_transfer{transfer}, by_adaptation{adaptive};
+    const auto noise_of = [&](const Paint& paint) {
+      return evaluate::matched_controls(car, paint, seed).front().paint;
     };
-    const Colours transfer_noise = noise_of(transfer), adaptive_noise = noise_of(adaptive);
-    const Colours random = evaluate::plain_controls<float>(clean.shape(0), seed).front().colours;
-    const std::vector<const Colours*> shown{nullptr,   &clean,          &transfer, &transfer_noise,
-                                            &adaptive, &adaptive_noise, &random};
+    const Paint transfer_noise = noise_of(by_transfer), adaptive_noise = noise_of(by_adaptation);
+    const Paint random = evaluate::plain_controls<float>(clean.colours.shape(0), seed).front().paint;
+    const std::vector<const Paint*> shown{nullptr,        &clean,          &by_transfer, &transfer_noise,
+                                          &by_adaptation, &adaptive_noise, &random};
     evaluate::Meter<float> meter(detector, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
     SurveyWatch watch(meter, shown.size() * usable_test_.size(),

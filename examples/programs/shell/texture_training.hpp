@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -14,7 +15,6 @@
 #include <utility>
 
 #include "file_status.hpp"
-#include "run_texture.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
@@ -30,7 +30,7 @@ inline Array<float, 2> start_texture(const OptimisationSettings& settings, const
   const std::size_t count = car.layout.texel_count(car.mesh);
   if (settings.start == "zero") return zeros<float, 2>({count, 3});
   if (is_texture_file(settings.start))
-    return camouflage::parameter_of_colours(read_colours(settings.start, count));
+    return camouflage::parameter_of_colours(camouflage::read_paint(settings.start, count).colours);
   if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
   Random random = Random(settings.seed).fork(0x7374617274ULL);
   return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
@@ -54,12 +54,17 @@ inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const Optimisatio
   return std::make_shared<const Array<float, 2>>(raster::used_texels<float>(car));
 }
 
-/// The texels that are printed: those of an atlas that faces refer to, all of cubes. [height, width]
-inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::PaintedMesh& car) {
+/// The texels that are printed: of those that a method paints, those of an atlas that faces refer to, all of
+/// cubes. [height, width]
+inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::PaintedMesh& car,
+                                                              const camouflage::Method<float>& method) {
   const bool is_atlas = car.layout.kind == raster::TextureKind::atlas;
-  return std::make_shared<const Array<float, 2>>(
-      is_atlas ? raster::used_texels<float>(car)
-               : filled<float, 2>({1, car.layout.texel_count(car.mesh)}, 1));
+  auto printed =
+      is_atlas ? raster::used_texels<float>(car) : filled<float, 2>({1, car.layout.texel_count(car.mesh)}, 1);
+  const auto painted = camouflage::painted_texels(method);
+  for (std::size_t texel = 0; texel < painted.size(); ++texel)
+    if (painted[texel] == 0) printed.data()[texel] = 0;
+  return std::make_shared<const Array<float, 2>>(std::move(printed));
 }
 
 /// What a printer can make: the colours of --palette, or printable_colours(); null where nobody asks.

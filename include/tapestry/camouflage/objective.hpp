@@ -148,7 +148,8 @@ class Objective {
     const auto space = space_of(views);
     StageClock<T> clock(times_, parameter.is_active());
     const auto paint = method_colours(method_, parameter);
-    const auto colours = printed(paint, session);
+    const auto colours =
+        session != nullptr && session->print ? printed(method_, paint, *session->print) : paint;
     clock.end_of(&StepTimes::update);
     const auto texels = raster::stored_texels(pyramid_of(views), image::in_space(space, colours));
     const auto renders = raster::render(operators_of(views), texels);
@@ -223,10 +224,6 @@ class Objective {
                            view->window.top,
                            view->window.left});
     return backdrops;
-  }
-  static ArrayVariable<T, 2> printed(ArrayVariable<T, 2> colours, const PhotoSession* session) {
-    if (session == nullptr || !session->print) return colours;
-    return image::transformed(colours, *session->print);
   }
   static ArrayVariable<T, 4> photographed(ArrayVariable<T, 4> pictures, const PhotoSession* session) {
     if (session == nullptr) return pictures;

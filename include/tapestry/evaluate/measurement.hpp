@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <numeric>
 #include <string>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
@@ -54,40 +55,38 @@ struct Photograph {
   detect::Box target;
 };
 
-/// The picture of a view in a texture, or the untouched frame when `colours` is null, photographed if asked
-/// for: the same conditions for every texture, the same print of a texture in every view.
+/// The picture of a view in a paint, or the untouched frame when `paint` is null, photographed if asked for:
+/// the same conditions for every paint, the same print of a paint in every view.
 ///
 /// \param view_index, draw  which view and which photograph of it: another one is under other conditions
-/// \param colours           [texel, 3] in [0, 1]
 template <class T>
 [[nodiscard]] Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
-                                          const Array<T, 2>* colours, const Photography& photography,
+                                          const camouflage::Paint<T>* paint, const Photography& photography,
                                           std::size_t draw) {
   const auto in = [&](const Array<T, 2>& texture) { return camouflage::picture_of(view, texture); };
   const image::Conditions& conditions = photography.conditions;
   if (conditions == image::Conditions{})
-    return {colours != nullptr ? in(*colours) : view.background, view.target};
+    return {paint != nullptr ? in(paint->colours) : view.background, view.target};
   const Random random(photography.seed);
   const auto shot =
       camouflage::draw_shot(view, conditions, random.fork(1).fork(draw).fork(view_index), false);
   Array<T, 3> picture =
-      colours != nullptr
-          ? in(image::transformed(*colours, image::draw_print(conditions, random.fork(2).fork(draw))))
+      paint != nullptr
+          ? in(camouflage::printed(*paint, image::draw_print(conditions, random.fork(2).fork(draw))))
           : view.background;
   return {image::transformed(std::move(picture), shot.chain), shot.target};
 }
 
-/// Measures one texture, or the untouched frames when `colours` is null, in some views.
+/// Measures one paint, or the untouched frames when `paint` is null, in some views.
 ///
 /// \param views        indices in the store
-/// \param colours      [texel, 3] in [0, 1]
 /// \param visit        called with each MeasuredPicture in order, to show or keep it; may give up by an
 ///                     exception
 /// \param photography  what the views are photographed under; if left out, they are as they are
 /// \throws DomainError if of each view none is drawn
 template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Measurement measure(const std::string& name, Meter<T>& meter, camouflage::ViewStore<T>& store,
-                                  const std::vector<std::size_t>& views, const Array<T, 2>* colours,
+                                  const std::vector<std::size_t>& views, const camouflage::Paint<T>* paint,
                                   Visit&& visit, const Photography& photography = {}) {
   if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
@@ -95,7 +94,7 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   for (const std::size_t index : views) {
     const auto view = store.view(index);
     for (std::size_t draw = 0; draw < photography.draws; ++draw) {
-      const auto [picture, target] = photograph_of(*view, index, colours, photography, draw);
+      const auto [picture, target] = photograph_of(*view, index, paint, photography, draw);
       const ViewResult result = meter.examine(picture, view->name, target);
       measurement.found.push_back(result.found);
       measurement.best_confidence.push_back(result.best_confidence);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
@@ -28,6 +29,15 @@ struct PairedDifference {
                                  std::numeric_limits<double>::infinity()};
 };
 
+/// A ratio of two means over the same pairs, and how far it is known.
+struct PairedRatio {
+  double ratio = 0;
+  std::array<double, 2> interval{-std::numeric_limits<double>::infinity(),
+                                 std::numeric_limits<double>::infinity()};
+
+  [[nodiscard]] bool operator==(const PairedRatio&) const = default;
+};
+
 namespace detail {
 
 /// Φ, the distribution function of the standard normal distribution.
@@ -48,21 +58,24 @@ namespace detail {
   const double position = std::clamp(p, 0.0, 1.0) * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(position);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  if (position == static_cast<double>(below) || sorted[above] == sorted[below])
+    return sorted[below];  // also where the next one is infinite
   return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
-/// Means of resamples drawn with replacement, ascending.
-inline std::vector<double> resampled_means(const std::vector<double>& values,
-                                           const BootstrapSettings& settings) {
+/// What an estimator makes of resamples, ascending: vectors of as many indices, drawn with replacement.
+template <class Estimator>
+std::vector<double> resampled(std::size_t count, const BootstrapSettings& settings,
+                              const Estimator& estimator) {
   Random random(settings.seed);
-  std::vector<double> means(settings.resamples);
-  for (double& mean : means) {
-    double sum = 0;
-    for (std::size_t i = 0; i < values.size(); ++i) sum += values[random.index(values.size())];
-    mean = sum / static_cast<double>(values.size());
+  std::vector<std::size_t> indices(count);
+  std::vector<double> estimates(settings.resamples);
+  for (double& estimate : estimates) {
+    for (std::size_t& index : indices) index = random.index(count);
+    estimate = estimator(indices);
   }
-  std::sort(means.begin(), means.end());
-  return means;
+  std::sort(estimates.begin(), estimates.end());
+  return estimates;
 }
 
 /// a = Σd³ / (6·(Σd²)^(3/2)) of the deviations d from the mean: the skewness of the mean over 6, as the
@@ -84,6 +97,34 @@ inline double corrected_probability(double z, double bias, double acceleration) 
   return normal_probability(bias + shifted / (1 - acceleration * shifted));
 }
 
+/// The BCa interval of an estimate, see paired_bootstrap().
+/// \param resampled  estimates of resamples, ascending
+inline std::array<double, 2> bca_interval(const std::vector<double>& resampled, double estimate,
+                                          double acceleration, double level) {
+  const auto below =
+      static_cast<double>(std::lower_bound(resampled.begin(), resampled.end(), estimate) - resampled.begin());
+  const auto upto =
+      static_cast<double>(std::upper_bound(resampled.begin(), resampled.end(), estimate) - resampled.begin());
+  const double bias = normal_quantile((below + upto) / 2 / static_cast<double>(resampled.size()));
+  const double z = normal_quantile((1 + level) / 2);
+  return {quantile(resampled, corrected_probability(-z, bias, acceleration)),
+          quantile(resampled, corrected_probability(z, bias, acceleration))};
+}
+
+/// \throws ShapeError, DomainError, NumericError as paired_bootstrap()
+inline void require_pairs(const std::string& operation, const std::vector<double>& first,
+                          const std::vector<double>& second, const BootstrapSettings& settings) {
+  if (first.size() != second.size())
+    throw ShapeError(operation + ": second has " + std::to_string(second.size()) + " numbers, expected " +
+                     std::to_string(first.size()));
+  if (settings.resamples == 0) throw DomainError(operation + ": resamples is 0, expected at least 1");
+  if (!(settings.level > 0 && settings.level < 1))
+    throw DomainError(operation + ": level is " + std::to_string(settings.level) + ", not in (0, 1)");
+  for (std::size_t i = 0; i < first.size(); ++i)
+    if (!std::isfinite(first[i]) || !std::isfinite(second[i]) || !std::isfinite(first[i] - second[i]))
+      throw NumericError(operation + ": pair " + std::to_string(i) + " has a number that is not finite");
+}
+
 }  // namespace detail
 
 /// The mean difference of pairs, with a bootstrap interval over the pairs: what one treatment of the same
@@ -102,35 +143,56 @@ inline double corrected_probability(double z, double bias, double acceleration) 
 [[nodiscard]] inline PairedDifference paired_bootstrap(const std::vector<double>& first,
                                                        const std::vector<double>& second,
                                                        const BootstrapSettings& settings = {}) {
-  if (first.size() != second.size())
-    throw ShapeError("paired_bootstrap: second has " + std::to_string(second.size()) + " numbers, expected " +
-                     std::to_string(first.size()));
-  if (settings.resamples == 0) throw DomainError("paired_bootstrap: resamples is 0, expected at least 1");
-  if (!(settings.level > 0 && settings.level < 1))
-    throw DomainError("paired_bootstrap: level is " + std::to_string(settings.level) + ", not in (0, 1)");
+  detail::require_pairs("paired_bootstrap", first, second, settings);
   PairedDifference result;
   result.pairs = first.size();
   std::vector<double> differences(first.size());
   double sum = 0;
   for (std::size_t i = 0; i < first.size(); ++i) {
     differences[i] = first[i] - second[i];
-    if (!std::isfinite(differences[i]))
-      throw NumericError("paired_bootstrap: pair " + std::to_string(i) + " has a number that is not finite");
     sum += differences[i];
   }
   if (!differences.empty()) result.mean = sum / static_cast<double>(differences.size());
   if (differences.size() < 2) return result;
 
-  const auto means = detail::resampled_means(differences, settings);
-  const auto below =
-      static_cast<double>(std::lower_bound(means.begin(), means.end(), result.mean) - means.begin());
-  const auto upto =
-      static_cast<double>(std::upper_bound(means.begin(), means.end(), result.mean) - means.begin());
-  const double bias = detail::normal_quantile((below + upto) / 2 / static_cast<double>(means.size()));
-  const double acceleration = detail::acceleration(differences, result.mean);
-  const double z = detail::normal_quantile((1 + settings.level) / 2);
-  result.interval = {detail::quantile(means, detail::corrected_probability(-z, bias, acceleration)),
-                     detail::quantile(means, detail::corrected_probability(z, bias, acceleration))};
+  const auto means =
+      detail::resampled(differences.size(), settings, [&](const std::vector<std::size_t>& indices) {
+        double total = 0;
+        for (const std::size_t i : indices) total += differences[i];
+        return total / static_cast<double>(indices.size());
+      });
+  result.interval = detail::bca_interval(means, result.mean, detail::acceleration(differences, result.mean),
+                                         settings.level);
+  return result;
+}
+
+/// Σ first / Σ second over pairs, with a bootstrap interval as of paired_bootstrap(): pairs are drawn with
+/// both their numbers, so that what is common to them does not widen it. The skewness is that of the
+/// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, for its ratio
+/// says nothing; so where the second mean is not well above 0, the interval has no upper end.
+///
+/// \param first, second  one number a pair, in the same order; the sum of the second above 0
+/// \returns  with fewer than two pairs an interval from −∞ to ∞
+/// \throws as paired_bootstrap(); DomainError unless the sum of the second is above 0
+[[nodiscard]] inline PairedRatio paired_ratio(const std::vector<double>& first,
+                                              const std::vector<double>& second,
+                                              const BootstrapSettings& settings = {}) {
+  detail::require_pairs("paired_ratio", first, second, settings);
+  std::vector<std::size_t> all(first.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const auto ratio_of = [&](const std::vector<std::size_t>& indices) {
+    double above = 0, below = 0;
+    for (const std::size_t i : indices) above += first[i], below += second[i];
+    return below > 0 ? above / below : std::numeric_limits<double>::infinity();
+  };
+  PairedRatio result{ratio_of(all)};
+  if (!std::isfinite(result.ratio))
+    throw DomainError("paired_ratio: the second numbers do not have a sum above 0");
+  if (first.size() < 2) return result;
+  std::vector<double> influences(first.size());
+  for (const std::size_t i : all) influences[i] = first[i] - result.ratio * second[i];
+  result.interval = detail::bca_interval(detail::resampled(first.size(), settings, ratio_of), result.ratio,
+                                         detail::acceleration(influences, 0), settings.level);
   return result;
 }
 

@@ -131,25 +131,35 @@ template <std::predicate<std::size_t> Belongs>
                           measured_values(outcomes, outcomes.attention, texture, belongs));
 }
 
+/// The mean of each view's pictures with one texture, of the measured frames for which belongs(index) holds.
+///
+/// \param values           [frame, texture], of the outcomes
+/// \param texture          its number there
+/// \param pictures_a_view  measured frames that follow one another and count as one
+/// \throws ShapeError if the arrays of the outcomes differ in their extents, there is no such texture, or a
+///         view lacks some of its pictures
+template <class Values, std::predicate<std::size_t> Belongs>
+[[nodiscard]] std::vector<double> view_means(const ProtocolOutcomes& outcomes, const Values& values,
+                                             std::size_t texture, Belongs belongs,
+                                             std::size_t pictures_a_view = 1) {
+  const auto pictures = measured_values(outcomes, values, texture, belongs);
+  if (pictures_a_view == 0 || pictures.size() % pictures_a_view != 0)
+    throw ShapeError("view_means: " + std::to_string(pictures.size()) + " pictures are not " +
+                     std::to_string(pictures_a_view) + " of each view");
+  return detail::means_of_views(pictures, pictures_a_view);
+}
+
 /// What a texture does beyond a control in the measured frames for which belongs(index) holds, as
 /// effect_beyond().
 ///
 /// \param control, texture   their numbers in the outcomes
-/// \param pictures_a_view    measured frames that follow one another and count as one, by their mean
-/// \throws ShapeError if the arrays of the outcomes differ in their extents, there is no such texture, or a
-///         view lacks some of its pictures
+/// \throws ShapeError as view_means()
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Effect effect_of(const ProtocolOutcomes& outcomes, const std::string& name, std::size_t control,
                                std::size_t texture, Belongs belongs, std::size_t pictures_a_view = 1) {
-  const auto means = [&](const auto& values, std::size_t of) {
-    const auto pictures = measured_values(outcomes, values, of, belongs);
-    if (pictures_a_view == 0 || pictures.size() % pictures_a_view != 0)
-      throw ShapeError("effect_of: " + std::to_string(pictures.size()) + " pictures are not " +
-                       std::to_string(pictures_a_view) + " of each view");
-    return detail::means_of_views(pictures, pictures_a_view);
-  };
   const auto compare = [&](const auto& values) {
-    return paired_bootstrap(means(values, control), means(values, texture));
+    return paired_bootstrap(view_means(outcomes, values, control, belongs, pictures_a_view),
+                            view_means(outcomes, values, texture, belongs, pictures_a_view));
   };
   return {name, compare(outcomes.best_confidence), compare(outcomes.found)};
 }

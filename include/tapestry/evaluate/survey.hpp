@@ -2,8 +2,8 @@
 #include <concepts>
 #include <cstddef>
 #include <optional>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/effect.hpp>
@@ -14,11 +14,11 @@
 
 namespace tapestry::evaluate {
 
-/// The textures that a survey compares, each [texel, 3].
+/// What a survey compares.
 template <class T>
 struct SurveyedTextures {
-  Array<T, 2> clean;                       ///< the car's own colours
-  std::optional<Array<T, 2>> adversarial;  ///< the camouflage, if there is one
+  camouflage::Paint<T> clean;                       ///< none: the car's own colours
+  std::optional<camouflage::Paint<T>> adversarial;  ///< the camouflage, if there is one
   std::vector<Control<T>> controls;
 
   /// Pictures of each view that a survey measures at each draw, the untouched frame among them.
@@ -38,25 +38,22 @@ struct Survey {
 
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
-/// Of a photography's print only camouflage and controls are made: a clean car is not printed.
 template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Survey survey(Meter<T>& meter, camouflage::ViewStore<T>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures<T>& textures,
                             Visit&& visit, const Photography& photography = {}) {
-  const auto measured = [&](const std::string& name, const Array<T, 2>* colours) {
-    return measure(name, meter, store, views, colours, visit, photography);
+  const auto measured = [&](const std::string& name, const camouflage::Paint<T>* paint) {
+    return measure(name, meter, store, views, paint, visit, photography);
   };
-  Photography unprinted = photography;
-  unprinted.conditions.printed_range = unprinted.conditions.printed_error = 0;
   Survey survey;
   survey.photo = measured("photo", nullptr);
-  survey.clean = measure("clean", meter, store, views, &textures.clean, visit, unprinted);
+  survey.clean = measured("clean", &textures.clean);
   if (textures.adversarial) {
     survey.adversarial = measured("adversarial", &*textures.adversarial);
     survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found, photography.draws);
   }
   for (const Control<T>& control : textures.controls) {
-    survey.controls.push_back(measured(control.name, &control.colours));
+    survey.controls.push_back(measured(control.name, &control.paint));
     if (!survey.adversarial) continue;
     if (control.name == matched_noise_name)
       survey.effect = effect_beyond(survey.controls.back(), *survey.adversarial);

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/raster/bake.hpp>  // for_each_atlas_texel
 #include <tapestry/raster/fragment_shader.hpp>
@@ -96,6 +97,20 @@ inline std::vector<std::size_t> chart_of_texels(const PaintedMesh& body) {
   return chart;
 }
 
+/// Gives a chart the bounding box of its texels, of which it has some.
+inline void fit_box(TextureChart& chart) {
+  const std::size_t top = chart.texels.front().row;
+  std::size_t left = chart.texels.front().column;
+  for (const ChartTexel& texel : chart.texels) left = std::min(left, texel.column);
+  chart.height = chart.width = 0;
+  for (ChartTexel& texel : chart.texels) {
+    texel.row -= top;
+    texel.column -= left;
+    chart.height = std::max(chart.height, texel.row + 1);
+    chart.width = std::max(chart.width, texel.column + 1);
+  }
+}
+
 /// The texels with their charts as pictures, each in its bounding box.
 /// \param chart_of_texel  of each texel of an atlas, row by row
 inline std::vector<TextureChart> charts_in_boxes(const std::vector<std::size_t>& chart_of_texel,
@@ -106,15 +121,7 @@ inline std::vector<TextureChart> charts_in_boxes(const std::vector<std::size_t>&
       charts[chart_of_texel[texel]].texels.push_back({texel / atlas_width, texel % atlas_width, texel});
   std::vector<TextureChart> found;
   for (auto& [number, chart] : charts) {
-    const std::size_t top = chart.texels.front().row;
-    std::size_t left = atlas_width;
-    for (const ChartTexel& texel : chart.texels) left = std::min(left, texel.column);
-    for (ChartTexel& texel : chart.texels) {
-      texel.row -= top;
-      texel.column -= left;
-      chart.height = std::max(chart.height, texel.row + 1);
-      chart.width = std::max(chart.width, texel.column + 1);
-    }
+    fit_box(chart);
     found.push_back(std::move(chart));
   }
   return found;
@@ -168,6 +175,30 @@ inline TextureChart chart_of_vertices(const PaintedMesh& body) {
   return chart;
 }
 
+/// The pieces of a chart that hang together side by side, each in its bounding box, in the order of their
+/// first texels.
+inline std::vector<TextureChart> connected_pieces(const TextureChart& chart) {
+  std::vector<std::size_t> at(chart.height * chart.width, no_chart);
+  for (std::size_t i = 0; i < chart.texels.size(); ++i)
+    at[chart.texels[i].row * chart.width + chart.texels[i].column] = i;
+  DisjointSets sets(chart.texels.size());
+  for (std::size_t i = 0; i < chart.texels.size(); ++i) {
+    const auto [row, column, texel] = chart.texels[i];
+    const std::size_t place = row * chart.width + column;
+    if (column > 0 && at[place - 1] != no_chart) sets.join(i, at[place - 1]);
+    if (row > 0 && at[place - chart.width] != no_chart) sets.join(i, at[place - chart.width]);
+  }
+  std::map<std::size_t, std::size_t> piece_of_set;
+  std::vector<TextureChart> pieces;
+  for (std::size_t i = 0; i < chart.texels.size(); ++i) {
+    const std::size_t piece = piece_of_set.emplace(sets.find(i), pieces.size()).first->second;
+    if (piece == pieces.size()) pieces.emplace_back();
+    pieces[piece].texels.push_back(chart.texels[i]);
+  }
+  for (TextureChart& piece : pieces) fit_box(piece);
+  return pieces;
+}
+
 }  // namespace detail
 
 /// The charts of a texture: which of its texels painted faces refer to, and which of these lie side by side.
@@ -198,6 +229,24 @@ inline TextureChart chart_of_vertices(const PaintedMesh& body) {
       break;
   }
   return {TextureChart{1, 1, {{0, 0, 0}}}};
+}
+
+/// Charts of those texels alone that are painted: of each chart the pieces that hang together side by side.
+/// \param painted  [texel], 1 where painted; empty: everywhere, which leaves the charts as they are
+/// \throws ShapeError if a texel of a chart has no entry
+[[nodiscard]] inline std::vector<TextureChart> painted_charts(std::vector<TextureChart> charts,
+                                                              const std::vector<std::uint8_t>& painted) {
+  if (painted.empty()) return charts;
+  std::vector<TextureChart> pieces;
+  for (TextureChart& chart : charts) {
+    for (const ChartTexel& texel : chart.texels)
+      if (texel.texel >= painted.size())
+        throw ShapeError("painted_charts: " + std::to_string(painted.size()) +
+                         " texels are painted or not, and a chart has texel " + std::to_string(texel.texel));
+    std::erase_if(chart.texels, [&](const ChartTexel& texel) { return painted[texel.texel] == 0; });
+    for (TextureChart& piece : detail::connected_pieces(chart)) pieces.push_back(std::move(piece));
+  }
+  return pieces;
 }
 
 }  // namespace tapestry::raster

@@ -69,7 +69,7 @@ inline Bitmap attention_sheet(std::size_t column, const Protocol& protocol, cons
   std::vector<Bitmap> pictures;
   for (const std::size_t texture : result.shown_textures())
     for (const auto& view : views) {
-      const auto picture = picture_with(view, textures[texture].colours);
+      const auto picture = picture_with(view, textures[texture].paint);
       const auto shown = image::from_bytes<float>(
           heated(picture, heat_of_input(picture, detector.detector, detector.class_index, heat_map)));
       const std::size_t longer = std::max(shown.shape(0), shown.shape(1));

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
@@ -18,7 +19,6 @@
 #include "../program.hpp"
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
-#include "../run_texture.hpp"
 #include "../settings.hpp"
 #include "protocols.hpp"
 
@@ -111,12 +111,13 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
 
 inline std::vector<evaluate::Control<float>> textures_of(const raster::PaintedMesh& car,
                                                          const ProtocolRequest& request) {
-  std::vector<evaluate::Control<float>> textures{{"clean", camouflage::own_colours<float>(car)}};
+  std::vector<evaluate::Control<float>> textures{
+      {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (request.run.empty()) return textures;
-  auto colours = read_colours(request.run + "/texture.npz", textures.front().colours.shape(0));
-  auto controls = request.settings.controls == "all" ? evaluate::make_controls(car, colours, request.seed)
-                                                     : evaluate::matched_controls(car, colours, request.seed);
-  textures.push_back({"adversarial", std::move(colours)});
+  auto paint = camouflage::read_paint(request.run + "/texture.npz", textures.front().paint.colours.shape(0));
+  auto controls = request.settings.controls == "all" ? evaluate::make_controls(car, paint, request.seed)
+                                                     : evaluate::matched_controls(car, paint, request.seed);
+  textures.push_back({"adversarial", std::move(paint)});
   for (auto& control : controls) textures.push_back(std::move(control));
   return textures;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
@@ -93,9 +94,10 @@ struct ProtocolSource {
       attention{};
 };
 
-/// A view's picture with a texture, or of one without texels its background alone.
-inline Array<float, 3> picture_with(const camouflage::View<float>& view, const Array<float, 2>& colours) {
-  return colours.size() > 0 ? camouflage::picture_of(view, colours) : view.background;
+/// A view's picture with a paint, or of one without texels its background alone.
+inline Array<float, 3> picture_with(const camouflage::View<float>& view,
+                                    const camouflage::Paint<float>& paint) {
+  return paint.colours.size() > 0 ? camouflage::picture_of(view, paint.colours) : view.background;
 }
 
 /// The share of a view's picture that the car covers.
@@ -172,10 +174,10 @@ class ProtocolMeasurement {
     }
     outcomes_.car_share(frame) = car_share_of(view);
     for (std::size_t k = 0; k < textures_.size(); ++k) {
-      auto [picture, target] =
-          protocol_.photograph
-              ? protocol_.photograph(view, frame, textures_[k].colours, k == 0)
-              : evaluate::Photograph<float>{picture_with(view, textures_[k].colours), view.target};
+      const auto& paint = textures_[k].paint;
+      auto [picture, target] = protocol_.photograph
+                                   ? protocol_.photograph(view, frame, paint)
+                                   : evaluate::Photograph<float>{picture_with(view, paint), view.target};
       if (change) change->apply(picture);
       const auto result = source.meter(frame).examine(picture, view.name, target);
       outcomes_.found(frame, k) = result.found ? 1 : 0;

@@ -117,13 +117,12 @@ inline Protocol physical_protocol(const ProtocolSettings& settings, std::uint64_
                                    places.fork(evaluate::physical_frame(grid, frame).surroundings), size_px);
   };
   protocol.photograph = [=](const camouflage::View<float>& view, std::size_t frame,
-                            const Array<float, 2>& colours, bool is_clean) {
+                            const camouflage::Paint<float>& paint) {
     const auto shown = evaluate::physical_frame(grid, frame);
     evaluate::Photography photography;
     photography.seed = seed;
     if (shown.photograph) photography.conditions = image::physical_conditions;
-    if (is_clean) photography.conditions.printed_range = photography.conditions.printed_error = 0;
-    return evaluate::photograph_of(view, shown.view, &colours, photography, shown.photograph.value_or(0));
+    return evaluate::photograph_of(view, shown.view, &paint, photography, shown.photograph.value_or(0));
   };
   protocol.figure = detail::physical_figure;
   return protocol;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
@@ -53,7 +54,7 @@ struct ProtocolResult {
   std::vector<evaluate::Cell> cells;  ///< of the table, row by row
   std::vector<ProtocolSection> sections;
   /// The effect of the first section as a share of that of the second, see Protocol::parts.
-  std::optional<double> effect_kept{};
+  std::optional<evaluate::PairedRatio> effect_kept{};
   std::vector<std::pair<std::string, std::string>>
       pictures{};  ///< what they show, and their PNG files' bytes
 
@@ -110,9 +111,9 @@ struct Protocol {
   std::function<std::optional<FrameChange>(const camouflage::View<float>&, std::size_t frame)> change{};
   /// The street around the car in a frame, in metres; the car is alone before a plain background if empty.
   std::function<io::Frame(const scenes::Vehicle&, std::size_t frame, std::size_t size_px)> street{};
-  /// The picture of a frame with a texture, and where the car is in it; the view's own if empty.
+  /// The picture of a frame with a paint, and where the car is in it; the view's own if empty.
   std::function<evaluate::Photograph<float>(const camouflage::View<float>&, std::size_t frame,
-                                            const Array<float, 2>& colours, bool is_clean)>
+                                            const camouflage::Paint<float>&)>
       photograph{};
   std::function<Figure(const Protocol&, const ProtocolResult&)> figure{};
 };

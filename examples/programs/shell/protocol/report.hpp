@@ -147,7 +147,8 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
   json["worst_cell"] = worst ? Json{{table.row_title, table.rows[*worst / table.columns.size()]},
                                     {table.column_title, table.columns[*worst % table.columns.size()]}}
                              : Json();
-  if (result.effect_kept) json["effect_kept"] = *result.effect_kept;
+  if (result.effect_kept)
+    json["effect_kept"] = {{"ratio", result.effect_kept->ratio}, {"interval", result.effect_kept->interval}};
   for (const auto& section : result.sections)
     json["sections"].push_back(detail::section_json(section, result));
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell) {

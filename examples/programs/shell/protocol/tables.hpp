@@ -235,8 +235,10 @@ inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResu
   if (!result.effect_kept)
     return second + ", the camouflage has no effect beyond " + result.textures[2] +
            " that its interval tells from none; what is kept of it is not defined";
-  return "effect kept: " + first + ", the camouflage has " + detail::fixed(100 * *result.effect_kept, 0) +
-         " % of the effect on mean best confidence that it has " + second;
+  const auto& [ratio, interval] = *result.effect_kept;
+  const auto percent = [](double share) { return detail::fixed(100 * share, 0); };
+  return "effect kept: " + first + ", the camouflage has " + percent(ratio) + " % [" + percent(interval[0]) +
+         ", " + percent(interval[1]) + "] of the effect on mean best confidence that it has " + second;
 }
 
 /// What is said in words under the tables.

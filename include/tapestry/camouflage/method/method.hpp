@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string>
@@ -11,6 +12,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/image/transform/chain_variable.hpp>
 #include <vector>
 
 namespace tapestry::camouflage {
@@ -46,6 +48,16 @@ void require_sound(const Method<T>& method) {
     if (rows[texel] != Method<T>::unpainted && rows[texel] >= method.row_count)
       throw DomainError("a method paints texel " + std::to_string(texel) + " by row " +
                         std::to_string(rows[texel]) + " of " + std::to_string(method.row_count));
+}
+
+/// Which texels a method paints, as Paint::painted.
+template <class T>
+[[nodiscard]] std::vector<std::uint8_t> painted_texels(const Method<T>& method) {
+  std::vector<std::uint8_t> painted;
+  if (!method.row_of_texel) return painted;
+  for (const std::size_t row : *method.row_of_texel)
+    painted.push_back(row == Method<T>::unpainted ? std::uint8_t{0} : std::uint8_t{1});
+  return painted;
 }
 
 /// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
@@ -104,7 +116,21 @@ template <class T>
   return record_array(std::move(of_texels), pullback, colours);
 }
 
-/// The same of plain numbers.
+/// The colours on the tape as a printer makes those that a method paints; printed() of plain numbers.
+/// \param colours  as method_colours() returns them
+template <class T>
+[[nodiscard]] ArrayVariable<T, 2> printed(const Method<T>& method, const ArrayVariable<T, 2>& colours,
+                                          const image::ColourChange& print) {
+  const ArrayVariable<T, 2> all = image::transformed(colours, print);
+  const auto painted = painted_texels(method);
+  if (painted.empty()) return all;
+  auto share = zeros<T, 2>({painted.size(), 3});
+  for (std::size_t i = 0; i < share.size(); ++i) share.data()[i] = static_cast<T>(painted[i / 3]);
+  const Array<T, 2> rest = filled<T, 2>(share.shape(), T(1)) - share;
+  return ArrayVariable<T, 2>(share) * all + ArrayVariable<T, 2>(rest) * colours;
+}
+
+/// method_colours() of plain numbers.
 template <class T>
 [[nodiscard]] Array<T, 2> method_colours(const Method<T>& method, const Array<T, 2>& parameter) {
   return method_colours(method, ArrayVariable<T, 2>(parameter)).value();

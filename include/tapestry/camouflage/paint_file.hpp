@@ -1,0 +1,57 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/camouflage/paint.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/npz_file.hpp>
+#include <vector>
+
+namespace tapestry::camouflage {
+
+/// The paint that a run ended with, of its texture.npz: colours, [texel, 3], and painted, [texel], 0 or 1; if
+/// the latter is missing, all is paint.
+/// \throws FileError: mismatch (of another car or layout), malformed (other values)
+[[nodiscard]] inline Paint<float> read_paint(const std::string& path, std::size_t texel_count) {
+  const auto file = io::NpzFile::read(path);
+  Paint<float> paint{file.array<float, 2>("colours")};
+  const auto& colours = paint.colours;
+  if (colours.shape(0) != texel_count || colours.shape(1) != 3)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "the texture does not fit the car",
+                     io::shape_text(std::vector<std::size_t>{texel_count, 3}),
+                     io::shape_text(std::vector<std::size_t>{colours.shape(0), colours.shape(1)})});
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    if (!(colours.data()[i] >= 0 && colours.data()[i] <= 1))
+      throw FileError(ErrorKind::malformed, {path, "", "colour " + std::to_string(i), "a number in 0 to 1",
+                                             std::to_string(colours.data()[i])});
+  if (!file.has("painted")) return paint;
+  const auto painted = file.array<std::uint8_t, 1>("painted");
+  if (painted.size() != texel_count)
+    throw FileError(ErrorKind::mismatch, {path, "", "painted does not fit the car",
+                                          io::shape_text(std::vector<std::size_t>{texel_count}),
+                                          io::shape_text(std::vector<std::size_t>{painted.size()})});
+  for (std::size_t i = 0; i < painted.size(); ++i)
+    if (painted(i) > 1)
+      throw FileError(ErrorKind::malformed, {path, "", "painted, texel " + std::to_string(i), "0 or 1",
+                                             std::to_string(painted(i))});
+  if (std::ranges::find(painted.storage(), 0) != painted.storage().end())
+    paint.painted.assign(painted.begin(), painted.end());
+  return paint;
+}
+
+/// Writes what read_paint() reads, and the parameter that a method made it of, [row, 3].
+inline void write_paint(const std::string& path, const Array<float, 2>& parameter,
+                        const Paint<float>& paint) {
+  Array<std::uint8_t, 1> painted = filled<std::uint8_t, 1>({paint.colours.shape(0)}, 1);
+  std::copy(paint.painted.begin(), paint.painted.end(), painted.begin());
+  io::NpzWriter file;
+  file.add("parameter", parameter);
+  file.add("colours", paint.colours);
+  file.add("painted", painted);
+  file.write(path);
+}
+
+}  // namespace tapestry::camouflage

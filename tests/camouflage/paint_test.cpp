@@ -1,0 +1,106 @@
+#include <tapestry/camouflage/paint_file.hpp>
+
+#include <tapestry/autodiff/gradient_check.hpp>
+#include <tapestry/camouflage/method/methods.hpp>
+#include <tapestry/image/transform/conditions.hpp>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/stepped_car.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace camouflage = tapestry::camouflage;
+namespace image = tapestry::image;
+namespace test = tapestry::test;
+using tapestry::Array;
+using tapestry::Random;
+using Paint = camouflage::Paint<float>;
+
+namespace {
+image::ColourChange some_print() {
+  return image::draw_print(image::conditions_by_names({"print"}), Random(3));
+}
+}  // namespace
+
+TEST_CASE("of a paint on parts of a car only these are printed", "[camouflage][paint]") {
+  const auto colours = test::random_array<float>({4, 3}, 1, 0, 1);
+  const auto all = camouflage::printed<float>({colours}, some_print());
+  CHECK((all == image::transformed(colours, some_print())));
+  const auto some = camouflage::printed<float>({colours, {1, 0, 0, 1}}, some_print());
+  for (std::size_t c = 0; c < 3; ++c) {
+    CHECK(some(0, c) == all(0, c));
+    CHECK(some(1, c) == colours(1, c));
+    CHECK(some(2, c) == colours(2, c));
+    CHECK(some(3, c) == all(3, c));
+    CHECK(all(1, c) != colours(1, c));
+  }
+  CHECK((camouflage::printed(camouflage::without_paint(colours), some_print()) == colours));
+  CHECK_THROWS_AS(camouflage::printed<float>({colours, {1, 0, 1}}, some_print()), tapestry::ShapeError);
+}
+
+TEST_CASE("a method prints what it paints, with that slope", "[camouflage][paint][gradient]") {
+  const auto name = GENERATE(as<std::string>(), "fca", "das");
+  const auto car = test::stepped_car();
+  const auto method = camouflage::method_by_name<double>(name, car, 1);
+  const std::size_t texels = car.layout.texel_count(car.mesh);
+  const auto painted = camouflage::painted_texels(method);
+  CHECK(painted.empty() == (name == "fca"));
+  const auto parameter =
+      camouflage::first_parameter(method, test::random_array<double>({texels, 3}, 4, -1, 1));
+  const auto colours = camouflage::method_colours(method, parameter);
+  const auto on_tape =
+      camouflage::printed(method, tapestry::ArrayVariable<double, 2>(colours), some_print()).value();
+  CHECK((on_tape == camouflage::printed<double>({colours, painted}, some_print())));
+  const auto weights = test::random_array<double>({texels, 3}, 5, -1, 1);
+  const auto sum_of = [&](const auto& x) {
+    return tapestry::sum(tapestry::ArrayVariable<double, 2>(weights) *
+                         camouflage::printed(method, camouflage::method_colours(method, x), some_print()));
+  };
+  const auto report = tapestry::check_tape_gradient(sum_of, parameter, {1e-6});
+  INFO(report.to_text());
+  CHECK(report.passed());
+  CHECK(report.checked > 0);
+}
+
+TEST_CASE("a paint is read as it was written", "[camouflage][paint][io]") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("texture.npz");
+  const auto parameter = test::random_array<float>({2, 3}, 2);
+  const auto paint = GENERATE(Paint{test::random_array<float>({3, 3}, 1, 0, 1)},
+                              Paint{test::random_array<float>({3, 3}, 1, 0, 1), {0, 1, 0}});
+  camouflage::write_paint(path, parameter, paint);
+  CHECK(camouflage::read_paint(path, 3) == paint);
+  const auto file = tapestry::io::NpzFile::read(path);
+  CHECK((file.array<float, 2>("parameter") == parameter));
+}
+
+TEST_CASE("all is paint in a file that does not say what is", "[camouflage][paint][io]") {
+  const test::TemporaryFolder folder;
+  const auto colours = test::random_array<float>({3, 3}, 1, 0, 1);
+  tapestry::io::NpzWriter file;
+  file.add("colours", colours);
+  file.write(folder.path("texture.npz"));
+  CHECK(camouflage::read_paint(folder.path("texture.npz"), 3) == Paint{colours});
+}
+
+TEST_CASE("a paint that does not fit, or is none, is refused by name", "[camouflage][paint][io][error]") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("texture.npz");
+  const auto colours = test::random_array<float>({3, 3}, 1, 0, 1);
+  const auto read = [&](const Array<float, 2>& of, std::vector<std::uint8_t> painted) {
+    tapestry::io::NpzWriter file;
+    file.add("colours", of);
+    tapestry::Array<std::uint8_t, 1> entries(tapestry::Extents<1>{painted.size()});
+    std::copy(painted.begin(), painted.end(), entries.begin());
+    file.add("painted", entries);
+    file.write(path);
+    return camouflage::read_paint(path, 3);
+  };
+  CHECK(read(colours, {1, 1, 1}) == Paint{colours});
+  CHECK_THROWS_WITH(read(colours, {1, 1}), contains(path) && contains("painted does not fit the car"));
+  CHECK_THROWS_WITH(read(colours, {1, 2, 0}), contains("painted, texel 1; expected 0 or 1, found 2"));
+  CHECK_THROWS_WITH(read(test::random_array<float>({4, 3}, 1, 0, 1), {1, 1, 1}),
+                    contains("the texture does not fit the car"));
+  CHECK_THROWS_WITH(read(tapestry::filled<float, 2>({3, 3}, 1.5F), {1, 1, 1}),
+                    contains("colour 0; expected a number in 0 to 1"));
+}
