@@ -146,16 +146,15 @@ TEST_CASE("detectors that are known are recognised by what is behind their outpu
 TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector]") {
   const auto yolox = detect::known_description("yolox");
   CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), detect::known_description("nanodet")),
-                    Catch::Contains("net.onnx: ") && Catch::Contains("outputs of 10 channels"));
+                    contains("net.onnx: ") && contains("outputs of 10 channels"));
   auto two = yolox;
   two.strides = {8, 16};
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), two),
-                    Catch::Contains("expected 2, found 3"));
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), two), contains("expected 2, found 3"));
   auto description = yolox_like(64);
   description.inputs.push_back({"more", {1}});
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), Catch::Contains("found 2 inputs"));
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), contains("found 2 inputs"));
   description = yolox_like(64);
   description.inputs[0].shape = {1, 3, std::nullopt, std::nullopt};
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), Catch::Contains("--size"));
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), contains("--size"));
   CHECK(detect::GraphDetector<float>(description, yolox, 96).input_width() == 96);
 }

@@ -180,8 +180,8 @@ TEST_CASE("layers that are not there or are no maps are refused", "[detect][heat
   const auto with_layer = [&](const std::string& layer) {
     return detect::GraphDetector<double>(network, detect::known_description("yolox"), 0, {layer});
   };
-  CHECK_THROWS_WITH(with_layer("nowhere"), Catch::Contains("no node makes the layer 'nowhere'"));
-  CHECK_THROWS_WITH(with_layer(network.outputs.front()), Catch::Contains("maps, [1, C, H, W]"));
+  CHECK_THROWS_WITH(with_layer("nowhere"), contains("no node makes the layer 'nowhere'"));
+  CHECK_THROWS_WITH(with_layer(network.outputs.front()), contains("maps, [1, C, H, W]"));
   detect::Pass<double> pass;
   const auto detector = with_layer(network.nodes[5].outputs.front());
   detector.forward(test::pictures<double>(1, 64), pass);
@@ -356,9 +356,9 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
 
 TEST_CASE("Darknet layers that cannot be looked into are refused", "[detect][heat_map][bad_input]") {
   auto network = darknet(darknet_cfg, {});
-  CHECK_THROWS_WITH(network.tell_layers({4}), Catch::Contains("layer 4 cannot be looked into"));
+  CHECK_THROWS_WITH(network.tell_layers({4}), contains("layer 4 cannot be looked into"));
   const std::string dropped = "[net]\nwidth=16\nheight=16\n[dropout]\n" + darknet_cfg.substr(25);
-  CHECK_THROWS_WITH(darknet(dropped, {0}), Catch::Contains("layer 0 cannot be looked into"));
+  CHECK_THROWS_WITH(darknet(dropped, {0}), contains("layer 0 cannot be looked into"));
   CHECK(darknet(test::cfg_text("two_heads"), {}).common_layer() == 0U);
   network.tell_layers({0});
   detect::Pass<double> pass;

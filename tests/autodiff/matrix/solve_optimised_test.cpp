@@ -217,8 +217,7 @@ TEST_CASE("singular, indefinite and ill-fitting matrices are errors that say so"
   CHECK_THROWS_AS(matrix::log_determinant_positive_definite(-singular), NumericError);
   CHECK_THROWS_AS(matrix::solve_triangular(singular - 1.0, singular, matrix::Triangle::lower), NumericError);
   CHECK_THROWS_WITH(matrix::inverse(wide), "inverse: a is [2, 3], expected a square matrix");
-  CHECK_THROWS_WITH(matrix::solve(singular + 1.0, tapestry::zeros<double, 1>({3})),
-                    Catch::Contains("solve: "));
+  CHECK_THROWS_WITH(matrix::solve(singular + 1.0, tapestry::zeros<double, 1>({3})), contains("solve: "));
   CHECK_THROWS_AS(matrix::cholesky(wide), ShapeError);
   CHECK(tape.record_count() >= before);
 }

@@ -83,5 +83,5 @@ TEST_CASE("conditions by their names", "[image][transform][conditions][bad_input
   blur_and_noise.blur_px = image::physical_conditions.blur_px;
   blur_and_noise.noise = image::physical_conditions.noise;
   CHECK(image::conditions_by_names({"noise", "blur"}) == blur_and_noise);
-  CHECK_THROWS_WITH(image::conditions_by_names({"blur", "fog"}), Catch::Contains("'fog' is none of camera"));
+  CHECK_THROWS_WITH(image::conditions_by_names({"blur", "fog"}), contains("'fog' is none of camera"));
 }
