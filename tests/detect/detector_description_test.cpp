@@ -12,8 +12,8 @@ TEST_CASE("kinds of heads have names and families", "[detect][detector_descripti
   CHECK(detect::decode_family_of(HeadKind::ultralytics) == detect::DecodeFamily::ultralytics);
   CHECK(detect::decode_family_of(HeadKind::nanodet) == detect::DecodeFamily::distance);
   CHECK_THROWS_WITH(detect::head_kind_by_name("distance"),
-                    "no kind of head is called 'distance'; expected darknet, ultralytics, yolox, nanodet or "
-                    "yolov8");
+                    "no kind of head is called 'distance'; expected darknet, ultralytics, yolox, nanodet, "
+                    "yolov8 or yolov5");
 }
 
 TEST_CASE("the heads of a description have the cells of their strides", "[detect][detector_description]") {
@@ -35,6 +35,11 @@ TEST_CASE("the heads of a description have the cells of their strides", "[detect
   CHECK(yolox[0].channel_count() == 85);
   CHECK(detect::class_count_of(detect::known_description("yolox"), 85) == 80);
 
+  const auto yolov5 = detect::heads_of(detect::known_description("yolov5"), 80, 640, 640);
+  CHECK(yolov5[0].candidate_count() + yolov5[1].candidate_count() + yolov5[2].candidate_count() == 25200);
+  CHECK(yolov5[1].channel_count() == 255);
+  CHECK(detect::class_count_of(detect::known_description("yolov5"), 255) == 80);
+
   const auto yolov8 = detect::heads_of({{}, {}, HeadKind::yolov8, {8}}, 80, 640, 640);
   CHECK(yolov8[0].channel_count() == 144);
   CHECK(yolov8[0].class_channel(0) == 64);
@@ -43,11 +48,18 @@ TEST_CASE("the heads of a description have the cells of their strides", "[detect
 
 TEST_CASE("descriptions that mean no heads are refused", "[detect][detector_description]") {
   CHECK_THROWS_WITH(
-      detect::heads_of({}, 80, 416, 416),
-      "heads_of: a description of darknet heads, whose anchors it lacks; expected yolox, nanodet or yolov8");
+      detect::heads_of({{}, {}, HeadKind::darknet, {8, 16}}, 80, 416, 416),
+      "heads_of: a description of darknet heads has anchors for 0 of them, expected some for 2");
+  CHECK_THROWS_WITH(detect::heads_of({{}, {}, HeadKind::yolox, {8}, {{{4, 4}}}}, 80, 416, 416),
+                    "heads_of: a description of yolox heads has anchors for 1 of them, expected some for 0");
+  CHECK_THROWS_AS(detect::heads_of({{}, {}, HeadKind::yolov5, {8, 16}, {{{4, 4}}, {}}}, 80, 416, 416),
+                  tapestry::DomainError);
   CHECK_THROWS_AS(detect::heads_of({{}, {}, HeadKind::yolox, {0}}, 80, 416, 416), tapestry::DomainError);
   CHECK_THROWS_WITH(detect::class_count_of(detect::known_description("nanodet"), 32),
                     "class_count_of: outputs of 32 channels, expected more than 32 for nanodet heads");
-  CHECK_THROWS_WITH(detect::known_description("yolov5"),
-                    "no known detector is called 'yolov5'; expected yolox or nanodet");
+  CHECK_THROWS_WITH(detect::class_count_of(detect::known_description("yolov5"), 256),
+                    "class_count_of: outputs of 256 channels, expected more than 15 and a multiple of 3 for "
+                    "yolov5 heads");
+  CHECK_THROWS_WITH(detect::known_description("yolov9"),
+                    "no known detector is called 'yolov9'; expected yolox, nanodet or yolov5");
 }

@@ -67,13 +67,54 @@ TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detec
   CHECK_FALSE(detect::decode(detector.heads(), pass.logits, 0, 0.01, 96, 96).empty());
 }
 
+TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][graph_detector]") {
+  const auto kind = detect::known_description("yolov5");
+  const auto description = tapestry::test::yolov5_like(64, kind.anchors);
+  const detect::GraphDetector<double> detector(description, kind);
+  REQUIRE(detector.heads().size() == 3);
+  CHECK(detector.heads()[0].classes == classes);
+  CHECK(detector.heads()[2].anchors == kind.anchors[2]);
+  const auto images = pictures<double>(1, 64);
+  detect::Pass<double> pass;
+  detector.forward(images, pass);
+  const double least = 0.05;
+  const auto found = detect::decode(detector.heads(), pass.logits, 0, least, 64, 64);
+
+  // The export's own candidates, in the same order; it takes pictures as they are.
+  const nn::Network<double> whole(description, {}, true);
+  nn::NetworkPass<double> exported;
+  whole.forward({images.data()}, exported);
+  constexpr std::size_t channels = 5 + classes;
+  const double* const rows = exported.output(0);
+  std::vector<detect::Detection> expected;
+  for (std::size_t candidate = 0; candidate < 3 * (64 + 16 + 4); ++candidate) {
+    const double* const row = rows + candidate * channels;
+    for (std::size_t c = 0; c < classes; ++c)
+      if (const double confidence = row[4] * row[5 + c]; confidence > least)
+        expected.push_back({c, confidence, row[4], {row[0], row[1], row[2], row[3]}});
+  }
+  REQUIRE(expected.size() > 100);
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    CHECK(found[i].confidence == Approx(expected[i].confidence).epsilon(1e-12));
+    CHECK(found[i].class_index == expected[i].class_index);
+    CHECK(found[i].box.cx == Approx(expected[i].box.cx).epsilon(1e-12));
+    CHECK(found[i].box.cy == Approx(expected[i].box.cy).epsilon(1e-12));
+    CHECK(found[i].box.w == Approx(expected[i].box.w).epsilon(1e-6));  // anchors rounded to float
+    CHECK(found[i].box.h == Approx(expected[i].box.h).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("the loss of a graph detector is differentiable to its pictures",
           "[detect][graph_detector][gradient]") {
-  for (const char* kind : {"yolox", "nanodet"}) {
-    INFO(kind);
-    const bool is_yolox = std::string(kind) == "yolox";
-    const detect::GraphDetector<double> detector(is_yolox ? yolox_like(64) : nanodet_like(64),
-                                                 detect::known_description(kind));
+  for (const char* name : {"yolox", "nanodet", "yolov5"}) {
+    INFO(name);
+    const auto kind = detect::known_description(name);
+    const detect::GraphDetector<double> detector(kind.head == detect::HeadKind::yolox ? yolox_like(64)
+                                                 : kind.head == detect::HeadKind::nanodet
+                                                     ? nanodet_like(64)
+                                                     : tapestry::test::yolov5_like(64, kind.anchors),
+                                                 kind);
     const auto images = pictures<double>(2, 64);
     const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}, {3, {40, 20, 30, 30}}};
     const auto value = [&](const Array<double, 4>& at) {
@@ -150,6 +191,18 @@ TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector
   auto two = yolox;
   two.strides = {8, 16};
   CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), two), contains("expected 2, found 3"));
+  auto yolov5 = detect::known_description("yolov5");
+  const auto export5 = tapestry::test::yolov5_like(64, yolov5.anchors);
+  yolov5.anchors[1].pop_back();
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(export5, yolov5),
+                    contains("channels at stride 16") && contains("expected 20, found 30"));
+  yolov5.anchors[0].assign(4, {8, 8});
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(export5, yolov5),
+                    contains("outputs of 30 channels, expected more than 20 and a multiple of 4"));
+  yolov5 = detect::known_description("yolov5");
+  yolov5.anchors.assign(3, {{8, 8}});
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), yolov5),
+                    contains("outputs of stride 8, whose anchors stand side by side; expected 1, found 3"));
   auto description = yolox_like(64);
   description.inputs.push_back({"more", {1}});
   CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), contains("found 2 inputs"));

@@ -34,8 +34,9 @@ TEST_CASE("a detector's description is read from JSON", "[io][detector_descripti
 }
 
 TEST_CASE("what a description leaves out has its default", "[io][detector_description_file]") {
-  CHECK(parsed(R"({"head": "darknet"})") == detect::DetectorDescription{});
-  CHECK(parsed(R"({"head": "ultralytics", "input": {}})").head == detect::HeadKind::ultralytics);
+  CHECK(parsed(R"({"head": "yolov5", "input": {}})") == detect::known_description("yolov5"));
+  CHECK(parsed(R"({"head": "darknet", "strides": [32], "anchors": [[10, 13.5, 30, 20]]})") ==
+        detect::DetectorDescription{{}, {}, detect::HeadKind::darknet, {32}, {{{10, 13.5}, {30, 20}}}});
   const auto grey = parsed(R"({"head": "yolov8", "strides": [8], "input": {"fill": 114}})");
   CHECK(grey.fit == tapestry::image::Fit{tapestry::image::FitKind::letterbox, 114.0 / 255});
   CHECK(grey.encoding == detect::InputEncoding{});
@@ -45,13 +46,17 @@ TEST_CASE("what a description leaves out has its default", "[io][detector_descri
 TEST_CASE("N23: descriptions that make no sense are refused with the key",
           "[io][detector_description_file]") {
   const auto with_input = [](const std::string& input) {
-    return R"({"input": )" + input + R"(, "head": "darknet"})";
+    return R"({"input": )" + input + R"(, "head": "yolov5"})";
   };
   const auto with_strides = [](const std::string& strides) {
     return R"({"head": "yolox", "strides": )" + strides + "}";
   };
+  const auto with_anchors = [](const std::string& anchors) {
+    return R"({"head": "yolov5", "strides": [8], "anchors": )" + anchors + "}";
+  };
   const auto bad = ErrorKind::malformed;
-  const std::string heads = "expected darknet, ultralytics, yolox, nanodet or yolov8";
+  const std::string anchors = "'anchors' makes no sense; expected for each of 1 strides a list of up to 16";
+  const std::string heads = "expected darknet, ultralytics, yolox, nanodet, yolov8 or yolov5";
   const std::string counts =
       "'strides' makes no sense; expected up to 16 whole numbers from 1 to 4096, each once";
   const std::string fits = "'fit' makes no sense; expected letterbox, letterbox_top_left or stretch";
@@ -61,8 +66,8 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
        {"no head", "{}", bad, "", "no 'head'; " + heads},
        {"head", R"({"head": "detr"})", bad, "@9", "'head' makes no sense; " + heads + ", found 'detr'"},
        {"head as a number", R"({"head": 3})", bad, "@9", "'head' makes no sense; " + heads + ", found '3'"},
-       {"key", R"({"head": "darknet", "anchors": []})", bad, "@31",
-        "unknown key; expected input, head, strides, found 'anchors'"},
+       {"key", R"({"head": "darknet", "anchor": []})", bad, "@30",
+        "unknown key; expected input, head, strides, anchors, found 'anchor'"},
        {"input as a word", with_input("\"rgb\""), bad, "@10", "'input' makes no sense; expected an object"},
        {"key of input", with_input(R"({"colour": "bgr"})"), bad, "@10",
         "unknown key of 'input'; expected order, scale, mean, std, fit, fill, found 'colour'"},
@@ -84,7 +89,20 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
         "'fill' makes no sense; expected a number from 0 to 255, found '256'"},
        {"fill of stretch", with_input(R"({"fit": "stretch", "fill": 0})"), bad, "@10",
         "'fill' beside the fit stretch, which leaves nothing to fill"},
-       {"no strides", R"({"head": "nanodet"})", bad, "", "no 'strides', which heads without anchors need"},
+       {"no strides", R"({"head": "nanodet"})", bad, "",
+        "no 'strides'; " + counts.substr(counts.find("expected"))},
+       {"strides of darknet", R"({"head": "darknet", "anchors": [[1, 2]]})", bad, "", "no 'strides'"},
+       {"no anchors", R"({"head": "ultralytics", "strides": [8]})", bad, "",
+        "no 'anchors', which such heads need; expected for each of 1 strides a list"},
+       {"anchors of yolox", R"({"head": "yolox", "strides": [8], "anchors": [[1, 2]]})", bad, "@45",
+        "'anchors' of heads that have none"},
+       {"anchors for other strides", with_anchors("[[1, 2], [3, 4]]"), bad, "@46", anchors},
+       {"a width alone", with_anchors("[[1, 2, 3]]"), bad, "@46", anchors},
+       {"anchors in pairs", with_anchors("[[[1, 2]]]"), bad, "@48", "JSON nested too deep"},
+       {"anchors as one list", with_anchors("[1]"), bad, "@46", anchors},
+       {"no anchor", with_anchors("[[]]"), bad, "@46", anchors},
+       {"anchor of 0", with_anchors("[[0, 2]]"), bad, "@46", anchors},
+       {"anchor as a word", with_anchors("[[\"1\", 2]]"), bad, "@46", anchors},
        {"strides as a number", with_strides("8"), bad, "@29", counts + ", found '8'"},
        {"no stride", with_strides("[]"), bad, "@29", counts},
        {"stride 0", with_strides("[8, 0]"), bad, "@29", counts + ", found '[8,0]'"},

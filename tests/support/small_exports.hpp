@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -49,6 +50,12 @@ class Exporter {
     const std::string name = "shape" + std::to_string(description_.constants.size());
     const std::size_t count = values.size();
     description_.constants[name] = {{count}, nn::ElementType::integer, std::move(values)};
+    return name;
+  }
+
+  std::string numbers(std::vector<std::size_t> shape, std::vector<float> values) {
+    const std::string name = "numbers" + std::to_string(description_.constants.size());
+    description_.constants[name] = {std::move(shape), nn::ElementType::floating, std::move(values)};
     return name;
   }
 
@@ -115,6 +122,50 @@ inline nn::NetworkDescription nanodet_like(std::size_t size) {
   }
   scores.insert(scores.end(), distances.begin(), distances.end());
   return exporter.finish(scores);
+}
+
+/// As YOLOv5 since version 6: of each level one convolution for three anchors, which the export decodes
+/// itself into centre, extent, objectness and classes: [1, candidates, 5 + exported_classes].
+///
+/// \param anchors  width and height of three, of each stride
+inline nn::NetworkDescription yolov5_like(std::size_t size,
+                                          const std::vector<std::vector<std::array<double, 2>>>& anchors) {
+  constexpr std::size_t channels = 5 + exported_classes;
+  Exporter exporter(size);
+  std::vector<std::string> flat;
+  for (const std::string& level : exporter.backbone()) {
+    const std::size_t stride = std::size_t(8) << flat.size(), cells = size / stride;
+    const auto side = static_cast<double>(cells);
+    const std::string raw = exporter.convolution(level, 8, 3 * channels, 1);
+    const std::string parted =
+        exporter.add("Reshape", {raw, exporter.integers({1, 3, static_cast<double>(channels), side, side})});
+    const std::string scores = exporter.add(
+        "Sigmoid",
+        {exporter.add("Transpose", {parted}, {{"perm", std::vector<std::int64_t>{0, 1, 3, 4, 2}}})});
+    const auto part = [&](double first, double end) {
+      return exporter.add(
+          "Slice", {scores, exporter.integers({first}), exporter.integers({end}), exporter.integers({4})});
+    };
+    const auto with = [&](const char* operation, const std::string& from, std::vector<std::size_t> shape,
+                          std::vector<float> values) {
+      return exporter.add(operation, {from, exporter.numbers(std::move(shape), std::move(values))});
+    };
+    std::vector<float> corners, extents;
+    for (std::size_t cell = 0; cell < cells * cells; ++cell)
+      for (const std::size_t at : {cell % cells, cell / cells})
+        corners.push_back(static_cast<float>(at) - 0.5F);
+    for (const auto& anchor : anchors.at(flat.size()))
+      for (const double extent : anchor) extents.push_back(static_cast<float>(extent));
+    const std::string centres = with(
+        "Mul", with("Add", with("Mul", part(0, 2), {1}, {2}), {1, 1, cells, cells, 2}, std::move(corners)),
+        {1}, {static_cast<float>(stride)});
+    const std::string boxes = with("Mul", with("Pow", with("Mul", part(2, 4), {1}, {2}), {1}, {2}),
+                                   {1, 3, 1, 1, 2}, std::move(extents));
+    const std::string all = exporter.add("Concat", {centres, boxes, part(4, static_cast<double>(channels))},
+                                         {{"axis", std::int64_t(4)}});
+    flat.push_back(exporter.add("Reshape", {all, exporter.integers({1, -1, static_cast<double>(channels)})}));
+  }
+  return exporter.finish({exporter.add("Concat", flat, {{"axis", std::int64_t(1)}})});
 }
 
 template <class T>

@@ -68,8 +68,8 @@ Detector load_onnx(const DetectorSettings& settings, std::vector<std::string> la
   if (!kind)
     throw Error(ErrorKind::usage,
                 settings.weights +
-                    ": its outputs are not those of a detector that is known (YOLOX, NanoDet); "
-                    "--detector says what they are");
+                    ": its outputs are not those of a detector that is known by its layers (YOLOX, NanoDet); "
+                    "--detector says what they are, such as a file of {\"head\": \"yolov5\"}");
   for (std::string& layer : layers)
     if (layer.empty()) layer = detect::common_layer(network);
   Detector detector{std::make_unique<detect::GraphDetector<float>>(network, *kind, settings.size, layers),

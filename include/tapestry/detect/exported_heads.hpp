@@ -101,6 +101,9 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
     if (group.channels != head.channel_count())
       refuse("channels at stride " + std::to_string(head.stride), std::to_string(head.channel_count()),
              std::to_string(group.channels));
+    if (has_anchors(head.decode) && group.outputs.size() > 1)
+      refuse("outputs of stride " + std::to_string(head.stride) + ", whose anchors stand side by side", "1",
+             std::to_string(group.outputs.size()));
     detail::put_in_order(head, shapes, group);
     std::size_t channel = 0;
     for (const std::size_t output : group.outputs) {

@@ -16,8 +16,10 @@ namespace tapestry::io {
 ///
 /// order is rgb or bgr; scale, mean and std are those of detect::InputEncoding; fit is a name of
 /// image::FitKind, beside which fill, 0 to 255, may say what is around a letterboxed picture; head is a name
-/// of detect::HeadKind; strides are needed for heads without anchors. What is left out has the default of
-/// detect::DetectorDescription, and fill the usual one of its fit. Compiled in tapestry/implementation.hpp.
+/// of detect::HeadKind; strides are pixels between cells. Heads with anchors need them, too, a list for each
+/// stride of widths and heights in turn, as YOLOv5 writes them: "anchors": [[10, 13, 16, 30, 33, 23], ...];
+/// yolov5 may leave out both. What else is left out has the default of detect::DetectorDescription, and fill
+/// the usual one of its fit. Compiled in tapestry/implementation.hpp.
 ///
 /// \param text  the whole text
 /// \param path  the file's name, for messages

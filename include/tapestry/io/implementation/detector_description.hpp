@@ -126,11 +126,7 @@ inline void read_input(const DescribedObject& input, detect::DetectorDescription
 
 inline void read_strides(const DescribedObject& outermost, detect::DetectorDescription& description) {
   constexpr const char* expected = "up to 16 whole numbers from 1 to 4096, each once";
-  if (!outermost.has("strides")) {
-    if (!detect::has_anchors(detect::decode_family_of(description.head)))
-      outermost.fail("strides", "no 'strides', which heads without anchors need", expected, "");
-    return;
-  }
+  if (!outermost.has("strides")) outermost.fail("strides", "no 'strides'", expected, "");
   const auto& list = outermost.member("strides");
   if (!list.is_array() || list.empty() || list.size() > 16) outermost.refuse("strides", list, expected);
   for (const auto& entry : list) {
@@ -142,16 +138,38 @@ inline void read_strides(const DescribedObject& outermost, detect::DetectorDescr
   }
 }
 
+inline void read_anchors(const DescribedObject& outermost, detect::DetectorDescription& description) {
+  const std::size_t heads = description.strides.size();
+  const std::string expected = "for each of " + std::to_string(heads) +
+                               " strides a list of up to 16 widths and heights above 0, at most 1e5";
+  const bool is_anchored = detect::has_anchors(detect::decode_family_of(description.head));
+  if (!outermost.has("anchors")) {
+    if (is_anchored) outermost.fail("anchors", "no 'anchors', which such heads need", expected, "");
+    return;
+  }
+  const auto& lists = outermost.member("anchors");
+  if (!is_anchored) outermost.fail("anchors", "'anchors' of heads that have none", "", "");
+  if (!lists.is_array() || lists.size() != heads) outermost.refuse("anchors", lists, expected);
+  for (const auto& list : lists) {
+    if (!list.is_array() || list.empty() || list.size() > 32 || list.size() % 2 != 0)
+      outermost.refuse("anchors", lists, expected);
+    auto& anchors = description.anchors.emplace_back();
+    for (std::size_t i = 0; i < list.size(); i += 2)
+      anchors.push_back({outermost.number("anchors", list[i], 1e-9, 1e5, expected.c_str()),
+                         outermost.number("anchors", list[i + 1], 1e-9, 1e5, expected.c_str())});
+  }
+}
+
 }  // namespace detail
 
 detect::DetectorDescription parse_detector_description(std::string_view text, const std::string& path) {
-  constexpr std::size_t levels = 3;  // a mean in an input in the outermost object
+  constexpr std::size_t levels = 3;  // a mean in an input, or anchors of a stride, in the outermost object
   const JsonText json = read_json(text, path, 0, levels);
   if (!json.value.is_object())
     throw FileError(ErrorKind::malformed,
                     {path, "", "not a detector's description", "a JSON object", json.value.type_name()});
   const detail::DescribedObject outermost(json.value, path, "", json.positions);
-  outermost.require_keys({"input", "head", "strides"});
+  outermost.require_keys({"input", "head", "strides", "anchors"});
   detect::DetectorDescription description;
   if (outermost.has("input")) {
     const auto& input = outermost.member("input");
@@ -161,7 +179,15 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
   if (!outermost.has("head")) outermost.fail("head", "no 'head'", std::string(detect::head_kind_names), "");
   description.head = outermost.named("head", std::string(detect::head_kind_names),
                                      [](const std::string& name) { return detect::head_kind_by_name(name); });
+  if (description.head == detect::HeadKind::yolov5 && !outermost.has("strides") &&
+      !outermost.has("anchors")) {
+    const auto known = detect::known_description("yolov5");
+    description.strides = known.strides;
+    description.anchors = known.anchors;
+    return description;
+  }
   detail::read_strides(outermost, description);
+  detail::read_anchors(outermost, description);
   return description;
 }
 
