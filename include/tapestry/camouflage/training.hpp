@@ -110,8 +110,8 @@ class Training {
   }
 
   /// One minibatch: records and reverses each view alone, which takes the memory of one, adds their gradients
-  /// in the minibatch's order, and updates. Where only the worst views count, the gradients of all are kept
-  /// until their losses are known.
+  /// in the minibatch's order, and updates. Where only the worst views count, the losses of all are computed
+  /// first, without a tape.
   ///
   /// \returns the number of views in it
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state
@@ -162,65 +162,75 @@ class Training {
     return parameter.adjoint();
   }
 
-  struct OfView {
-    ObjectiveTerms terms;
-    std::vector<T> slopes;  ///< of its loss, by the parameter
-  };
-
-  /// Adds the worst views of a minibatch, by their weights and in its order.
-  template <class Add>
-  void add_worst(const std::vector<OfView>& views, Add add) const {
-    std::vector<double> losses;
-    for (const OfView& view : views) losses.push_back(view.terms.total);
-    const bool is_sound = std::ranges::none_of(losses, [](double loss) { return std::isnan(loss); });
-    const auto weights = is_sound ? worst_view_weights(losses, options_.worst_share)
-                                  : std::vector<double>(views.size(), 1);  // the step is refused
-    for (std::size_t i = 0; i < views.size(); ++i)
-      if (weights[i] > 0) add(views[i].terms, views[i].slopes.data(), 1 / weights[i]);
+  /// Has `width` numbers found for each of some indices by the process that the index is dealt to, and takes
+  /// them in order.
+  /// \param find  of an index, its numbers
+  /// \param take  what an index's numbers are given to
+  template <class Find, class Take>
+  void deal(const std::vector<std::size_t>& indices, std::size_t width, Find find, Take take) {
+    for (std::size_t first = 0; first < indices.size(); first += shared_.processes) {
+      std::vector<double> numbers;
+      if (const std::size_t i = first + shared_.own; i < indices.size()) numbers = find(indices[i]);
+      if (shared_.processes > 1) {
+        numbers.resize(width);
+        numbers = shared_.gathered(numbers);
+      }
+      const double* from = numbers.data();
+      for (std::size_t i = first; i < std::min(first + shared_.processes, indices.size()); ++i, from += width)
+        take(indices[i], from);
+    }
   }
 
-  /// The mean of the views' gradients, or their weighted sum where only the worst count; a process is dealt
-  /// every so many-th view. Leaves the terms' in terms_.
+  /// What each view's loss is divided by in that of the step: their number, or where only the worst count, by
+  /// worst_view_weights() of their losses, ∞ for those that do not.
+  template <class ShotOf>
+  [[nodiscard]] std::vector<double> divisors_of(const std::vector<ViewPointer>& views,
+                                                const std::vector<std::size_t>& all, ShotOf shot_of) {
+    std::vector<double> divisors(views.size(), static_cast<double>(views.size()));
+    if (options_.worst_share == 1) return divisors;
+    std::vector<double> losses(views.size());
+    const auto loss_of = [&](std::size_t i) {
+      const auto shot = shot_of(i);
+      const ArrayVariable<T, 2> parameter(state_.parameter);
+      static_cast<void>(objective_(parameter, std::span(&views[i], 1), shot ? &*shot : nullptr));
+      return std::vector<double>{objective_.terms().total};
+    };
+    deal(all, 1, loss_of, [&](std::size_t i, const double* loss) { losses[i] = *loss; });
+    if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
+      return divisors;  // the step is refused by its terms
+    const auto weights = worst_view_weights(losses, options_.worst_share);
+    std::ranges::transform(weights, divisors.begin(), [](double weight) { return 1 / weight; });
+    return divisors;
+  }
+
+  /// The mean of the views' gradients, or their weighted sum where only the worst count. Leaves the terms' in
+  /// terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
     constexpr auto& terms = ObjectiveTerms::all;
     const auto session = next_session(views);
-    const std::size_t width = terms.size() + state_.parameter.size();
+    const auto shot_of = [&](std::size_t i) {
+      return session ? std::optional(PhotoSession{session->print, {session->shots[i]}}) : std::nullopt;
+    };
+    std::vector<std::size_t> counting(views.size());
+    std::iota(counting.begin(), counting.end(), std::size_t{0});
+    const auto divisors = divisors_of(views, counting, shot_of);
+    std::erase_if(counting, [&](std::size_t i) { return std::isinf(divisors[i]); });
     Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
     ObjectiveTerms mean{};
-    const auto add = [&](const ObjectiveTerms& of_view, const auto* slopes, double divisor) {
-      for (const auto& [name, term] : terms) mean.*term += of_view.*term / divisor;
+    const auto find = [&](std::size_t i) {
+      const Array<T, 2> slopes = gradient_of(views[i], shot_of(i));
+      std::vector<double> numbers;
+      for (const auto& [name, term] : terms) numbers.push_back(terms_.*term);
+      numbers.insert(numbers.end(), slopes.begin(), slopes.end());
+      return numbers;
+    };
+    const auto add = [&](std::size_t i, const double* numbers) {
+      for (std::size_t k = 0; k < terms.size(); ++k) mean.*terms[k].second += numbers[k] / divisors[i];
+      const double* const slopes = numbers + terms.size();
       for (std::size_t k = 0; k < gradient.size(); ++k)
-        gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(divisor);
+        gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(divisors[i]);
     };
-    std::vector<OfView> kept;  // until all losses are known
-    const auto take = [&](const ObjectiveTerms& of_view, const auto* slopes) {
-      if (options_.worst_share == 1) return add(of_view, slopes, static_cast<double>(views.size()));
-      kept.push_back({of_view, std::vector<T>(gradient.size())});
-      for (std::size_t k = 0; k < gradient.size(); ++k) kept.back().slopes[k] = static_cast<T>(slopes[k]);
-    };
-    for (std::size_t first = 0; first < views.size(); first += shared_.processes) {
-      std::vector<double> own;
-      if (const std::size_t i = first + shared_.own; i < views.size()) {
-        std::optional<PhotoSession> shot;
-        if (session) shot = PhotoSession{session->print, {session->shots[i]}};
-        const Array<T, 2> of_view = gradient_of(views[i], shot);
-        if (shared_.processes == 1) {
-          take(terms_, of_view.data());
-          continue;
-        }
-        for (const auto& [name, term] : terms) own.push_back(terms_.*term);
-        own.insert(own.end(), of_view.begin(), of_view.end());
-      }
-      own.resize(width);
-      const auto all = shared_.gathered(own);
-      const double* from = all.data();
-      for (std::size_t i = first; i < std::min(first + shared_.processes, views.size()); ++i, from += width) {
-        ObjectiveTerms of_view{};
-        for (std::size_t k = 0; k < terms.size(); ++k) of_view.*terms[k].second = from[k];
-        take(of_view, from + terms.size());
-      }
-    }
-    if (!kept.empty()) add_worst(kept, add);
+    deal(counting, terms.size() + gradient.size(), find, add);
     terms_ = mean;
     return gradient;
   }
