@@ -42,7 +42,7 @@ Array<T, 4> outputs(DecodeFamily family) {
 detect::Head any_head() {
   return GENERATE(head_of(DecodeFamily::darknet), exclusive_head(), head_of(DecodeFamily::ultralytics),
                   head_of(DecodeFamily::scaled), head_of(DecodeFamily::yolox),
-                  head_of(DecodeFamily::distance));
+                  head_of(DecodeFamily::distance), head_of(DecodeFamily::decoded));
 }
 }  // namespace
 

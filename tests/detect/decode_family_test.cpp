@@ -58,9 +58,9 @@ TEST_CASE("decode families have names", "[detect][decode_family]") {
   for (const auto family : detect::decode_families)
     CHECK(detect::decode_family_by_name(detect::name_of(family)) == family);
   CHECK(detect::name_of(DecodeFamily::scaled) == "scaled");
-  CHECK_THROWS_WITH(
-      detect::decode_family_by_name("yolov5"),
-      "no decode family is called 'yolov5'; expected darknet, ultralytics, scaled, yolox or distance");
+  CHECK_THROWS_WITH(detect::decode_family_by_name("yolov5"),
+                    "no decode family is called 'yolov5'; expected darknet, ultralytics, scaled, yolox, "
+                    "distance or decoded");
   CHECK_THROWS_AS(detect::decode_family_by_name(""), tapestry::DomainError);
   CHECK(Head{}.decode == DecodeFamily::darknet);
 }

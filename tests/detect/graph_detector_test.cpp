@@ -105,11 +105,96 @@ TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][gr
   }
 }
 
+TEST_CASE("boxes and scores of an export are those of its logits", "[detect][graph_detector][decoded]") {
+  const auto kind = detect::known_description("yolov5");
+  const auto description = tapestry::test::yolov5_like(64, kind.anchors);
+  const detect::GraphDetector<double> raw(description, kind);
+  auto decoded_kind = detect::DetectorDescription{{}, kind.fit, detect::HeadKind::boxes_and_scores};
+  decoded_kind.decoded.boxes = decoded_kind.decoded.scores = description.outputs.front();
+  decoded_kind.decoded.has_objectness = true;
+  const detect::GraphDetector<double> decoded(description, decoded_kind);
+  REQUIRE(decoded.heads().size() == 1);
+  CHECK(decoded.heads()[0].classes == classes);
+  CHECK(decoded.heads()[0].candidate_count() == 252);
+  const auto images = pictures<double>(2, 64);
+  detect::Pass<double> pass, decoded_pass;
+  raw.forward(images, pass);
+  decoded.forward(images, decoded_pass);
+  const auto expected = detect::decode(raw.heads(), pass.logits, 1, 0.05, 64, 64);
+  const auto found = detect::decode(decoded.heads(), decoded_pass.logits, 1, 0.05, 64, 64);
+  REQUIRE(expected.size() > 100);
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    CHECK(found[i].confidence == Approx(expected[i].confidence).epsilon(1e-9));
+    CHECK(found[i].class_index == expected[i].class_index);
+    CHECK(found[i].box.cx == Approx(expected[i].box.cx).epsilon(1e-9));
+    CHECK(found[i].box.h == Approx(expected[i].box.h).epsilon(1e-6));  // anchors rounded to float
+  }
+}
+
+TEST_CASE("boxes as shares of corners, and a softmax with a background, are read in every opset",
+          "[detect][graph_detector][decoded]") {
+  const std::int64_t opset = GENERATE(7, 9, 11, 13);
+  const auto description = tapestry::test::boxes_and_scores(64, opset);
+  detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
+  kind.decoded.boxes = description.outputs[0];
+  kind.decoded.scores = description.outputs[1];
+  kind.decoded.form = detect::BoxForm::corners_yx;
+  kind.decoded.relative = true;
+  kind.decoded.score_form = detect::ScoreForm::softmax;
+  kind.decoded.background = GENERATE(detect::Background::first, detect::Background::last);
+  const detect::GraphDetector<double> detector(description, kind);
+  const auto images = pictures<double>(1, 64);
+  detect::Pass<double> pass;
+  detector.forward(images, pass);
+  const nn::Network<double> whole(description, {}, true);
+  nn::NetworkPass<double> exported;
+  whole.forward({images.data()}, exported);
+  REQUIRE(detector.heads()[0].candidate_count() == 64);
+  REQUIRE(detector.heads()[0].classes == classes);
+  const bool is_first = kind.decoded.background == detect::Background::first;
+  for (std::size_t candidate = 0; candidate < 64; ++candidate) {
+    const double* const box = exported.output(0) + 4 * candidate;
+    const double* const scores = exported.output(1) + (1 + classes) * candidate;
+    const auto logit = [&](std::size_t channel) { return pass.logits[0].data()[64 * channel + candidate]; };
+    CHECK(logit(0) == Approx(64 * (box[1] + box[3]) / 2).epsilon(1e-12));
+    CHECK(logit(1) == Approx(64 * (box[0] + box[2]) / 2).epsilon(1e-12));
+    CHECK(logit(2) == Approx(64 * (box[3] - box[1])).epsilon(1e-10).margin(1e-10));
+    CHECK(logit(3) == Approx(64 * (box[2] - box[0])).epsilon(1e-10).margin(1e-10));
+    double sum = 0;
+    for (std::size_t k = 0; k <= classes; ++k) sum += std::exp(scores[k]);
+    for (std::size_t k = 0; k < classes; ++k)
+      CHECK(nn::logistic(logit(4 + k)) == Approx(std::exp(scores[k + (is_first ? 1 : 0)]) / sum));
+  }
+}
+
+TEST_CASE("decoded outputs that are not there, or no boxes, are refused",
+          "[detect][graph_detector][decoded][error]") {
+  const auto description = tapestry::test::boxes_and_scores(64, 11);
+  detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
+  kind.decoded.boxes = "nowhere";
+  kind.decoded.scores = description.outputs[1];
+  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, kind),
+                    contains("net.onnx: no node makes the output 'nowhere'"));
+  kind.decoded.boxes = description.outputs[1];  // six numbers, not four
+  kind.decoded.scores = description.outputs[0];
+  CHECK_THROWS_AS(detect::GraphDetector<float>(description, kind), tapestry::FileError);
+  kind.decoded.boxes = kind.decoded.scores = description.outputs[0];  // a box and no class
+  CHECK_THROWS_AS(detect::GraphDetector<float>(description, kind), tapestry::FileError);
+}
+
 TEST_CASE("the loss of a graph detector is differentiable to its pictures",
           "[detect][graph_detector][gradient]") {
-  for (const char* name : {"yolox", "nanodet", "yolov5"}) {
+  for (const char* name : {"yolox", "nanodet", "yolov5", "boxes_and_scores"}) {
     INFO(name);
-    const auto kind = detect::known_description(name);
+    const bool is_decoded = std::string(name) == "boxes_and_scores";
+    auto kind = detect::known_description(is_decoded ? "yolov5" : name);
+    if (is_decoded) {
+      kind.head = detect::HeadKind::boxes_and_scores;
+      kind.decoded.boxes = kind.decoded.scores =
+          tapestry::test::yolov5_like(64, kind.anchors).outputs.front();
+      kind.decoded.has_objectness = true;
+    }
     const detect::GraphDetector<double> detector(kind.head == detect::HeadKind::yolox ? yolox_like(64)
                                                  : kind.head == detect::HeadKind::nanodet
                                                      ? nanodet_like(64)

@@ -43,6 +43,18 @@ TEST_CASE("what a description leaves out has its default", "[io][detector_descri
   CHECK(grey.strides == std::vector<std::size_t>{8});
 }
 
+TEST_CASE("decoded outputs are described by name and form", "[io][detector_description_file]") {
+  const auto plain =
+      parsed(R"({"head": "boxes_and_scores", "outputs": {"boxes": "b", "scores": "s"}})").decoded;
+  CHECK(plain == detect::DecodedOutputs{"b", "s"});
+  const auto full = parsed(R"({"head": "boxes_and_scores", "outputs": {"boxes": "o", "scores": "o",
+      "channels": "first", "form": "corners_yx", "unit": "share", "objectness": "yes", "score": "logit",
+      "background": "last"}})")
+                        .decoded;
+  CHECK(full == detect::DecodedOutputs{"o", "o", true, detect::BoxForm::corners_yx, true, true,
+                                       detect::ScoreForm::logits, detect::Background::last});
+}
+
 TEST_CASE("N23: descriptions that make no sense are refused with the key",
           "[io][detector_description_file]") {
   const auto with_input = [](const std::string& input) {
@@ -54,9 +66,13 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
   const auto with_anchors = [](const std::string& anchors) {
     return R"({"head": "yolov5", "strides": [8], "anchors": )" + anchors + "}";
   };
+  const auto with_outputs = [](const std::string& outputs) {
+    return R"({"head": "boxes_and_scores", "outputs": )" + outputs + "}";
+  };
   const auto bad = ErrorKind::malformed;
   const std::string anchors = "'anchors' makes no sense; expected for each of 1 strides a list of up to 16";
-  const std::string heads = "expected darknet, ultralytics, yolox, nanodet, yolov8 or yolov5";
+  const std::string heads =
+      "expected darknet, ultralytics, yolox, nanodet, yolov8, yolov5 or boxes_and_scores";
   const std::string counts =
       "'strides' makes no sense; expected up to 16 whole numbers from 1 to 4096, each once";
   const std::string fits = "'fit' makes no sense; expected letterbox, letterbox_top_left or stretch";
@@ -67,7 +83,7 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
        {"head", R"({"head": "detr"})", bad, "@9", "'head' makes no sense; " + heads + ", found 'detr'"},
        {"head as a number", R"({"head": 3})", bad, "@9", "'head' makes no sense; " + heads + ", found '3'"},
        {"key", R"({"head": "darknet", "anchor": []})", bad, "@30",
-        "unknown key; expected input, head, strides, anchors, found 'anchor'"},
+        "unknown key; expected input, head, strides, anchors, outputs, found 'anchor'"},
        {"input as a word", with_input("\"rgb\""), bad, "@10", "'input' makes no sense; expected an object"},
        {"key of input", with_input(R"({"colour": "bgr"})"), bad, "@10",
         "unknown key of 'input'; expected order, scale, mean, std, fit, fill, found 'colour'"},
@@ -100,6 +116,21 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
        {"a width alone", with_anchors("[[1, 2, 3]]"), bad, "@46", anchors},
        {"anchors in pairs", with_anchors("[[[1, 2]]]"), bad, "@48", "JSON nested too deep"},
        {"anchors as one list", with_anchors("[1]"), bad, "@46", anchors},
+       {"strides of boxes", R"({"head": "boxes_and_scores", "strides": [8]})", bad, "@40",
+        "'strides' of heads that have none"},
+       {"outputs of yolox", R"({"head": "yolox", "outputs": {}})", bad, "@29",
+        "'outputs' of heads that have none"},
+       {"no outputs", R"({"head": "boxes_and_scores"})", bad, "", "no 'outputs'; expected an object"},
+       {"outputs as a word", with_outputs("\"b\""), bad, "@40",
+        "'outputs' makes no sense; expected an object"},
+       {"no scores", with_outputs(R"({"boxes": "b"})"), bad, "@40",
+        "no 'scores' in 'outputs'; expected an output's name"},
+       {"boxes as a number", with_outputs(R"({"boxes": 1, "scores": "s"})"), bad, "@40",
+        "'boxes' makes no sense; expected an output's name, found '1'"},
+       {"form", with_outputs(R"({"boxes": "b", "scores": "s", "form": "polygon"})"), bad, "@40",
+        "'form' makes no sense; expected centre, corners or corners_yx, found 'polygon'"},
+       {"objectness of two", with_outputs(R"({"boxes": "b", "scores": "s", "objectness": "yes"})"), bad,
+        "@40", "'objectness' of two outputs, which have none"},
        {"no anchor", with_anchors("[[]]"), bad, "@46", anchors},
        {"anchor of 0", with_anchors("[[0, 2]]"), bad, "@46", anchors},
        {"anchor as a word", with_anchors("[[\"1\", 2]]"), bad, "@46", anchors},

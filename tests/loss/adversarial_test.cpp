@@ -273,7 +273,7 @@ TEST_CASE("losses refuse heads that give no raw logits", "[loss][adversarial]") 
   heads[2].decode = DecodeFamily::scaled;
   const std::string message =
       ": heads of the decode family scaled (new_coords=1) give activations, but losses need raw logits; "
-      "expected darknet, ultralytics, yolox or distance";
+      "expected darknet, ultralytics, yolox, distance or decoded";
   for (const auto kind : all_kinds) {
     CHECK_THROWS_WITH(loss::adversarial(view(heads, logits), car, kind), "adversarial" + message);
     auto adjoint = zeros_like(logits);

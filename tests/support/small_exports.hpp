@@ -18,9 +18,9 @@ namespace tapestry::test {
 /// Writes down small exports, as PyTorch leaves them.
 class Exporter {
  public:
-  explicit Exporter(std::size_t size) {
+  explicit Exporter(std::size_t size, std::int64_t opset = 11) {
     description_.path = "net.onnx";
-    description_.opset = 11;
+    description_.opset = opset;
     description_.inputs = {{"images", {1, 3, size, size}}};
   }
 
@@ -166,6 +166,21 @@ inline nn::NetworkDescription yolov5_like(std::size_t size,
     flat.push_back(exporter.add("Reshape", {all, exporter.integers({1, -1, static_cast<double>(channels)})}));
   }
   return exporter.finish({exporter.add("Concat", flat, {{"axis", std::int64_t(1)}})});
+}
+
+/// As SSD and DETR: boxes [1, N, 4] as corners, top first, and a number for each of exported_classes and,
+/// before them, for none of them, [1, N, 1 + exported_classes].
+inline nn::NetworkDescription boxes_and_scores(std::size_t size, std::int64_t opset) {
+  Exporter exporter(size, opset);
+  const std::string level = exporter.backbone().front();
+  const auto flat = [&](std::size_t channels) {
+    const std::string raw = exporter.convolution(level, 8, channels, 1);
+    const std::string shaped =
+        exporter.add("Reshape", {raw, exporter.integers({1, static_cast<double>(channels), -1})});
+    return exporter.add("Transpose", {shaped}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}});
+  };
+  const std::string boxes = exporter.add("Sigmoid", {flat(4)});
+  return exporter.finish({boxes, flat(1 + exported_classes)});
 }
 
 template <class T>

@@ -14,8 +14,8 @@ namespace tapestry::detect {
 /// Bound on w and h logits before an exponential, so that a box stays finite: e^50 is 5·10²¹.
 inline constexpr double largest_extent_logit = 50;
 
-/// Offset of a centre from the upper left corner of its cell, in cells; see DecodeFamily. Not for the family
-/// distance, as the other functions of one x, y, w or h.
+/// Offset of a centre from the upper left corner of its cell, in cells; see DecodeFamily. Not for the
+/// families distance and decoded, as the other functions of one x, y, w or h.
 [[nodiscard]] inline double centre_offset(const Head& head, double logit) {
   if (head.decode == DecodeFamily::yolox) return logit;
   if (head.decode == DecodeFamily::scaled) return logit * head.scale_x_y - (head.scale_x_y - 1) / 2;
@@ -97,6 +97,9 @@ struct GridAxis {
   return axes;
 }
 
+/// NaN stays.
+[[nodiscard]] inline double not_below_0(double extent) { return extent < 0 ? 0 : extent; }
+
 /// Sides of a box: left, top, right, bottom.
 inline constexpr std::size_t side_count = 4;
 
@@ -123,6 +126,9 @@ template <std::invocable<std::size_t> Logits>
     return {x.position(x.cell + 0.5 + (right - left) / 2), y.position(y.cell + 0.5 + (bottom - top) / 2),
             x.length(left + right), y.length(top + bottom)};
   }
+  if (head.decode == DecodeFamily::decoded)
+    return {logit(x_channel), logit(y_channel), detail::not_below_0(logit(w_channel)),
+            detail::not_below_0(logit(h_channel))};
   return {x.position(centre_offset(head, logit(x_channel)) + x.cell),
           y.position(centre_offset(head, logit(y_channel)) + y.cell),
           extent_factor(head, logit(w_channel)) * x.unit, extent_factor(head, logit(h_channel)) * y.unit};
@@ -135,6 +141,13 @@ void decode_box_adjoint(const Head& head, const CandidatePlace& place, Logits lo
                         Add add) {
   const auto axes = detail::axes_of(head, place);
   const std::array<double, 2> centre{box_adjoint.cx, box_adjoint.cy}, extent{box_adjoint.w, box_adjoint.h};
+  if (head.decode == DecodeFamily::decoded) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if (centre[axis] != 0) add(x_channel + axis, centre[axis]);
+      if (extent[axis] != 0 && logit(w_channel + axis) > 0) add(w_channel + axis, extent[axis]);
+    }
+    return;
+  }
   for (std::size_t side = 0; head.decode == DecodeFamily::distance && side < detail::side_count; ++side) {
     const std::size_t axis = side % 2;
     const double sign = side < 2 ? -0.5 : 0.5;  // left and top pull the centre back

@@ -24,7 +24,9 @@ namespace tapestry::detect {
 ///   distance     the box reaches Σ_b b·softmax(t)_b to the left of   σ(class)
 ///                cell + ½, and as far as three more such sums to its
 ///                top, right and bottom
+///   decoded      t, in pixels                   max(0, t), in pixels  σ(class)
 ///
+/// decoded is for exports that hold their own decoding; its cells are their candidates, in one row.
 /// scaled is new_coords=1 of a cfg: t has been through σ already, in the convolution before the head, which
 /// has activation=logistic. With s = 2 it puts boxes where ultralytics does for the logits before that σ.
 /// The ultralytics family has 2 for s always, whatever a cfg says. YOLOv2's [region] is darknet with s = 1;
@@ -35,24 +37,27 @@ namespace tapestry::detect {
 /// "Scaled-YOLOv4" (CVPR 2021), as new_coords in AlexeyAB's Darknet; yolox, Ge et al., "YOLOX" (2021);
 /// distance, Li et al., "Generalized Focal Loss" (NeurIPS 2020), as in NanoDet-m and in YOLOv8 and its
 /// successors.
-enum class DecodeFamily { darknet, ultralytics, scaled, yolox, distance };
+enum class DecodeFamily { darknet, ultralytics, scaled, yolox, distance, decoded };
 
-inline constexpr std::array<DecodeFamily, 5> decode_families{DecodeFamily::darknet, DecodeFamily::ultralytics,
-                                                             DecodeFamily::scaled, DecodeFamily::yolox,
-                                                             DecodeFamily::distance};
+inline constexpr std::array<DecodeFamily, 6> decode_families{
+    DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::scaled,
+    DecodeFamily::yolox,   DecodeFamily::distance,    DecodeFamily::decoded};
 
 /// The families by name, for messages.
-inline constexpr std::string_view decode_family_names = "darknet, ultralytics, scaled, yolox or distance";
+inline constexpr std::string_view decode_family_names =
+    "darknet, ultralytics, scaled, yolox, distance or decoded";
 /// Those with anchors, which are what a [yolo] section of a cfg can be of.
 inline constexpr std::string_view anchored_family_names = "darknet, ultralytics or scaled";
 
 /// Whether boxes of a family are multiples of a head's anchors.
 [[nodiscard]] constexpr bool has_anchors(DecodeFamily family) {
-  return family != DecodeFamily::yolox && family != DecodeFamily::distance;
+  return family == DecodeFamily::darknet || family == DecodeFamily::ultralytics ||
+         family == DecodeFamily::scaled;
 }
 
 [[nodiscard]] constexpr std::string_view name_of(DecodeFamily family) {
-  constexpr std::array<std::string_view, 5> names{"darknet", "ultralytics", "scaled", "yolox", "distance"};
+  constexpr std::array<std::string_view, 6> names{"darknet", "ultralytics", "scaled",
+                                                  "yolox",   "distance",    "decoded"};
   return names[static_cast<std::size_t>(family)];
 }
 

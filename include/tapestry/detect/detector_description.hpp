@@ -6,6 +6,7 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/image/letterbox.hpp>
@@ -19,19 +20,21 @@ namespace tapestry::detect {
 ///   nanodet  the decode family distance, 8 bins, classes first: NanoDet-m
 ///   yolov8   the decode family distance, 16 bins, box first: YOLOv8 and its successors
 ///   yolov5   the decode family ultralytics, with YOLOv5's anchors for COCO unless there are others
+///   boxes_and_scores  the decode family decoded, of an export that holds its own decoding
 ///
 /// darknet and ultralytics are their decode families, with the anchors of a cfg or a description.
-enum class HeadKind { darknet, ultralytics, yolox, nanodet, yolov8, yolov5 };
+enum class HeadKind { darknet, ultralytics, yolox, nanodet, yolov8, yolov5, boxes_and_scores };
 
-inline constexpr std::array<HeadKind, 6> head_kinds{HeadKind::darknet, HeadKind::ultralytics,
-                                                    HeadKind::yolox,   HeadKind::nanodet,
-                                                    HeadKind::yolov8,  HeadKind::yolov5};
+inline constexpr std::array<HeadKind, 7> head_kinds{
+    HeadKind::darknet, HeadKind::ultralytics, HeadKind::yolox,           HeadKind::nanodet,
+    HeadKind::yolov8,  HeadKind::yolov5,      HeadKind::boxes_and_scores};
 /// The kinds by name, for messages.
-inline constexpr std::string_view head_kind_names = "darknet, ultralytics, yolox, nanodet, yolov8 or yolov5";
+inline constexpr std::string_view head_kind_names =
+    "darknet, ultralytics, yolox, nanodet, yolov8, yolov5 or boxes_and_scores";
 
 [[nodiscard]] constexpr std::string_view name_of(HeadKind kind) {
-  constexpr std::array<std::string_view, 6> names{"darknet", "ultralytics", "yolox",
-                                                  "nanodet", "yolov8",      "yolov5"};
+  constexpr std::array<std::string_view, 7> names{"darknet", "ultralytics", "yolox",           "nanodet",
+                                                  "yolov8",  "yolov5",      "boxes_and_scores"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -46,6 +49,7 @@ inline constexpr std::string_view head_kind_names = "darknet, ultralytics, yolox
 [[nodiscard]] constexpr DecodeFamily decode_family_of(HeadKind kind) {
   if (kind == HeadKind::darknet) return DecodeFamily::darknet;
   if (kind == HeadKind::ultralytics || kind == HeadKind::yolov5) return DecodeFamily::ultralytics;
+  if (kind == HeadKind::boxes_and_scores) return DecodeFamily::decoded;
   return kind == HeadKind::yolox ? DecodeFamily::yolox : DecodeFamily::distance;
 }
 
@@ -57,6 +61,7 @@ struct DetectorDescription {
   std::vector<std::size_t> strides{};  ///< pixels between cells, of each head in the order of the outputs
   /// Of each head with anchors, those of Head::anchors.
   std::vector<std::vector<std::array<double, 2>>> anchors{};
+  DecodedOutputs decoded{};  ///< of boxes_and_scores, which has no strides
 
   bool operator==(const DetectorDescription&) const = default;
 };
@@ -86,7 +91,7 @@ struct DetectorDescription {
 }
 
 /// The heads that a description means, for an input of the given extents: of each stride s one with
-/// ⌈height / s⌉ × ⌈width / s⌉ cells.
+/// ⌈height / s⌉ × ⌈width / s⌉ cells. Of boxes_and_scores, which has no strides, there are none.
 ///
 /// \param classes  K
 /// \throws DomainError for a stride of 0, for heads with anchors unless each stride has some, and for anchors

@@ -67,6 +67,24 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
   std::ranges::stable_sort(group.outputs, {}, rank);
 }
 
+/// The one head of decoded outputs.
+/// \param shapes  of what with_decoded_outputs() added
+[[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path,
+                                                 const std::vector<nn::Shape>& shapes) {
+  constexpr std::size_t box = 4;
+  const std::size_t channels = shapes.front().size() == 4 ? shapes.front()[1] : 0;
+  if (channels <= box)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "not a detector of the kind boxes_and_scores: its outputs, joined as logits",
+                     "[1, 4 + classes, 1, candidates]", tapestry::detail::to_text(shapes.front())});
+  Head head;
+  head.classes = channels - box;
+  head.decode = DecodeFamily::decoded;
+  head.grid_height = 1;
+  head.grid_width = shapes.front()[3];
+  return {{head}, {{0, 0, 0, nn::size_of(shapes.front())}}};
+}
+
 }  // namespace detail
 
 /// Puts together the heads of a network's raw outputs: those of one grid are one head, one behind the other.
@@ -82,6 +100,7 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
                     {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
                      expected, found});
   };
+  if (kind.head == HeadKind::boxes_and_scores) return detail::decoded_heads(path, shapes);
   auto groups = detail::grouped_by_grid(path, shapes);
   if (groups.size() != kind.strides.size() || groups.empty())
     refuse("grids of outputs", std::to_string(kind.strides.size()), std::to_string(groups.size()));

@@ -37,7 +37,7 @@ class GraphDetector final : public Detector<T> {
                 const std::vector<std::string>& layers = {})
       : kind_(std::move(kind)),
         layer_count_(layers.size()),
-        network_(nn::pruned(network, with_layers(network, layers)), sizes(network, size), true),
+        network_(showing_heads(network, kind_, size, layers), sizes(network, size), true),
         heads_(exported_heads(network.path, kind_, output_shapes(), input_height(), input_width())) {
     for (std::size_t layer = 0; layer < layer_count_; ++layer)
       if (const auto& shape = layer_shape(layer); shape.size() != 4 || shape[0] != 1)
@@ -169,18 +169,31 @@ class GraphDetector final : public Detector<T> {
         {network.inputs.front().name, {1, 3, size == 0 ? *shape[2] : size, size == 0 ? *shape[3] : size}}};
   }
 
-  /// The raw outputs, then the layers.
-  [[nodiscard]] static std::vector<std::string> with_layers(const nn::NetworkDescription& network,
+  static void require_value(const nn::NetworkDescription& network, const std::string& what,
+                            const std::string& name) {
+    const auto makes = [&](const nn::Node& node) { return std::ranges::count(node.outputs, name) > 0; };
+    if (std::ranges::none_of(network.nodes, makes))
+      throw FileError(ErrorKind::mismatch,
+                      {network.path, "", "no node makes the " + what + " " + in_quotes(name)});
+  }
+
+  /// The network with other outputs: what the heads are made of, then the layers.
+  [[nodiscard]] static nn::NetworkDescription showing_heads(const nn::NetworkDescription& network,
+                                                            const DetectorDescription& kind, std::size_t size,
                                                             const std::vector<std::string>& layers) {
-    std::vector<std::string> outputs = raw_outputs(network);
-    for (const std::string& layer : layers) {
-      const auto makes = [&](const nn::Node& node) { return std::ranges::count(node.outputs, layer) > 0; };
-      if (std::ranges::none_of(network.nodes, makes))
-        throw FileError(ErrorKind::mismatch,
-                        {network.path, "", "no node makes the layer " + in_quotes(layer)});
-      outputs.push_back(layer);
+    for (const std::string& layer : layers) require_value(network, "layer", layer);
+    if (kind.head != HeadKind::boxes_and_scores) {
+      auto outputs = raw_outputs(network);
+      outputs.insert(outputs.end(), layers.begin(), layers.end());
+      return nn::pruned(network, std::move(outputs));
     }
-    return outputs;
+    require_value(network, "output", kind.decoded.boxes);
+    require_value(network, "output", kind.decoded.scores);
+    const auto input = sizes(network, size).begin()->second;
+    std::vector<std::string> outputs(1);
+    auto shown = with_decoded_outputs(network, kind.decoded, input[2], input[3], outputs.front());
+    outputs.insert(outputs.end(), layers.begin(), layers.end());
+    return nn::pruned(std::move(shown), std::move(outputs));
   }
 
   [[nodiscard]] std::size_t head_output_count() const { return network_.output_count() - layer_count_; }

@@ -23,6 +23,7 @@ enum BoxChannel : std::size_t { x_channel, y_channel, w_channel, h_channel };
 ///   darknet, ultralytics, scaled, yolox   x, y, w, h, objectness, K classes: D = 5 + K
 ///   distance, box first                   B bins each of left, top, right, bottom; K classes: D = 4·B + K
 ///   distance, classes first               K classes; B bins each of left, top, right, bottom
+///   decoded                               x, y, w, h, K classes: D = 4 + K
 struct Head {
   std::size_t classes = 0;
   std::size_t grid_height = 0;
@@ -39,8 +40,10 @@ struct Head {
 
   /// A; a cell of a head without anchors has one candidate.
   [[nodiscard]] std::size_t anchor_count() const { return has_anchors(decode) ? anchors.size() : 1; }
-  /// False for the family distance, where a class score says by itself that something is there.
-  [[nodiscard]] bool has_objectness() const { return decode != DecodeFamily::distance; }
+  /// False for the families distance and decoded, where a class score says by itself that something is there.
+  [[nodiscard]] bool has_objectness() const {
+    return decode != DecodeFamily::distance && decode != DecodeFamily::decoded;
+  }
   [[nodiscard]] std::size_t box_channel_count() const {
     return decode == DecodeFamily::distance ? 4 * bins : 4;
   }

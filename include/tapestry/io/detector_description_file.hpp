@@ -18,7 +18,14 @@ namespace tapestry::io {
 /// image::FitKind, beside which fill, 0 to 255, may say what is around a letterboxed picture; head is a name
 /// of detect::HeadKind; strides are pixels between cells. Heads with anchors need them, too, a list for each
 /// stride of widths and heights in turn, as YOLOv5 writes them: "anchors": [[10, 13, 16, 30, 33, 23], ...];
-/// yolov5 may leave out both. What else is left out has the default of detect::DetectorDescription, and fill
+/// yolov5 may leave out both. boxes_and_scores has outputs instead, with the first of each list where nothing
+/// is said, see detect::DecodedOutputs:
+///
+///   {"head": "boxes_and_scores", "outputs": {"boxes": NAME, "scores": NAME, "channels": last or first,
+///    "form": centre, corners or corners_yx, "unit": pixels or share, "objectness": no or yes,
+///    "score": probability, logit or softmax, "background": none, first or last}}
+///
+/// What else is left out has the default of detect::DetectorDescription, and fill
 /// the usual one of its fit. Compiled in tapestry/implementation.hpp.
 ///
 /// \param text  the whole text

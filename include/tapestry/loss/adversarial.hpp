@@ -26,10 +26,11 @@ namespace tapestry::loss {
 ///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
 ///
-/// The objectness of a head that has none, of the decode family distance, is its score of the target's class:
-/// paper and as_coded take that for their objectness term, too, while in the score of a candidate, by which
-/// paper and max_score choose, it counts once. Of exclusive classes (YOLOv2) paper and max_score take the
-/// softmax for the probability of a class, while as_coded, which takes none, keeps to the raw logit.
+/// The objectness of a head that has none, of the decode families distance and decoded, is its score of the
+/// target's class: paper and as_coded take that for their objectness term, too, while in the score of a
+/// candidate, by which paper and max_score choose, it counts once. Of exclusive classes (YOLOv2) paper and
+/// max_score take the softmax for the probability of a class, while as_coded, which takes none, keeps to the
+/// raw logit.
 enum class AdversarialLoss { paper, as_coded, max_score };
 
 /// \throws DomainError for any other name than paper, as_coded or max_score

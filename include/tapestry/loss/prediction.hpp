@@ -78,7 +78,7 @@ using enum detect::BoxChannel;
 /// \param families  those that the operation takes, for the message
 /// \throws DomainError if a head is of that family
 inline void require_raw_logits(const char* operation, const std::vector<detect::Head>& heads,
-                               const char* families = "darknet, ultralytics, yolox or distance") {
+                               const char* families = "darknet, ultralytics, yolox, distance or decoded") {
   for (const auto& head : heads)
     if (head.decode == detect::DecodeFamily::scaled)
       throw DomainError(

@@ -160,6 +160,48 @@ inline void read_anchors(const DescribedObject& outermost, detect::DetectorDescr
   }
 }
 
+/// The choice of that name under a key; the first where the key is missing.
+template <class Choice, std::size_t Count>
+[[nodiscard]] Choice chosen(const DescribedObject& object, const char* key,
+                            const std::array<std::pair<std::string_view, Choice>, Count>& choices) {
+  if (!object.has(key)) return choices.front().second;
+  std::string expected;
+  for (std::size_t i = 0; i < Count; ++i)
+    expected += (i == 0 ? "" : i + 1 < Count ? ", " : " or ") + std::string(choices[i].first);
+  return object.named(key, expected, [&](const std::string& name) {
+    for (const auto& [known, choice] : choices)
+      if (known == name) return choice;
+    throw DomainError("no such choice");
+  });
+}
+
+inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs& decoded) {
+  using detect::Background;
+  using detect::BoxForm;
+  using detect::ScoreForm;
+  outputs.require_keys({"boxes", "scores", "channels", "form", "unit", "objectness", "score", "background"});
+  for (const auto& [key, name] : {std::pair("boxes", &decoded.boxes), std::pair("scores", &decoded.scores)}) {
+    if (!outputs.has(key))
+      outputs.fail(key, "no " + in_quotes(key) + " in 'outputs'", "an output's name", "");
+    *name = outputs.word(key, "an output's name");
+  }
+  decoded.channels_first = chosen<bool, 2>(outputs, "channels", {{{"last", false}, {"first", true}}});
+  decoded.form = chosen<BoxForm, 3>(
+      outputs, "form",
+      {{{"centre", BoxForm::centre}, {"corners", BoxForm::corners}, {"corners_yx", BoxForm::corners_yx}}});
+  decoded.relative = chosen<bool, 2>(outputs, "unit", {{{"pixels", false}, {"share", true}}});
+  decoded.has_objectness = chosen<bool, 2>(outputs, "objectness", {{{"no", false}, {"yes", true}}});
+  decoded.score_form = chosen<ScoreForm, 3>(outputs, "score",
+                                            {{{"probability", ScoreForm::probabilities},
+                                              {"logit", ScoreForm::logits},
+                                              {"softmax", ScoreForm::softmax}}});
+  decoded.background = chosen<Background, 3>(
+      outputs, "background",
+      {{{"none", Background::none}, {"first", Background::first}, {"last", Background::last}}});
+  if (decoded.has_objectness && decoded.boxes != decoded.scores)
+    outputs.fail("objectness", "'objectness' of two outputs, which have none", "", "");
+}
+
 }  // namespace detail
 
 detect::DetectorDescription parse_detector_description(std::string_view text, const std::string& path) {
@@ -169,7 +211,7 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
     throw FileError(ErrorKind::malformed,
                     {path, "", "not a detector's description", "a JSON object", json.value.type_name()});
   const detail::DescribedObject outermost(json.value, path, "", json.positions);
-  outermost.require_keys({"input", "head", "strides", "anchors"});
+  outermost.require_keys({"input", "head", "strides", "anchors", "outputs"});
   detect::DetectorDescription description;
   if (outermost.has("input")) {
     const auto& input = outermost.member("input");
@@ -179,6 +221,17 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
   if (!outermost.has("head")) outermost.fail("head", "no 'head'", std::string(detect::head_kind_names), "");
   description.head = outermost.named("head", std::string(detect::head_kind_names),
                                      [](const std::string& name) { return detect::head_kind_by_name(name); });
+  const bool is_decoded = description.head == detect::HeadKind::boxes_and_scores;
+  for (const char* key : {"strides", "anchors", "outputs"})
+    if (outermost.has(key) && is_decoded != (key == std::string_view("outputs")))
+      outermost.fail(key, in_quotes(key) + " of heads that have none", "", "");
+  if (is_decoded) {
+    if (!outermost.has("outputs")) outermost.fail("outputs", "no 'outputs'", "an object", "");
+    const auto& outputs = outermost.member("outputs");
+    if (!outputs.is_object()) outermost.refuse("outputs", outputs, "an object");
+    detail::read_outputs({outputs, path, "outputs", json.positions}, description.decoded);
+    return description;
+  }
   if (description.head == detect::HeadKind::yolov5 && !outermost.has("strides") &&
       !outermost.has("anchors")) {
     const auto known = detect::known_description("yolov5");
