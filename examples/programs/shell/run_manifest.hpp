@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/name_numbers.hpp>
 #include <tapestry/version.hpp>
-#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "run_folder.hpp"
@@ -54,6 +56,7 @@ inline void require_same_program(const std::string& program, const Json& manifes
 }
 
 /// Reads the manifest of the run in a folder.
+/// Takes memory of at most 64 times the file and 1 MiB.
 /// \throws FileError: malformed (not the manifest of a run), mismatch (of another program or version)
 inline Json read_manifest(const std::string& folder, const std::string& program = "camouflage") {
   const Json manifest = read_json_file(manifest_path(folder));
@@ -72,9 +75,18 @@ inline Json read_manifest(const std::string& folder, const std::string& program 
 inline std::string names_of_missing(const Json& some, const Json& others) {
   std::string names;
   std::size_t count = 0;
-  const std::unordered_set<Json> known(others.begin(), others.end());
+  const auto written = [](const Json& input) {
+    return input.dump(-1, ' ', false, Json::error_handler_t::replace);
+  };
+  std::vector<std::string> texts;
+  io::NameNumbers known;
+  const auto text_of = [&](std::size_t i) -> std::string_view { return texts[i]; };
+  for (const auto& input : others) {
+    std::string text = written(input);
+    if (known.add(text, text_of) == texts.size()) texts.push_back(std::move(text));
+  }
   for (const auto& input : some) {
-    if (known.contains(input)) continue;
+    if (known.find(written(input), text_of) != io::NameNumbers::none) continue;
     if (++count <= 10) names += (names.empty() ? "" : ", ") + input.value("path", std::string("?"));
   }
   return count <= 10 ? names : names + ", ... (" + std::to_string(count) + " in all)";

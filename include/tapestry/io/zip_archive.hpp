@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <unordered_set>
+#include <tapestry/io/name_numbers.hpp>
 #include <utility>
 #include <vector>
 
@@ -137,7 +137,8 @@ class ZipArchive {
     if (member.method != 0 && member.method != 8)
       fail(at + 10, "member '" + member.name + "' is packed by an unknown method",
            "0 (stored) or 8 (deflate)", std::to_string(member.method));
-    if (!names_.insert(bytes_.substr(at + entry_size, name_size)).second)
+    const auto name_of = [&](std::size_t i) -> std::string_view { return members_[i].name; };
+    if (names_.add(member.name, name_of) < members_.size())
       fail(at, "two members are named '" + member.name + "'", "", "");
     require_plausible(member, at);
     members_.push_back(std::move(member));
@@ -202,7 +203,7 @@ class ZipArchive {
   std::string_view bytes_;
   std::string path_;
   std::vector<Member> members_;
-  std::unordered_set<std::string_view> names_;
+  NameNumbers names_;
 };
 
 }  // namespace tapestry::io

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 #include <tapestry/io/darknet/section.hpp>
+#include <tapestry/io/name_numbers.hpp>
 #include <tapestry/io/nearest_word.hpp>
-#include <unordered_map>
 #include <vector>
 
 namespace tapestry::io::detail {
@@ -176,14 +176,18 @@ inline void add_cfg_warning(std::vector<std::string>& warnings, const std::strin
 /// An option given twice is an error where it means something, else a warning.
 inline void check_repeated_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
-  std::unordered_map<std::string_view, std::size_t> line_of;
+  NameNumbers keys;
+  std::vector<const CfgOption*> firsts;  // of each key
   for (const CfgOption& option : reader.section().options) {
-    const auto [earlier, is_new] = line_of.try_emplace(option.key, option.line);
-    if (is_new) continue;
+    const std::size_t number = keys.add(option.key, [&](std::size_t i) { return firsts[i]->key; });
+    if (number == firsts.size()) {
+      firsts.push_back(&option);
+      continue;
+    }
     const std::string what = "option " + in_quotes(option.key) + " given twice in one section";
     if (!is_training_key(reader.name(), option.key)) {
       throw cfg_error(path, option.line, what, "one value",
-                      "another on line " + std::to_string(earlier->second));
+                      "another on line " + std::to_string(firsts[number]->line));
     }
     add_cfg_warning(warnings, path, option.line, what);
   }

@@ -10,8 +10,8 @@
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/mtl_file.hpp>
+#include <tapestry/io/name_numbers.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <unordered_map>
 #include <unordered_set>
 
 namespace tapestry::io::detail {
@@ -74,21 +74,21 @@ class ObjMaterials {
   /// The index of the material of this name; the first one of a name counts.
   std::int32_t add(const geometry::Material& material, const TextLines& lines) {
     auto& materials = loaded_.mesh.materials;
-    const auto [found, added] =
-        indices_.try_emplace(material.name, static_cast<std::int32_t>(materials.size()));
-    if (!added) return found->second;
+    const std::size_t index =
+        numbers_.add(material.name, [&](std::size_t i) -> std::string_view { return materials[i].name; });
+    if (index < materials.size()) return static_cast<std::int32_t>(index);
     if (materials.size() >= most_)
       lines.fail("mesh is too large", "at most " + std::to_string(most_) + " materials", "more",
                  ErrorKind::limit);
     materials.push_back(material);
-    return found->second;
+    return static_cast<std::int32_t>(index);
   }
 
   LoadedMesh& loaded_;
   std::size_t most_;
   std::uint64_t bytes_left_;
   std::unordered_set<std::string> names_;
-  std::unordered_map<std::string, std::int32_t> indices_;
+  NameNumbers numbers_;
 };
 
 }  // namespace tapestry::io::detail

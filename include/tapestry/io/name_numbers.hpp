@@ -1,0 +1,110 @@
+#pragma once
+#include <sys/random.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io {
+
+/// Numbers the different names of a file from 0 on, in the order in which they come.
+///
+/// The names themselves stay with the caller, who tells them by a function of their number; the table takes
+/// 16 to 32 bytes a name, and while it grows half as much more. It is searched from a name's hash on, a
+/// polynomial over the bytes modulo 2^61 − 1 whose base is drawn by every table. So no file can be made of
+/// names that collide more often than by chance: two of n bytes do in n / 7 of 2^61 draws. Numbers do not
+/// depend on the base. Source: Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash functions are
+/// reliable (1992).
+class NameNumbers {
+ public:
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+  [[nodiscard]] std::size_t size() const { return count_; }
+
+  /// The number of a name; size(), which then grows by one, where it is new.
+  /// \param name_of  of a number below size(), the name that has it, as std::string_view
+  template <class NameOf>
+  std::size_t add(std::string_view name, NameOf name_of) {
+    if (2 * (count_ + 1) > slots_.size()) grow();
+    const std::uint32_t hash = hash_of(name);
+    Slot& slot = slots_[search(name, hash, name_of)];
+    if (slot.number_from_1 == 0) slot = {hash, static_cast<std::uint32_t>(++count_)};
+    return slot.number_from_1 - 1;
+  }
+
+  /// The number of a name, or none.
+  template <class NameOf>
+  [[nodiscard]] std::size_t find(std::string_view name, NameOf name_of) const {
+    if (count_ == 0) return none;
+    const Slot& slot = slots_[search(name, hash_of(name), name_of)];
+    return slot.number_from_1 == 0 ? none : slot.number_from_1 - 1;
+  }
+
+ private:
+  struct Slot {
+    std::uint32_t hash = 0;
+    std::uint32_t number_from_1 = 0;  // 0: nothing is here
+  };
+  static constexpr std::uint64_t modulus = (std::uint64_t(1) << 61U) - 1;
+
+  [[nodiscard]] static std::uint64_t remainder_of_product(std::uint64_t a, std::uint64_t b) {
+    __extension__ using Wide = unsigned __int128;
+    const Wide product = static_cast<Wide>(a) * b;  // 2^61 leaves 1
+    const auto sum =
+        static_cast<std::uint64_t>(product >> 61U) + (static_cast<std::uint64_t>(product) & modulus);
+    return sum >= modulus ? sum - modulus : sum;
+  }
+
+  [[nodiscard]] std::uint32_t hash_of(std::string_view name) const {
+    std::uint64_t hash = 1;  // so that bytes of 0 in front count
+    for (std::size_t at = 0; at < name.size(); at += 7) {
+      std::uint64_t chunk = 0;
+      std::memcpy(&chunk, name.data() + at, std::min<std::size_t>(7, name.size() - at));
+      hash = remainder_of_product(hash, base_) + chunk;
+      if (hash >= modulus) hash -= modulus;
+    }
+    hash = remainder_of_product(hash, base_) + name.size();
+    hash = (hash ^ hash >> 32U) * 0x9E3779B97F4A7C15U;  // neighbours apart
+    return static_cast<std::uint32_t>(hash >> 32U);
+  }
+
+  /// The slot of that name, or the empty one where it belongs.
+  template <class NameOf>
+  [[nodiscard]] std::size_t search(std::string_view name, std::uint32_t hash, NameOf name_of) const {
+    for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
+      const Slot& slot = slots_[at];
+      if (slot.number_from_1 == 0) return at;
+      if (slot.hash == hash && std::string_view(name_of(std::size_t{slot.number_from_1} - 1)) == name)
+        return at;
+    }
+  }
+
+  void grow() {
+    if (slots_.empty()) draw_base();
+    std::vector<Slot> slots(std::max<std::size_t>(16, 2 * slots_.size()));
+    for (const Slot& slot : slots_) {
+      if (slot.number_from_1 == 0) continue;
+      std::size_t at = slot.hash & (slots.size() - 1);
+      while (slots[at].number_from_1 != 0) at = (at + 1) & (slots.size() - 1);
+      slots[at] = slot;
+    }
+    slots_ = std::move(slots);
+  }
+
+  void draw_base() {
+    std::uint64_t drawn = 0;
+    if (::getrandom(&drawn, sizeof drawn, GRND_NONBLOCK) != static_cast<::ssize_t>(sizeof drawn))
+      drawn = reinterpret_cast<std::uintptr_t>(this) * 0x9E3779B97F4A7C15U;
+    base_ = (drawn >> 3U) % (modulus - 256) + 256;
+  }
+
+  std::vector<Slot> slots_;  // a power of two of them, at most half of which are taken
+  std::size_t count_ = 0;
+  std::uint64_t base_ = 0;
+};
+
+}  // namespace tapestry::io
