@@ -128,23 +128,23 @@ void read_onnx(const std::string& path) { (void)io::read_onnx(path); }
 }  // namespace
 
 std::vector<Kind> detector_kinds() {
-  return {{"cfg: distinct options", distinct_options, read_cfg, 4},
-          {"cfg: long options", long_options, read_cfg, 4},
-          {"cfg: repeated options", repeated_options, read_cfg, 4},
-          {"cfg: options of layers", full_layers, read_cfg, 4},
+  return {{"cfg: distinct options", distinct_options, read_cfg, times_file(24), 4},
+          {"cfg: long options", long_options, read_cfg, times_file(24), 4},
+          {"cfg: repeated options", repeated_options, read_cfg, times_file(24), 4},
+          {"cfg: options of layers", full_layers, read_cfg, times_file(24), 4},
           {"names",
            [](std::size_t bytes) {
              return filled(bytes, "", [](std::size_t i) { return std::to_string(i) + "\n"; });
            },
-           [](const std::string& path) { (void)io::read_class_names(path); }, 4},
-          {"weights: denormal", weights, read_weights},
-          {"safetensors: tensors", empty_tensors, read_safetensors},
-          {"safetensors: metadata", metadata, read_safetensors},
-          {"onnx: nodes", chain, read_onnx},
-          {"onnx: inputs", many_inputs, read_onnx},
-          {"onnx: attributes", many_attributes, read_onnx},
-          {"onnx: numbers", many_numbers, read_onnx},
-          {"onnx: initialisers", many_initialisers, read_onnx}};
+           [](const std::string& path) { (void)io::read_class_names(path); }, times_file(24), 4},
+          {"weights: denormal", weights, read_weights, times_file(2)},
+          {"safetensors: tensors", empty_tensors, read_safetensors, times_file(48)},
+          {"safetensors: metadata", metadata, read_safetensors, times_file(48)},
+          {"onnx: nodes", chain, read_onnx, times_file(56)},
+          {"onnx: inputs", many_inputs, read_onnx, times_file(56)},
+          {"onnx: attributes", many_attributes, read_onnx, times_file(56)},
+          {"onnx: numbers", many_numbers, read_onnx, times_file(56)},
+          {"onnx: initialisers", many_initialisers, read_onnx, times_file(56)}};
 }
 
 }  // namespace tapestry::benchmarks

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@ struct Kind {
   std::function<std::string(std::size_t bytes)> make;
   /// Reads the file of that path; what it throws is the answer to such files.
   std::function<void(const std::string& path)> read;
+  /// Bytes that reading that file may take at most, beside a mebibyte, as the reader's comment states it.
+  std::function<double(const std::string& path)> most_memory;
   std::size_t largest_mb = 8;  ///< beyond it the reader refuses by size alone
 };
 
@@ -26,6 +29,12 @@ std::string filled(std::size_t bytes, std::string beginning, Entry entry, const 
   for (std::size_t i = 0; text.size() + end.size() < bytes; ++i) text += entry(i);
   text.resize(text.size() - cut);
   return text += end;
+}
+
+/// The limit of readers that take up to so many times the file.
+inline std::function<double(const std::string& path)> times_file(double times) {
+  return
+      [=](const std::string& path) { return times * static_cast<double>(std::filesystem::file_size(path)); };
 }
 
 std::vector<Kind> picture_kinds();

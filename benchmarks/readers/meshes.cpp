@@ -69,22 +69,22 @@ std::string long_ways(std::size_t bytes) {
 
 std::vector<Kind> mesh_kinds() {
   return {
-      {"obj: vertices", repeated("v 0 0 0\n"), read_mesh},
-      {"obj: triangles", repeated("f 1 2 3\n"), read_mesh},
-      {"obj: fans", fans, read_mesh},
-      {"obj: concave polygons", skylines, read_mesh},
-      {"obj: groups", numbered("g "), read_mesh},
-      {"obj: materials", numbered("usemtl "), read_mesh},
-      {"obj: material files", numbered("mtllib "), read_mesh},
-      {"obj: long ways", long_ways, read_mesh},
+      {"obj: vertices", repeated("v 0 0 0\n"), read_mesh, times_file(40)},
+      {"obj: triangles", repeated("f 1 2 3\n"), read_mesh, times_file(40)},
+      {"obj: fans", fans, read_mesh, times_file(40)},
+      {"obj: concave polygons", skylines, read_mesh, times_file(40)},
+      {"obj: groups", numbered("g "), read_mesh, times_file(40)},
+      {"obj: materials", numbered("usemtl "), read_mesh, times_file(40)},
+      {"obj: material files", numbered("mtllib "), read_mesh, times_file(40)},
+      {"obj: long ways", long_ways, read_mesh, times_file(40)},
       {"mtl",
        [](std::size_t bytes) {
          return filled(bytes, "", [](std::size_t i) { return "newmtl " + std::to_string(i) + "\n"; });
        },
-       read_materials},
+       read_materials, times_file(24)},
       {"faces",
        [](std::size_t bytes) { return filled(bytes, "", [](std::size_t) { return std::string("1\n"); }); },
-       read_faces}};
+       read_faces, times_file(12)}};
 }
 
 }  // namespace tapestry::benchmarks

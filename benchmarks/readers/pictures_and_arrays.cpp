@@ -1,6 +1,7 @@
 // Pictures, and NumPy's arrays and archives.
 #include <cstdint>
 #include <random>
+#include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npz_file.hpp>
 #if defined(TAPESTRY_JPEG)
@@ -23,6 +24,9 @@ std::string noise(std::size_t bytes) {
 }
 
 void read_picture(const std::string& path) { (void)io::read_image(path); }
+double picture_memory(const std::string& path) {
+  return times_file(4)(path) + 24 * static_cast<double>(io::read_image(path).size()) / 3;
+}
 
 /// Noise that does not compress, in rows of `row_bytes` behind a filter byte of 0.
 std::string noise_rows(std::size_t row_bytes, std::size_t count) {
@@ -121,27 +125,54 @@ void read_archive(const std::string& path) {
   const auto file = io::NpzFile::read(path);
   for (const auto& name : file.names()) (void)file.get(name);
 }
+/// Of 4 times the file and so many times its arrays.
+double arrays_memory(const std::string& path, double times) {
+  const auto file = io::NpzFile::read(path);
+  std::size_t bytes = 0;
+  for (const auto& name : file.names()) bytes += file.get(name).bytes.size();
+  return times_file(4)(path) + times * static_cast<double>(bytes);
+}
+double archive_memory(const std::string& path) { return arrays_memory(path, 2); }
+
+/// Bytes that become numbers of eight times their size, and rows of a history.
+std::string checkpoint(std::size_t bytes) {
+  const std::size_t rows = bytes / camouflage::detail::history_columns;
+  io::NpzWriter writer;
+  writer.add("format", camouflage::checkpoint_format);
+  writer.add("settings", std::string_view("settings"));
+  for (const char* name : {"step", "adam_step"}) writer.add(name, std::uint64_t(rows));
+  writer.add("parameter", Array<std::uint8_t, 2>(Extents<2>{0, 0}));
+  for (const char* name : {"adam_first_moment", "adam_second_moment"})
+    writer.add(name, std::vector<std::uint8_t>());
+  Array<std::uint8_t, 2> history(Extents<2>{rows, camouflage::detail::history_columns});
+  std::fill(history.begin(), history.end(), std::uint8_t(1));
+  writer.add("history", history);
+  return writer.bytes();
+}
+void read_checkpoint(const std::string& path) { (void)camouflage::read_checkpoint<float>(path); }
+double checkpoint_memory(const std::string& path) { return arrays_memory(path, 24); }
 }  // namespace
 
 std::vector<Kind> picture_kinds() {
-  std::vector<Kind> kinds{
-      {"png: 16-bit noise",
-       [](std::size_t bytes) { return png_of(noise_png(1024, 16, 6, bytes), 1U << 20U); }, read_picture},
-      {"png: 1 bit a pixel", single_bits, read_picture},
-      {"png: pieces of a byte", small_pieces, read_picture},
-      {"png: chunks to skip", other_chunks, read_picture},
-      {"bmp: 1 bit a pixel", bits_of_bmp, read_picture},
-      {"pgm", grey, read_picture}};
+  std::vector<Kind> kinds{{"png: 16-bit noise",
+                           [](std::size_t bytes) { return png_of(noise_png(1024, 16, 6, bytes), 1U << 20U); },
+                           read_picture, picture_memory},
+                          {"png: 1 bit a pixel", single_bits, read_picture, picture_memory},
+                          {"png: pieces of a byte", small_pieces, read_picture, picture_memory},
+                          {"png: chunks to skip", other_chunks, read_picture, picture_memory},
+                          {"bmp: 1 bit a pixel", bits_of_bmp, read_picture, picture_memory},
+                          {"pgm", grey, read_picture, picture_memory}};
 #if defined(TAPESTRY_JPEG)
-  kinds.push_back({"jpeg: progressive", progressive, read_picture});
+  kinds.push_back({"jpeg: progressive", progressive, read_picture, picture_memory});
 #endif
   return kinds;
 }
 
 std::vector<Kind> array_kinds() {
-  return {{"npy: bytes to double", numbers, read_numbers},
-          {"npz: empty members", many_members, read_archive},
-          {"npz: deflated", deflated, read_archive}};
+  return {{"npy: bytes to double", numbers, read_numbers, times_file(3 + 8)},
+          {"npz: empty members", many_members, read_archive, archive_memory},
+          {"npz: deflated", deflated, read_archive, archive_memory},
+          {"checkpoint: bytes", checkpoint, read_checkpoint, checkpoint_memory}};
 }
 
 }  // namespace tapestry::benchmarks

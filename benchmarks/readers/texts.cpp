@@ -1,11 +1,15 @@
 // JSON and what is written in it, and labels of pictures.
+#include <CLI/CLI.hpp>
 #include <filesystem>
+#include <memory>
 #include <system_error>
 #include <tapestry/io/dataset/coco_file.hpp>
 #include <tapestry/io/dataset/voc_folder.hpp>
 #include <tapestry/io/dataset/yolo_labels.hpp>
 #include <tapestry/io/json.hpp>
+#include <tapestry/io/palette_file.hpp>
 
+#include "../../examples/programs/shell/config_file.hpp"
 #include "../../examples/programs/shell/run_manifest.hpp"
 #include "kind.hpp"
 
@@ -104,23 +108,47 @@ void read_manifest(const std::string& path) {
       shell::names_of_missing(saved["inputs"], own).empty())
     throw Error(ErrorKind::mismatch, "the manifest has the inputs");
 }
+
+/// More than 4,096 colours are refused.
+std::string colours(std::size_t bytes) {
+  return filled(bytes, "", [](std::size_t i) {
+    return i < 4096 ? std::string("0 0 0\n") : "#" + std::string(1000, ' ') + "\n";
+  });
+}
+void read_colours(const std::string& path) { (void)io::read_palette(path); }
+
+std::string option_words(std::size_t bytes) {
+  return filled(
+      bytes, "words = [", [](std::size_t) { return std::string("1,"); }, "]\n", 1);
+}
+/// The file of --config of a program with one option.
+void read_options(const std::string& path) {
+  CLI::App app;
+  std::vector<std::string> words;
+  app.add_option("--words", words);
+  app.set_config("--config");
+  app.config_formatter(std::make_shared<shell::ConfigFile>(app));
+  app.parse(std::vector<std::string>{path, "--config"});
+}
 }  // namespace
 
 std::vector<Kind> text_kinds() {
-  return {{"json: empty lists", list_of("[]"), read_json},
-          {"json: numbers", list_of("0"), read_json},
-          {"json: objects", list_of("{\"\":0}"), read_json},
-          {"json: words", list_of("\"\""), read_json},
-          {"json: deep", list_of(nested("[", "]", 62)), read_json},
-          {"json: deep objects", list_of(nested("{\"\":", "}", 62)), read_json},
-          {"json: members", members, read_json},
-          {"coco: annotations", annotations, read_coco},
-          {"coco: pictures", pictures, read_coco},
-          {"voc: objects", objects, read_voc, 4},
-          {"voc: elements", elements, read_voc, 4},
-          {"voc: entities", entities, read_voc, 4},
-          {"yolo labels", labels, read_labels, 4},
-          {"manifest: inputs", manifest, read_manifest}};
+  return {{"json: empty lists", list_of("[]"), read_json, times_file(48)},
+          {"json: numbers", list_of("0"), read_json, times_file(48)},
+          {"json: objects", list_of("{\"\":0}"), read_json, times_file(48)},
+          {"json: words", list_of("\"\""), read_json, times_file(48)},
+          {"json: deep", list_of(nested("[", "]", 62)), read_json, times_file(48)},
+          {"json: deep objects", list_of(nested("{\"\":", "}", 62)), read_json, times_file(48)},
+          {"json: members", members, read_json, times_file(48)},
+          {"coco: annotations", annotations, read_coco, times_file(48)},
+          {"coco: pictures", pictures, read_coco, times_file(48)},
+          {"voc: objects", objects, read_voc, times_file(64), 4},
+          {"voc: elements", elements, read_voc, times_file(64), 4},
+          {"voc: entities", entities, read_voc, times_file(64), 4},
+          {"yolo labels", labels, read_labels, times_file(16), 4},
+          {"manifest: inputs", manifest, read_manifest, times_file(64)},
+          {"palette", colours, read_colours, times_file(3), 1},
+          {"options: words", option_words, read_options, times_file(100), 1}};
 }
 
 }  // namespace tapestry::benchmarks

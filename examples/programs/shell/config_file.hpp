@@ -16,6 +16,7 @@ namespace tapestry::shell {
 
 /// Reads the file of --config: `name = value` a line, names as on the command line without dashes, lists in
 /// brackets. Refuses what CLI11 would pass over: unknown names, names given twice, sections, open quotes.
+/// Takes memory of at most 100 times the file and 1 MiB.
 class ConfigFile : public CLI::ConfigTOML {
  public:
   static constexpr std::size_t most_bytes = std::size_t(1) << 20U;

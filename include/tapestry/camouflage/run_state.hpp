@@ -79,6 +79,7 @@ struct Checkpoint {
   std::string settings;
 };
 
+/// Takes memory of at most 4 times the file, 24 times its arrays and 1 MiB.
 /// \throws FileError: malformed (damaged, or numbers that no training comes to), mismatch (another format, or
 ///         members that do not fit each other)
 template <class T>
@@ -107,6 +108,7 @@ template <class T>
   const auto history = file.template array<double, 2>("history");
   if (history.shape(0) != state.step || history.shape(1) != detail::history_columns)
     throw FileError(ErrorKind::mismatch, {path, "", "history does not fit the step number"});
+  state.history.reserve(history.shape(0));
   for (std::size_t i = 0; i < history.shape(0); ++i)
     state.history.push_back(detail::terms_of(history.data() + i * detail::history_columns));
   return checkpoint;

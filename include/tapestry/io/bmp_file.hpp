@@ -136,6 +136,7 @@ class BmpReader {
 /// bits, with masks or without. Transparency is dropped, colour profiles are ignored. Read here and not by
 /// stb, which takes a cut file for a whole one, and colours beyond the palette from memory that was never
 /// written. Source: Microsoft's BITMAPFILEHEADER, BITMAPCOREHEADER and BITMAPINFOHEADER to BITMAPV5HEADER.
+/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \param path  for messages
 /// \throws FileError: malformed (cut, run lengths, inconsistent headers), limit (over 16,384 a side or

@@ -36,6 +36,7 @@ namespace tapestry::io {
                                                                      const std::string& path);
 
 /// Reads such a file of at most 64 KiB; errors as parse_detector_description() and read_text_file().
+/// Takes memory of at most 48 times the file and 1 MiB.
 [[nodiscard]] inline detect::DetectorDescription read_detector_description(const std::string& path) {
   return parse_detector_description(read_text_file(path, std::uint64_t(1) << 16U), path);
 }

@@ -35,6 +35,7 @@ inline std::size_t drop_repeated(std::vector<std::int64_t>& ids, std::size_t fac
 
 /// Reads a list of face numbers, one a line, counted from 1; blank lines and lines that start with # are
 /// skipped. For a mesh with polygons the numbers count its triangles, see read_obj().
+/// Takes memory of at most 12 times the file and 1 MiB.
 ///
 /// \param face_count  faces of the mesh the list is for
 /// \throws FileError: malformed (with the line: not a whole number, 0, negative), mismatch (a number beyond

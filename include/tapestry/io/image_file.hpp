@@ -80,6 +80,7 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
 /// repeated in the three channels, palettes are looked up (black beyond their end), 1 to 4 bits are scaled to
 /// 0-255, of 16 bits the upper 8 are kept. Transparency is dropped and colours are taken as stored (PNG does
 /// not premultiply); colour profiles and gamma are ignored.
+/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \throws FileError: malformed (no such format, damaged, checksums included), limit (over 16,384 a side or
 ///         64 Mpx)
@@ -100,6 +101,7 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
 /// (PGM and PPM: by the greatest value they state). Colours become (77 R + 150 G + 29 B) / 256; transparency
 /// is dropped. No threshold is applied. Throws as read_image() does, and for a JPEG, whose losses blur a
 /// mask's border.
+/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 [[nodiscard]] inline Array<float, 2> read_mask(const std::string& path) {
   std::string file = read_text_file(path, png_file_limit);
   if (is_jpeg(file))

@@ -149,6 +149,7 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
 
 /// Reads a JSON text from a file that may be hostile. Of nlohmann's parser, which keeps to RFC 8259, it
 /// refuses further: keys given twice, a zero byte, and too many levels or members.
+/// Takes memory of at most 48 times the file and 1 MiB.
 ///
 /// \param text     the whole text
 /// \param path     the file's name, for messages

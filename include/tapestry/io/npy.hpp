@@ -163,6 +163,7 @@ std::vector<T> NpyArray::as() const {
 
 /// Reads an .npy image in memory: header, shape and payload must agree to the byte before anything is
 /// allocated.
+/// Takes memory of at most 3 times the file and 1 MiB.
 ///
 /// \param origin  names the file and member in messages
 /// \throws FileError: malformed (bad header, payload shorter or longer than the shape says, pickled objects),

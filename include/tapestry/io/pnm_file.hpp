@@ -60,6 +60,7 @@ class PnmHeader {
 /// Decodes a binary PGM (P5) or PPM (P6) of 8 or 16 bits; of several pictures in a file the first. Read here
 /// and not by stb, which leaves samples unscaled where the greatest is not 255, and takes a cut file for a
 /// whole one. Source: Netpbm, formats pgm(5) and ppm(5).
+/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \param path  for messages
 /// \throws FileError: malformed (another format, cut, a sample above the greatest), limit (over 16,384 a side

@@ -152,6 +152,7 @@ inline void remark_on_block(const detect::NetworkConfig& config, const detect::P
 }  // namespace detail
 
 /// Reads a weight file that must have exactly the parameters of `config`; its size is checked first.
+/// Takes memory of at most 2 times the file and 1 MiB.
 /// \throws FileError  malformed if it is damaged, cut, not a weight file or holds impossible values, with
 ///                    layer, array and byte offset; mismatch if it is longer; limit above 4 GiB
 [[nodiscard]] inline WeightFile read_weight_file(const std::string& path, const detect::NetworkConfig& config,

@@ -27,6 +27,7 @@ namespace tapestry::io {
 [[nodiscard]] Dataset parse_coco(std::string_view text, const std::string& path, const std::string& images);
 
 /// Reads such a file of at most 512 MiB; errors as parse_coco() and read_text_file().
+/// Takes memory of at most 48 times the file and 1 MiB.
 [[nodiscard]] inline Dataset read_coco(const std::string& path, const std::string& images) {
   return parse_coco(read_text_file(path, std::uint64_t(512) << 20U), path, images);
 }

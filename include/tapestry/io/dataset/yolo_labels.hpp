@@ -21,6 +21,7 @@ namespace tapestry::io {
 
 /// Parses labels of one picture in the text form of Darknet and YOLO: a line an object, `class cx cy w h`,
 /// the class a number from 0 on, the box in shares of the picture's extents. Empty lines are skipped.
+/// Takes memory of at most 16 times the file and 1 MiB.
 ///
 /// \param class_count  that there are
 /// \throws FileError  malformed, with the line, for another number of words, for words that are no numbers,
