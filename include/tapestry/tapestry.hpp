@@ -112,6 +112,7 @@
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/finite_logits.hpp>
+#include <tapestry/detect/foreign_detector.hpp>
 #include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/heat_map.hpp>

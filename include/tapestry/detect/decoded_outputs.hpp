@@ -142,17 +142,14 @@ class DecodedOutputNodes {
 
 }  // namespace detail
 
-/// The network with one more value: the logits of a head of the decode family decoded, [1, 4 + K, 1, N], made
-/// of its own outputs.
+/// Adds a value to a network: the logits of a head of the decode family decoded, made of the network's own
+/// outputs.
 ///
-/// \param name  takes the value's name
 /// \param height, width  of the network's input, pixels
-[[nodiscard]] inline nn::NetworkDescription with_decoded_outputs(nn::NetworkDescription network,
-                                                                 const DecodedOutputs& outputs,
-                                                                 std::size_t height, std::size_t width,
-                                                                 std::string& name) {
-  name = detail::DecodedOutputNodes(network, outputs).add(height, width);
-  return network;
+/// \returns  the value's name; it is [1, 4 + K, 1, N]
+inline std::string add_decoded_outputs(nn::NetworkDescription& network, const DecodedOutputs& outputs,
+                                       std::size_t height, std::size_t width) {
+  return detail::DecodedOutputNodes(network, outputs).add(height, width);
 }
 
 }  // namespace tapestry::detect

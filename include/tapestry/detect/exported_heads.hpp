@@ -68,7 +68,7 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
 }
 
 /// The one head of decoded outputs.
-/// \param shapes  of what with_decoded_outputs() added
+/// \param shapes  of what add_decoded_outputs() made
 [[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path,
                                                  const std::vector<nn::Shape>& shapes) {
   constexpr std::size_t box = 4;

@@ -190,8 +190,8 @@ class GraphDetector final : public Detector<T> {
     require_value(network, "output", kind.decoded.boxes);
     require_value(network, "output", kind.decoded.scores);
     const auto input = sizes(network, size).begin()->second;
-    std::vector<std::string> outputs(1);
-    auto shown = with_decoded_outputs(network, kind.decoded, input[2], input[3], outputs.front());
+    auto shown = network;
+    std::vector<std::string> outputs{add_decoded_outputs(shown, kind.decoded, input[2], input[3])};
     outputs.insert(outputs.end(), layers.begin(), layers.end());
     return nn::pruned(std::move(shown), std::move(outputs));
   }

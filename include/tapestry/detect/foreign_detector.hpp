@@ -1,0 +1,163 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/decoded_outputs.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/detector_description.hpp>
+#include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/nn/network/network.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::detect {
+
+/// An output of a foreign engine, values in row-major order.
+struct ForeignOutput {
+  nn::Shape shape{};
+  std::vector<float> values{};
+};
+
+/// A detector that another library runs, such as OpenCV, ONNX Runtime or TensorRT, for models that our
+/// readers do not read: everything that measures by forward passes takes it. It has no gradients; who asks
+/// for one is refused.
+template <std::floating_point T>
+class ForeignDetector final : public Detector<T> {
+ public:
+  /// Runs the model on one picture, [3, H, W] of the input's extents, encoded as the description says, and
+  /// returns the output with boxes and, unless it is the same, the one with scores. It is never called by two
+  /// threads at once.
+  using Engine = std::function<std::vector<ForeignOutput>(const std::vector<float>& picture)>;
+
+  /// Runs the engine once, to know its outputs.
+  /// \param kind           of boxes_and_scores
+  /// \param height, width  of the model's input, pixels
+  /// \throws DomainError for heads of another kind; FileError (mismatch) as GraphDetector, if the outputs are
+  ///         not as described
+  ForeignDetector(Engine engine, DetectorDescription kind, std::size_t height, std::size_t width)
+      : engine_(std::move(engine)),
+        kind_(std::move(kind)),
+        height_(height),
+        width_(width),
+        shapes_(shapes_of(engine_(std::vector<float>(3 * height * width)))),
+        decoding_(decoding_of(kind_, shapes_, height, width), {}, true),
+        heads_(exported_heads(subject, kind_, {decoding_.output_shape(0)}, height, width)) {}
+
+  [[nodiscard]] std::size_t input_height() const override { return height_; }
+  [[nodiscard]] std::size_t input_width() const override { return width_; }
+  [[nodiscard]] const std::vector<Head>& heads() const override { return heads_.heads; }
+
+  /// \throws DomainError in another mode than inference; FileError (mismatch) if the engine's outputs change
+  ///         their extents; otherwise as Detector::forward()
+  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const override {
+    if (mode != Mode::inference) refuse_gradient("forward");
+    this->require_images(images);
+    pass.mode = mode;
+    pass.images = images.shape(0);
+    pass.graph.resize(1);
+    const Head& head = heads().front();
+    pass.logits.resize(1);
+    pass.logits[0].resize({pass.images, head.channel_count(), head.grid_height, head.grid_width});
+    const std::size_t pixels = height_ * width_;
+    const Array<T, 4> input = encoded(images, kind_.encoding);
+    std::vector<float> picture(3 * pixels);
+    for (std::size_t n = 0; n < pass.images; ++n) {
+      const T* const from = input.data() + 3 * pixels * n;
+      for (std::size_t i = 0; i < picture.size(); ++i)
+        picture[i % 3 * pixels + i / 3] = static_cast<float>(from[i]);
+      const auto outputs = run(picture);
+      std::vector<nn::Buffer<T>> values(outputs.size());
+      std::vector<const T*> pointers;
+      for (std::size_t i = 0; i < outputs.size(); ++i) {
+        values[i].resize(outputs[i].values.size());
+        std::ranges::transform(outputs[i].values, values[i].data(),
+                               [](float value) { return static_cast<T>(value); });
+        pointers.push_back(values[i].data());
+      }
+      decoding_.forward(pointers, pass.graph[0], mode);
+      const std::size_t size = head.channel_count() * head.candidate_count();
+      std::copy_n(pass.graph[0].output(0), size, pass.logits[0].data() + n * size);
+    }
+  }
+
+  void pull_back(Pass<T>&, const std::vector<const Array<T, 4>*>&, Array<T, 4>*,
+                 Array<T, 1>* = nullptr) const override {
+    refuse_gradient("pull_back");
+  }
+  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>&, std::size_t, std::size_t) const override {
+    refuse_gradient("layer_values");
+  }
+  [[nodiscard]] Array<T, 3> layer_adjoint(Pass<T>&, const std::vector<const Array<T, 4>*>&, std::size_t,
+                                          std::size_t) const override {
+    refuse_gradient("layer_adjoint");
+  }
+  void pull_back_layer(Pass<T>&, std::size_t, std::size_t, const Array<T, 3>&, Array<T, 4>&) const override {
+    refuse_gradient("pull_back_layer");
+  }
+
+ private:
+  [[noreturn]] static void refuse_gradient(const char* operation) {
+    throw DomainError("ForeignDetector::" + std::string(operation) +
+                      ": a foreign detector runs forward only and tells no layers");
+  }
+
+  static constexpr const char* subject = "outputs of a foreign detector";
+
+  /// The network that makes a head's logits of outputs of these extents.
+  [[nodiscard]] static nn::NetworkDescription decoding_of(const DetectorDescription& kind,
+                                                          const std::vector<nn::Shape>& shapes,
+                                                          std::size_t height, std::size_t width) {
+    if (kind.head != HeadKind::boxes_and_scores)
+      throw DomainError("ForeignDetector: heads are " + std::string(name_of(kind.head)) +
+                        ", expected boxes_and_scores");
+    const std::vector<std::string> names{kind.decoded.boxes, kind.decoded.scores};
+    const std::size_t count = names[0] == names[1] ? 1 : 2;
+    if (shapes.size() != count)
+      throw FileError(ErrorKind::mismatch, {subject, "", "outputs of one picture", std::to_string(count),
+                                            std::to_string(shapes.size())});
+    nn::NetworkDescription description;
+    description.path = subject;
+    description.opset = 13;
+    for (std::size_t i = 0; i < count; ++i)
+      description.inputs.push_back({names[i], {shapes[i].begin(), shapes[i].end()}});
+    description.outputs = {add_decoded_outputs(description, kind.decoded, height, width)};
+    return description;
+  }
+
+  [[nodiscard]] static std::vector<nn::Shape> shapes_of(const std::vector<ForeignOutput>& outputs) {
+    std::vector<nn::Shape> shapes;
+    for (const ForeignOutput& output : outputs) {
+      if (nn::size_of(output.shape) != output.values.size())
+        throw FileError(ErrorKind::mismatch,
+                        {subject, "", "values of an output", std::to_string(nn::size_of(output.shape)),
+                         std::to_string(output.values.size())});
+      shapes.push_back(output.shape);
+    }
+    return shapes;
+  }
+
+  [[nodiscard]] std::vector<ForeignOutput> run(const std::vector<float>& picture) const {
+    const std::lock_guard lock(one_at_a_time_);
+    auto outputs = engine_(picture);
+    if (shapes_of(outputs) != shapes_)
+      throw FileError(ErrorKind::mismatch, {subject, "", "extents that change from picture to picture"});
+    return outputs;
+  }
+
+  Engine engine_;
+  DetectorDescription kind_;
+  std::size_t height_, width_;
+  std::vector<nn::Shape> shapes_;
+  nn::Network<T> decoding_;
+  ExportedHeads heads_;
+  mutable std::mutex one_at_a_time_;
+};
+
+}  // namespace tapestry::detect

@@ -1,0 +1,96 @@
+#include <tapestry/detect/foreign_detector.hpp>
+
+#include <tapestry/detect/box_decode.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+
+namespace detect = tapestry::detect;
+using Foreign = detect::ForeignDetector<double>;
+using Outputs = std::vector<detect::ForeignOutput>;
+
+namespace {
+detect::DetectorDescription two_outputs() {
+  detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
+  kind.decoded = {"boxes", "scores"};
+  return kind;
+}
+
+/// Two candidates of one class, whose probabilities are the first red and the first blue of the picture.
+Outputs red_and_blue(const std::vector<float>& picture) {
+  return {{{1, 2, 4}, {10, 12, 6, 4, 20, 22, 8, 2}}, {{1, 2, 1}, {picture.front(), picture[2 * 4 * 6]}}};
+}
+}  // namespace
+
+TEST_CASE("a foreign engine sees planes of the encoded picture, and its boxes are decoded",
+          "[detect][foreign]") {
+  const Foreign detector(red_and_blue, two_outputs(), 4, 6);
+  CHECK(detector.input_height() == 4);
+  CHECK(detector.input_width() == 6);
+  auto images = tapestry::zeros<double, 4>({2, 4, 6, 3});
+  images(0, 0, 0, 0) = 0.75;
+  images(0, 0, 0, 2) = 0.5;
+  images(1, 0, 0, 2) = 0.875;
+  detect::Pass<double> pass;
+  detector.forward(images, pass);
+  const auto first = detect::decode(detector.heads(), pass.logits, 0, 0.1, 4, 6);
+  REQUIRE(first.size() == 2);
+  CHECK(first[0].confidence == Approx(0.75));
+  CHECK(first[0].box.cx == 10);
+  CHECK(first[0].box.h == 4);
+  CHECK(first[1].confidence == Approx(0.5));
+  CHECK(first[1].box.cy == 22);
+  const auto second = detect::decode(detector.heads(), pass.logits, 1, 0.1, 4, 6);
+  REQUIRE(second.size() == 1);
+  CHECK(second[0].confidence == Approx(0.875));
+  CHECK(second[0].candidate == 1);
+}
+
+TEST_CASE("what a foreign detector does not have is refused", "[detect][foreign][error]") {
+  const Foreign detector(red_and_blue, two_outputs(), 4, 6);
+  detect::Pass<double> pass;
+  auto images = tapestry::zeros<double, 4>({1, 4, 6, 3});
+  CHECK_THROWS_WITH(detector.forward(images, pass, detect::Mode::input_gradient),
+                    "ForeignDetector::forward: a foreign detector runs forward only and tells no layers");
+  detector.forward(images, pass);
+  CHECK_THROWS_AS(detector.input_adjoint(pass, {pass.logits[0]}, images), tapestry::DomainError);
+  CHECK_THROWS_AS(detector.layer_values(pass, 0, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(detector.layer_adjoint(pass, {&pass.logits[0]}, 0, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(detector.forward(tapestry::zeros<double, 4>({1, 4, 5, 3}), pass), tapestry::ShapeError);
+}
+
+TEST_CASE("outputs of a foreign engine that are not as described are refused", "[detect][foreign][error]") {
+  auto kind = two_outputs();
+  CHECK_THROWS_WITH(Foreign(
+                        [](const auto&) {
+                          return Outputs{{{1, 2, 4}, std::vector<float>(8)}};
+                        },
+                        kind, 4, 6),
+                    contains("outputs of one picture; expected 2, found 1"));
+  CHECK_THROWS_WITH(Foreign(
+                        [](const auto&) {
+                          return Outputs{{{1, 2, 4}, std::vector<float>(7)}};
+                        },
+                        kind, 4, 6),
+                    contains("values of an output; expected 8, found 7"));
+  CHECK_THROWS_AS(Foreign(
+                      [](const auto&) {
+                        return Outputs{{{1, 2, 4}, std::vector<float>(8)}, {{1, 3, 1}, {1, 1, 1}}};
+                      },
+                      kind, 4, 6),
+                  tapestry::FileError);  // boxes of two candidates, scores of three
+  std::size_t calls = 0;
+  const Foreign growing(
+      [&calls](const auto&) {
+        const std::size_t count = ++calls;
+        return Outputs{{{1, count, 4}, std::vector<float>(4 * count)},
+                       {{1, count, 1}, std::vector<float>(count)}};
+      },
+      kind, 4, 6);
+  detect::Pass<double> pass;
+  CHECK_THROWS_WITH(growing.forward(tapestry::zeros<double, 4>({1, 4, 6, 3}), pass),
+                    contains("extents that change from picture to picture"));
+  kind.head = detect::HeadKind::yolox;
+  CHECK_THROWS_WITH(Foreign(red_and_blue, kind, 4, 6),
+                    "ForeignDetector: heads are yolox, expected boxes_and_scores");
+}
