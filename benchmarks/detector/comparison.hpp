@@ -33,6 +33,7 @@ inline const std::vector<Variant> variants = {
     {"direct", "detector_tapestry", "direct"},
     {"winograd_f2", "detector_tapestry", "winograd_f2"},
     {"winograd_f4", "detector_tapestry", "winograd_f4"},
+    {"bfloat16", "detector_tapestry", "bfloat16"},
     {"tape", "detector_tapestry", "tape", false},  // automatic, called by way of the tape
     {"peer:oneDNN-best", "detector_onednn", "best"},
     {"peer:oneDNN-direct", "detector_onednn", "direct"},
@@ -131,10 +132,10 @@ inline void measure(Comparison& comparison, const NetworkFiles& files, std::size
 /// time means nothing.
 inline void score(Comparison& comparison, const Problem& problem, Reference& reference,
                   const Folders& folders) {
-  constexpr double largest_rounding = 1e-2;
   for (std::size_t i = 0; i < comparison.rivals.size(); ++i) {
     Contestant& contestant = comparison.contestants[i];
     if (!contestant.failure.empty()) continue;
+    const double largest_rounding = comparison.rivals[i].engine == "bfloat16" ? 5e-2 : 1e-2;
     const std::string path = answer_path(folders, comparison, i);
     try {
       const double error = score_answer(comparison, i, problem, reference, path);

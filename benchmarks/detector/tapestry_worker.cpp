@@ -16,15 +16,16 @@ namespace tapestry::benchmarks {
 namespace {
 
 const nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
-                              nn::Engine::winograd_f4};
+                              nn::Engine::winograd_f4, nn::Engine::bfloat16};
 
 /// The engine of a name; `tape` is the automatic one, called by way of the tape.
 [[nodiscard]] nn::Engine engine_of(const std::string& name) {
   if (name == "tape") return nn::Engine::automatic;
   for (const nn::Engine engine : engines)
     if (name_of(engine) == name) return engine;
-  throw Error(ErrorKind::usage,
-              "--engine is '" + name + "', expected automatic, direct, winograd_f2, winograd_f4 or tape");
+  throw Error(
+      ErrorKind::usage,
+      "--engine is '" + name + "', expected automatic, direct, winograd_f2, winograd_f4, bfloat16 or tape");
 }
 
 class TapestryDetector {
@@ -88,5 +89,5 @@ class TapestryDetector {
 
 int main(int argc, char** argv) {
   return tapestry::benchmarks::run_worker<tapestry::benchmarks::TapestryDetector>(
-      argc, argv, "automatic, direct, winograd_f2, winograd_f4 or tape");
+      argc, argv, "automatic, direct, winograd_f2, winograd_f4, bfloat16 or tape");
 }

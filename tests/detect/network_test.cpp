@@ -232,9 +232,31 @@ TEST_CASE("with the kinks of the float pass every engine's gradient follows doub
   CHECK_THROWS_AS(inference.take_kinks(single_pass), tapestry::DomainError);
 }
 
+TEST_CASE("in bfloat16 logits stay within 1e-2, the gradient at the same kinks within 2e-2",
+          "[detect][network]") {
+  auto network = random_network<float>(wide_layers);
+  const auto images = random_array<float>({2, 64, 64, 3}, 2);
+  detect::Pass<float> pass, rounded;
+  network.forward(images, pass, detect::Mode::input_gradient);
+  const auto adjoint = random_like(pass.logits, 3);
+  auto gradient = tapestry::zeros<float, 4>({2, 64, 64, 3});
+  auto rounded_gradient = gradient;
+  network.input_adjoint(pass, adjoint, gradient);
+  network.set_engine(nn::Engine::bfloat16);
+  network.forward(images, rounded, detect::Mode::input_gradient);
+  rounded.take_kinks(pass);
+  network.input_adjoint(rounded, adjoint, rounded_gradient);
+  const double logits_error = relative_distance(rounded.logits[0], pass.logits[0]);
+  const double gradient_error = relative_distance(rounded_gradient, gradient);
+  CAPTURE(logits_error, gradient_error);
+  CHECK(logits_error < 1e-2);
+  CHECK(gradient_error < 2e-2);
+  CHECK(std::min(logits_error, gradient_error) > 1e-4);  // they are rounded at all
+}
+
 TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][network]") {
   auto network = random_network<float>(GENERATE(real_layers, wide_layers));
-  network.set_engine(GENERATE(nn::Engine::automatic, nn::Engine::winograd_f4));
+  network.set_engine(GENERATE(nn::Engine::automatic, nn::Engine::winograd_f4, nn::Engine::bfloat16));
   network = network.resized(32, 32);
   const auto images = random_array<float>({7, 32, 32, 3}, 2);
   const auto run = [&](int threads) {

@@ -334,8 +334,8 @@ TEMPLATE_TEST_CASE("a window of a convolution has the bits of the whole one, and
   all.push_back(nn::square_convolution(22, 25, 70, 32, 3, 2, 1));    // and those of a stride's adjoint
   all.push_back(nn::square_convolution(9, 12, 256, 16, 3, 1, 1));    // inputs are copied with a gap
   all.push_back(nn::square_convolution(13, 13, 256, 128, 1, 1, 0));  // not at all
-  const auto engine =
-      GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4);
+  const auto engine = GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
+                               nn::Engine::winograd_f4, nn::Engine::bfloat16);
   for (const nn::ConvolutionShape& s : all) {
     CAPTURE(nn::name_of(engine), s.rows.input, s.columns.input, s.in_channels, s.out_channels, s.rows.taps,
             s.rows.stride, s.groups);

@@ -106,7 +106,7 @@ void reduce_row(const ConvolutionRows<T>& rows, std::size_t row, const Reduction
     const std::size_t height = width * (t + 1) / tile_count - width * t / tile_count;
     tile.in = in;
     tile.out = out;
-    simd.reduce[registers - 1][height - 1](tile);
+    (rows.packed.holds_pairs ? simd.reduce_pairs : simd.reduce)[registers - 1][height - 1](tile);
     in += static_cast<std::ptrdiff_t>(height) * tile.in_row_step;
     out += static_cast<std::ptrdiff_t>(height) * tile.out_row_step;
   }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
+#include <tapestry/nn/bfloat16.hpp>
 #include <tapestry/nn/convolution.hpp>
 #include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
@@ -17,10 +18,11 @@ enum class Engine {
   direct,       ///< sums of products as written
   winograd_f2,  ///< tiles of 2 × 2 outputs where they apply, up to 2.25 times fewer products
   winograd_f4,  ///< tiles of 4 × 4 outputs where they apply, up to 4 times fewer products
+  bfloat16,     ///< automatic, of operands rounded to bfloat16; see bfloat16.hpp. Less accurate
 };
 
 [[nodiscard]] constexpr std::string_view name_of(Engine engine) {
-  constexpr std::string_view names[] = {"automatic", "direct", "winograd_f2", "winograd_f4"};
+  constexpr std::string_view names[] = {"automatic", "direct", "winograd_f2", "winograd_f4", "bfloat16"};
   return names[static_cast<std::size_t>(engine)];
 }
 
@@ -29,20 +31,22 @@ namespace detail {
 /// Time of a convolution of one image, in multiply-adds of one vector. The costs of a transform of one tile
 /// or filter vector were measured with AVX-512 and are bound by its loads and stores.
 template <std::floating_point T>
-[[nodiscard]] double modelled_cost(const ConvolutionShape& shape, std::optional<WinogradForm> form) {
+[[nodiscard]] double modelled_cost(const ConvolutionShape& shape, std::optional<WinogradForm> form,
+                                   bool pairs = false) {
   const auto lanes = kernels<T>().lanes;
   const auto vectors_in = static_cast<double>(block_count(shape.in_channels, lanes));
   const auto vectors_out = static_cast<double>(block_count(shape.out_channels, lanes));
   const auto channels = static_cast<double>(shape.in_channels);
+  const double step = pairs ? 0.5 : 1;  // of a reduction, a channel
   if (!form) {
     const auto products = static_cast<double>(shape.taps() * shape.rows.output * shape.columns.output);
-    return 1.15 * products * channels * vectors_out;
+    return 1.15 * step * products * channels * vectors_out;
   }
-  const WinogradPlan plan = plan_winograd<T>(shape, 1, *form);
+  const WinogradPlan plan = plan_winograd<T>(shape, 1, *form, pairs);
   const auto tiles = static_cast<double>(plan.tiles);
   const auto products = static_cast<double>(plan.products);
   const auto of_filter = 6 * products;
-  return 1.15 * products * tiles * channels * vectors_out +
+  return 1.15 * step * products * tiles * channels * vectors_out +
          of_filter * static_cast<double>(plan.shares_filters ? 1 : plan.ranges) * channels * vectors_out +
          8 * products * tiles * (vectors_in + vectors_out);
 }
@@ -52,15 +56,17 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::optional<WinogradForm> winograd_form(Engine engine, const PackedConvolution<T>& packed) {
   std::optional<WinogradForm> best;
-  double cost = modelled_cost<T>(packed.shape, best);
+  const bool pairs = engine == Engine::bfloat16 && takes_pairs(packed);
+  if (pairs && packed.shape.in_channels % 2 != 0) return best;
+  const bool is_free = engine == Engine::automatic || engine == Engine::bfloat16;
+  double cost = modelled_cost<T>(packed.shape, best, pairs);
   for (std::size_t i = 0; i < winograd_form_count; ++i) {
     const auto form = static_cast<WinogradForm>(i);
     const bool is_small = extents_of(form).outputs == 2;
-    const bool is_allowed =
-        engine == Engine::automatic || engine == (is_small ? Engine::winograd_f2 : Engine::winograd_f4);
+    const bool is_allowed = is_free || engine == (is_small ? Engine::winograd_f2 : Engine::winograd_f4);
     if (!is_allowed || !has_form(packed, form)) continue;
-    const double other = modelled_cost<T>(packed.shape, form);
-    if (engine == Engine::automatic && other >= cost) continue;
+    const double other = modelled_cost<T>(packed.shape, form, pairs);
+    if (is_free && other >= cost) continue;
     best = form;
     cost = other;
   }
@@ -89,11 +95,14 @@ template <std::floating_point T>
 void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t images, const T* in,
               const Epilogue<T>& end, T* out, std::size_t out_image_size,
               const std::optional<Window>& window = {}) {
+  const bool pairs = engine == Engine::bfloat16 && takes_pairs(packed);
   const bool has_few = has_few_channels(packed) && end.addend == nullptr && end.curve.kind == CurveKind::none;
   const auto form = has_few ? std::nullopt : detail::winograd_form(engine, packed);
   const auto run = [&](const PackedConvolution<T>& part) {
     if (has_few) return convolve_few_channels(part, images, in, end, out, out_image_size);
-    if (form) return convolve_winograd(part, *form, images, in, end, out, out_image_size);
+    if (form) return convolve_winograd(part, *form, images, in, end, out, out_image_size, pairs);
+    if constexpr (std::is_same_v<T, float>)
+      if (pairs) return convolve_pairs(part, images, in, end, out, out_image_size);
     convolve(part, images, in, end, out, out_image_size);
   };
   if (!window) return run(packed);

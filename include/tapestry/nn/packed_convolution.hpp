@@ -27,6 +27,8 @@ struct PackedConvolution {
   /// Sums run over a copy of the inputs, with zeros around the picture. Decided for the whole picture, as the
   /// order of a sum depends on it.
   bool copies_inputs = true;
+  /// Inputs and weights are words that hold pairs of channels, as paired() makes them.
+  bool holds_pairs = false;
   std::shared_ptr<Buffer<T>> weights = std::make_shared<Buffer<T>>();
 
   [[nodiscard]] std::size_t reduction() const { return shape.taps() * shape.group_in(); }

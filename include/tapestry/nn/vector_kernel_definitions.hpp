@@ -1,6 +1,10 @@
 #pragma once
 #include <concepts>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <type_traits>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 /// \file
 /// The kernels of vector_kernels.hpp, compiled for each instruction set by target attributes, so that a build
@@ -19,6 +23,28 @@ namespace tapestry::nn {
 #define TAPESTRY_KERNELS <tapestry/nn/vector_kernels.inl>
 #include <tapestry/core/for_each_instruction_set.inl>
 
+#if defined(__x86_64__)  // of processors with instructions for bfloat16, only the kernels on these
+#if defined(__clang__)
+#pragma clang attribute push( \
+    __attribute__((target("avx512f,avx512dq,avx512vl,avx512bw,avx512bf16,avx2,fma"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512vl,avx512bw,avx512bf16,avx2,fma")
+#endif
+namespace avx512_bf16 {
+#define TAPESTRY_BFLOAT16
+#define TAPESTRY_VECTOR_BYTES 64
+#include <tapestry/nn/vector_kernels.inl>
+#undef TAPESTRY_VECTOR_BYTES
+#undef TAPESTRY_BFLOAT16
+}  // namespace avx512_bf16
+#if defined(__clang__)
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif
+
 #if defined(TAPESTRY_OPTIMIZES_KERNELS)
 #pragma GCC pop_options
 #undef TAPESTRY_OPTIMIZES_KERNELS
@@ -27,7 +53,12 @@ namespace tapestry::nn {
 template <std::floating_point T>
 Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
 #if defined(__x86_64__)
-  if (set == InstructionSet::avx512) return avx512::make_kernels<T>();
+  if (set == InstructionSet::avx512) {
+    Kernels<T> kernels = avx512::make_kernels<T>();
+    if constexpr (std::is_same_v<T, float>)
+      if (has_bfloat16()) avx512_bf16::fill_bfloat16(kernels);
+    return kernels;
+  }
   if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
 #endif
   return portable::make_kernels<T>();

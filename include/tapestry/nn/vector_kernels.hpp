@@ -179,6 +179,12 @@ struct Kernels {
   void (*winograd_filters[winograd_form_count])(const WinogradFilterArguments<T>&) = {};  ///< by WinogradForm
   void (*winograd_input[winograd_form_count])(const WinogradInputArguments<T>&) = {};
   void (*winograd_output[winograd_form_count])(const WinogradOutputArguments<T>&) = {};
+  // The same of words that hold pairs of bfloat16, see bfloat16.hpp; null but for float.
+  void (*reduce_pairs[2][most_tile_rows])(const ReduceArguments<T>&) = {};
+  void (*winograd_filter_pairs[winograd_form_count])(const WinogradFilterArguments<T>&) = {};
+  void (*winograd_input_pairs[winograd_form_count])(const WinogradInputArguments<T>&) = {};
+  void (*pair_neighbours)(const T*, std::size_t, T*) = nullptr;
+  void (*pair_rows)(const T*, const T*, std::size_t, T*) = nullptr;
   void (*gather_row)(const GatherArguments<T>&) = nullptr;
   void (*depthwise_row)(const DepthwiseArguments<T>&) = nullptr;
   void (*depthwise_weight_adjoint_row)(const DepthwiseWeightArguments<T>&) = nullptr;
@@ -196,6 +202,16 @@ struct Kernels {
 
 using tapestry::best_instruction_set;
 using tapestry::InstructionSet;
+
+/// True if the processor has instructions for bfloat16. Without them kernels emulate these.
+[[nodiscard]] inline bool has_bfloat16() {
+#if defined(__x86_64__)
+  return best_instruction_set() == InstructionSet::avx512 && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512bf16");
+#else
+  return false;
+#endif
+}
 
 /// The kernels of one instruction set, which the processor must have.
 template <std::floating_point T>

@@ -21,9 +21,19 @@ inline typename Vector<Position<T>>::Register lane_bits() {
 
 #include <tapestry/nn/epilogue_kernels.inl>
 
+/// One step of a reduction: a product of values.
+template <class T>
+struct ValueProduct {
+  __attribute__((always_inline)) static inline Register<T> weight(const T* weights) { return load(weights); }
+  __attribute__((always_inline)) static inline Register<T> added(Register<T> sum, Register<T> weight,
+                                                                 const T* in) {
+    return sum + weight * *in;
+  }
+};
+
 /// out[p, lane] = Σ_r in[p, r] · weights[r, lane] for P rows and V registers of lanes; the reduction runs
-/// over outer_count runs of inner_count values.
-template <class T, int V, int P>
+/// over outer_count runs of inner_count values, or of what else a Product takes.
+template <class T, int V, int P, class Product = ValueProduct<T>>
 void reduce_tile(const ReduceArguments<T>& a) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   Register<T> sum[P][V];
@@ -40,13 +50,13 @@ void reduce_tile(const ReduceArguments<T>& a) {
     for (int p = 0; p < P; p += 3)
       in[p / 3] = a.in + static_cast<std::ptrdiff_t>(outer) * a.in_outer_step + p * row;
     for (std::size_t inner = 0; inner < a.inner_count; ++inner) {
-      Register<T> weight[V];
+      decltype(Product::weight(weights)) weight[V];
 #pragma GCC unroll 2
-      for (int v = 0; v < V; ++v) weight[v] = load(weights + static_cast<std::size_t>(v) * lanes);
+      for (int v = 0; v < V; ++v) weight[v] = Product::weight(weights + static_cast<std::size_t>(v) * lanes);
 #pragma GCC unroll 16
       for (int p = 0; p < P; ++p)
 #pragma GCC unroll 2
-        for (int v = 0; v < V; ++v) sum[p][v] += weight[v] * in[p / 3][p % 3 * row];
+        for (int v = 0; v < V; ++v) sum[p][v] = Product::added(sum[p][v], weight[v], in[p / 3] + p % 3 * row);
 #pragma GCC unroll 4
       for (int p = 0; p < P; p += 3) in[p / 3] += a.in_inner_step;
       weights += static_cast<std::size_t>(V) * lanes;
@@ -103,7 +113,12 @@ void gather_row(const GatherArguments<T>& a) {
 
 #include <tapestry/nn/depthwise_kernels.inl>
 #include <tapestry/nn/pointwise_kernels.inl>
+// Each takes what those before it define.
+#include <tapestry/nn/bfloat16_words.inl>
+
 #include <tapestry/nn/winograd_kernels.inl>
+
+#include <tapestry/nn/bfloat16_kernels.inl>
 
 template <class T, int V, int P>
 void fill_rows(Kernels<T>& kernels) {
@@ -122,6 +137,7 @@ Kernels<T> make_kernels() {
   fill_winograd<T, WinogradForm::f2_taps3>(kernels);
   fill_winograd<T, WinogradForm::f4_taps3>(kernels);
   fill_winograd<T, WinogradForm::f4_taps2>(kernels);
+  if constexpr (std::is_same_v<T, float>) fill_bfloat16(kernels);
   kernels.gather_row = &gather_row<T>;
   kernels.depthwise_row = &depthwise_row<T>;
   kernels.depthwise_weight_adjoint_row = &depthwise_weight_adjoint_row<T>;

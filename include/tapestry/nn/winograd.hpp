@@ -16,10 +16,11 @@ template <std::floating_point T>
 class WinogradConvolution {
  public:
   WinogradConvolution(const PackedConvolution<T>& packed, std::size_t images, WinogradForm form, const T* in,
-                      const Epilogue<T>& end, T* out, std::size_t out_image_size)
+                      const Epilogue<T>& end, T* out, std::size_t out_image_size, bool pairs)
       : packed_(packed),
         shape_(packed.shape),
-        plan_(plan_winograd<T>(packed.shape, images, form)),
+        pairs_(pairs),
+        plan_(plan_winograd<T>(packed.shape, images, form, pairs)),
         in_(in),
         end_(end),
         out_(out),
@@ -110,8 +111,8 @@ class WinogradConvolution {
       for (std::size_t block = 0; block < plan_.blocks; ++block) {
         a.first_channel = block * plan_.channels_per_block;
         a.channel_count = channels_of(block);
-        a.out = inputs + block * plan_.input_block_step(line) + i * plan_.channels_per_block;
-        kernels<T>().winograd_input[form()](a);
+        a.out = inputs + block * plan_.input_block_step(line) + i * plan_.words_per_block;
+        (pairs_ ? kernels<T>().winograd_input_pairs : kernels<T>().winograd_input)[form()](a);
       }
     }
   }
@@ -140,9 +141,9 @@ class WinogradConvolution {
 
   void transform_filters(std::size_t panel, std::size_t block, T* filters) const {
     const std::size_t width = width_of(panel);
-    kernels<T>().winograd_filters[form()]({packed_filters(panel, block), shape_.in_channels * width,
-                                           channels_of(block), width, filters,
-                                           plan_.filter_point_step(line, width)});
+    const auto& transform = pairs_ ? kernels<T>().winograd_filter_pairs : kernels<T>().winograd_filters;
+    transform[form()]({packed_filters(panel, block), shape_.in_channels * width, channels_of(block), width,
+                       filters, plan_.filter_point_step(line, width)});
   }
 
   /// \param all_filters  of the panel, transformed, or null
@@ -157,7 +158,7 @@ class WinogradConvolution {
     if (all_filters == nullptr) own_filters.resize(filter_step());
     sums.resize(plan_.products * sum_step);
     ReduceArguments<T> product{};
-    product.in_row_step = static_cast<std::ptrdiff_t>(plan_.channels_per_block);
+    product.in_row_step = static_cast<std::ptrdiff_t>(plan_.words_per_block);
     product.in_inner_step = 1;
     product.outer_count = 1;
     product.out_row_step = static_cast<std::ptrdiff_t>(width);
@@ -166,7 +167,7 @@ class WinogradConvolution {
       if (all_filters == nullptr) transform_filters(panel, block, own_filters.data());
       const T* const filters =
           all_filters == nullptr ? own_filters.data() : all_filters + block * filter_step();
-      product.inner_count = channels_of(block);
+      product.inner_count = channels_of(block) / plan_.channels_per_word;
       product.end.adds = block > 0;
       for (std::size_t point = 0; point < plan_.products; ++point) {
         if (all_filters == nullptr && block + 1 < plan_.blocks) prefetch_filters(panel, block + 1, point);
@@ -197,7 +198,7 @@ class WinogradConvolution {
     product.out = sums;
     for (std::size_t g = 0; g < groups; ++g) {
       const std::size_t height = tiles * (g + 1) / groups - tiles * g / groups;
-      simd.reduce[registers - 1][height - 1](product);
+      (pairs_ ? simd.reduce_pairs : simd.reduce)[registers - 1][height - 1](product);
       product.in += static_cast<std::ptrdiff_t>(height) * product.in_row_step;
       product.out += static_cast<std::ptrdiff_t>(height) * product.out_row_step;
     }
@@ -228,6 +229,7 @@ class WinogradConvolution {
 
   const PackedConvolution<T>& packed_;
   const ConvolutionShape& shape_;
+  bool pairs_;  ///< products are of pairs of bfloat16, see bfloat16.hpp
   WinogradPlan plan_;
   const T* in_;
   Epilogue<T> end_;
@@ -254,14 +256,17 @@ class WinogradConvolution {
 /// cache: for 49 tiles that costs 7 % of the products' time, and saves four times the weights' memory and its
 /// bandwidth.
 ///
+/// \param pairs  transformed inputs and filters are rounded to bfloat16, of an even number of channels in;
+///               see bfloat16.hpp. Partial sums are then of 128 channels
+///
 /// Arguments otherwise as convolve(). The convolution must have the form; see has_form().
 ///
 /// Sources: Lavin and Gray, "Fast algorithms for convolutional neural networks" (2016); points of the form
 /// {c, −c, 1/c, −1/c}: Alam, Anderson, Barabasz and Gregg (2022).
 template <std::floating_point T>
 void convolve_winograd(const PackedConvolution<T>& packed, WinogradForm form, std::size_t images, const T* in,
-                       const Epilogue<T>& end, T* out, std::size_t out_image_size) {
-  detail::WinogradConvolution<T>(packed, images, form, in, end, out, out_image_size).run();
+                       const Epilogue<T>& end, T* out, std::size_t out_image_size, bool pairs = false) {
+  detail::WinogradConvolution<T>(packed, images, form, in, end, out, out_image_size, pairs).run();
 }
 
 }  // namespace tapestry::nn

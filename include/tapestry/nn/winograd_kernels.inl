@@ -146,8 +146,9 @@ void winograd_filters(const WinogradFilterArguments<T>& a) {
   }
 }
 
-/// V = Bᵀ d B for one tile and `channel_count` channels, rounded up to whole registers.
-template <class T, WinogradForm F>
+/// V = Bᵀ d B for one tile and `channel_count` channels, rounded up to whole registers; stored as they are,
+/// or as pairs of bfloat16 in half as many words.
+template <class T, WinogradForm F, bool Pairs = false>
 void winograd_input(const WinogradInputArguments<T>& a) {
   constexpr std::size_t points = extents_of(F).points;
   for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
@@ -161,12 +162,19 @@ void winograd_input(const WinogradInputArguments<T>& a) {
 #pragma GCC unroll 6
       for (std::size_t y = 0; y < points; ++y) half[y * points + x] = whole[y];
     }
-    T* out = a.out + channel;
+    T* out = a.out + (Pairs ? channel / 2 : channel);
 #pragma GCC unroll 6
     for (std::size_t y = 0; y < points; ++y) {
       Winograd<T, F>::input(half + y * points, 1, whole);
 #pragma GCC unroll 6
-      for (std::size_t x = 0; x < points; ++x) store(out + (y * points + x) * a.point_step, whole[x]);
+      for (std::size_t x = 0; x < points; ++x) {
+        T* const point = out + (y * points + x) * a.point_step;
+        if constexpr (Pairs) {
+          store_neighbours(point, whole[x]);
+        } else {
+          store(point, whole[x]);
+        }
+      }
     }
   }
 }

@@ -30,6 +30,8 @@ struct WinogradPlan {
   std::size_t tiles_per_range = 0;  ///< tiles that share transformed filters
   std::size_t ranges = 0;
   std::size_t channels_per_block = 0;  ///< of a partial sum; whole vectors
+  std::size_t channels_per_word = 1;   ///< 2 where words hold pairs
+  std::size_t words_per_block = 0;
   std::size_t blocks = 0;
   std::size_t panels = 0;
   /// Either the transformed filters of all panels are made first, and each task transforms the inputs of its
@@ -39,7 +41,7 @@ struct WinogradPlan {
 
   // Distances in memory, a cache line longer than needed so that points do not fall into one cache set.
   [[nodiscard]] std::size_t input_point_step(std::size_t line) const {
-    return tiles_per_range * channels_per_block + line;
+    return tiles_per_range * words_per_block + line;
   }
   [[nodiscard]] std::size_t input_block_step(std::size_t line) const {
     return products * input_point_step(line);
@@ -48,13 +50,13 @@ struct WinogradPlan {
     return blocks * input_block_step(line);
   }
   [[nodiscard]] std::size_t filter_point_step(std::size_t line, std::size_t width) const {
-    return channels_per_block * width + line;
+    return words_per_block * width + line;
   }
 };
 
 template <std::floating_point T>
-[[nodiscard]] WinogradPlan plan_winograd(const ConvolutionShape& shape, std::size_t images,
-                                         WinogradForm form) {
+[[nodiscard]] WinogradPlan plan_winograd(const ConvolutionShape& shape, std::size_t images, WinogradForm form,
+                                         bool pairs = false) {
   const std::size_t lanes = kernels<T>().lanes;
   WinogradPlan plan;
   plan.form = form;
@@ -64,8 +66,11 @@ template <std::floating_point T>
   plan.tile_columns = block_count(shape.columns.output, plan.axis.outputs);
   plan.tiles = images * plan.tile_rows * plan.tile_columns;
   plan.panels = block_count(shape.out_channels, 2 * lanes);
-  plan.blocks = block_count(shape.in_channels, std::size_t(64));
-  plan.channels_per_block = round_up(block_count(shape.in_channels, plan.blocks), lanes);
+  plan.channels_per_word = pairs ? 2 : 1;
+  plan.blocks = block_count(shape.in_channels, 64 * plan.channels_per_word);
+  // Of pairs as many with any instruction set, so that the order of the sums is the same.
+  plan.channels_per_block = round_up(block_count(shape.in_channels, plan.blocks), pairs ? 32 : lanes);
+  plan.words_per_block = plan.channels_per_block / plan.channels_per_word;
   plan.blocks = block_count(shape.in_channels, plan.channels_per_block);
   // Sums of a range, filters of a block and, where filters are shared, inputs of a range stay in the second
   // cache.
@@ -73,9 +78,9 @@ template <std::floating_point T>
   constexpr std::size_t range_bytes = 640 * 1024;
   constexpr std::size_t shared_filter_bytes = 1440 * 1024;
   const std::size_t bytes_of_tile = plan.products * 2 * lanes * sizeof(T);
-  const std::size_t bytes_with_input = bytes_of_tile + plan.products * shape.in_channels * sizeof(T);
-  const std::size_t filter_bytes =
-      plan.products * shape.in_channels * round_up(shape.out_channels, lanes) * sizeof(T);
+  const std::size_t words = shape.in_channels / plan.channels_per_word;
+  const std::size_t bytes_with_input = bytes_of_tile + plan.products * words * sizeof(T);
+  const std::size_t filter_bytes = plan.products * words * round_up(shape.out_channels, lanes) * sizeof(T);
   const std::size_t fitting = range_bytes / bytes_with_input;
   plan.shares_filters = filter_bytes <= shared_filter_bytes && fitting >= 12 && plan.tiles >= 8 * fitting;
   const std::size_t most =
