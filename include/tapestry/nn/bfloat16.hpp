@@ -17,8 +17,8 @@
 ///
 /// Inputs and weights are rounded when a convolution reads them; the transformed ones, where it is by
 /// Winograd's algorithm. What is kept between layers is float, and so are bias, activation and sums of
-/// layers. Rounding is to nearest, ties to even; subnormals become zero, what lies beyond 2¹²⁸ − 2¹¹⁹
-/// infinity, and NaN stays.
+/// layers. Rounding is to nearest, ties to even; subnormals become zero, 2¹²⁸ − 2¹¹⁹ and more infinity, and
+/// NaN stays. One layer's relative error is 2e-3, and 1.1e-2 where it is by tiles of 4 × 4 outputs.
 ///
 /// Neighbouring channels 2k and 2k + 1 share a word, the even one in its low half. A sum takes one word after
 /// the other, and of each the product of the odd channel and then that of the even one,
@@ -27,8 +27,8 @@
 ///
 /// each rounded to nearest, as the instruction VDPBF16PS does. Processors without it do the same in float,
 /// with the same bits but where a product overflows or a sum is below 2⁻¹²⁶, of which the instruction makes
-/// zero. Winograd's transforms, in float, differ in rounding between instruction sets as they do without
-/// bfloat16.
+/// zero. Winograd's transforms, in float, differ in rounding between instruction sets, and so may the layers
+/// that it is chosen for, as they do without bfloat16.
 
 namespace tapestry::nn {
 
