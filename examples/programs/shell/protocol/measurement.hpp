@@ -137,7 +137,7 @@ class ProtocolMeasurement {
       const auto frames = std::span(pending).subspan(first, std::min(ranks.count(), pending.size() - first));
       if (ranks.index() < frames.size()) {
         const std::size_t frame = frames[ranks.index()];
-        const bool is_measured = measure(frame, source.view(frame), source);
+        const bool is_measured = measure(frame, view_of(frame, source), source);
         outcomes_.state(frame) =
             static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
       }
@@ -160,6 +160,14 @@ class ProtocolMeasurement {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  /// The view of a frame, that of the last one where it is the same.
+  const camouflage::View<float>& view_of(std::size_t frame, const ProtocolSource& source) {
+    const std::size_t number = protocol_.view_of ? protocol_.view_of(frame) : frame;
+    if (!view_ || view_number_ != number) view_ = source.view(frame);
+    view_number_ = number;
+    return *view_;
+  }
   static double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   }
@@ -234,6 +242,8 @@ class ProtocolMeasurement {
   std::string path_;
   evaluate::ProtocolOutcomes outcomes_;
   std::size_t frames_done_ = 0;
+  std::optional<camouflage::View<float>> view_{};
+  std::size_t view_number_ = 0;  ///< of view_
   ProgressLine progress_;
 };
 

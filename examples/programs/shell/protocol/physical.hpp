@@ -116,6 +116,7 @@ inline Protocol physical_protocol(const ProtocolSettings& settings, std::uint64_
     return detail::physical_street(vehicle, frames[frame],
                                    places.fork(evaluate::physical_frame(grid, frame).surroundings), size_px);
   };
+  protocol.view_of = [=](std::size_t frame) { return evaluate::physical_frame(grid, frame).view; };
   protocol.photograph = [=](const camouflage::View<float>& view, std::size_t frame,
                             const camouflage::Paint<float>& paint) {
     const auto shown = evaluate::physical_frame(grid, frame);

@@ -111,6 +111,9 @@ struct Protocol {
   std::function<std::optional<FrameChange>(const camouflage::View<float>&, std::size_t frame)> change{};
   /// The street around the car in a frame, in metres; the car is alone before a plain background if empty.
   std::function<io::Frame(const scenes::Vehicle&, std::size_t frame, std::size_t size_px)> street{};
+  /// Frames of one number show the same view, which is made once for those that follow each other; an empty
+  /// function says that no two do.
+  std::function<std::size_t(std::size_t frame)> view_of{};
   /// The picture of a frame with a paint, and where the car is in it; the view's own if empty.
   std::function<evaluate::Photograph<float>(const camouflage::View<float>&, std::size_t frame,
                                             const camouflage::Paint<float>&)>

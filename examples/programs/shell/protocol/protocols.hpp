@@ -16,23 +16,26 @@
 
 namespace tapestry::shell {
 
+/// What a protocol's pictures show around the car.
+enum class Surroundings : std::uint8_t { plain, streets, photographs };
+
 /// A protocol's name, what it measures, and how it is made of settings and a seed.
 struct ProtocolEntry {
   std::string name;
   std::string help;
   std::function<Protocol(const ProtocolSettings&, std::uint64_t seed, const ProtocolSubject&)> make;
-  bool on_photographs = false;
+  Surroundings surroundings = Surroundings::plain;
 };
 
 inline const std::vector<ProtocolEntry>& protocols() {
   static const std::vector<ProtocolEntry> entries{
       {"digital", "held-out photographs, with every control and each detector (table 1)", digital_protocol,
-       true},
+       Surroundings::photographs},
       {"physical",
        "72 views in drawn streets, each printed and photographed twice, and as it is (table 2, simulated)",
-       physical_protocol},
+       physical_protocol, Surroundings::streets},
       {"attention", "heat maps of detectors on held-out photographs, and their share on the car",
-       attention_protocol, true},
+       attention_protocol, Surroundings::photographs},
       {"views", "4,320 views from all around, by azimuth and distance (table 3)", views_protocol},
       {"occlusion", "1,080 views of a partly hidden car, by hidden share and distance (table 4)",
        occlusion_protocol}};
@@ -60,15 +63,21 @@ inline const ProtocolEntry& protocol_by_name(const std::string& name) {
   throw Error(ErrorKind::usage, "--protocol is '" + name + "', which is unknown");
 }
 
-/// Whether a protocol measures photographs, not renders; of no name and of one that is unknown, it does not.
-inline bool is_on_photographs(const std::string& name) {
-  return std::ranges::any_of(
-      protocols(), [&](const ProtocolEntry& entry) { return entry.name == name && entry.on_photographs; });
+/// Whether there is a protocol of that name, and its pictures have these surroundings.
+inline bool has_surroundings(const std::string& name, Surroundings surroundings) {
+  return std::ranges::any_of(protocols(), [&](const ProtocolEntry& entry) {
+    return entry.name == name && entry.surroundings == surroundings;
+  });
 }
 
-/// Whether a protocol's pictures are of the car alone.
+/// Whether a protocol measures photographs, not renders; of no name and of one that is unknown, it does not.
+inline bool is_on_photographs(const std::string& name) {
+  return has_surroundings(name, Surroundings::photographs);
+}
+
+/// Whether a protocol's pictures are of the car alone, which goes for no name and unknown ones, too.
 inline bool is_before_plain_background(const std::string& name) {
-  return !is_on_photographs(name) && name != "physical";
+  return !is_on_photographs(name) && !has_surroundings(name, Surroundings::streets);
 }
 
 }  // namespace tapestry::shell
