@@ -5,6 +5,7 @@
 #include <tapestry/io/dataset/yolo_labels.hpp>
 #include <tapestry/io/detector_description_file.hpp>
 #include <tapestry/io/json.hpp>
+#include <tapestry/io/palette_file.hpp>
 
 #include "../../examples/programs/shell/config_file.hpp"
 #include "../../examples/programs/shell/run_manifest.hpp"
@@ -24,6 +25,9 @@ void read_json(const std::string& bytes) { (void)io::read_json(bytes, "a.json");
 void read_description(const std::string& bytes) { (void)io::parse_detector_description(bytes, "a.json"); }
 void read_coco(const std::string& bytes) { (void)io::parse_coco(bytes, "a.json", pictures()); }
 void read_voc(const std::string& bytes) { (void)io::parse_voc(bytes, "a.xml"); }
+void read_palette(const std::string& bytes) {
+  (void)io::read_palette(fuzz::folder().write("palette.txt", bytes));
+}
 void read_labels(const std::string& bytes) { (void)io::parse_yolo_labels(bytes, "a.txt", 3); }
 void read_manifest(const std::string& bytes) {
   (void)fuzz::folder().write("manifest.json", bytes);
@@ -63,6 +67,7 @@ const Texts annotations{
     "<height>30</height></size>\n<object><name>car &amp; van</name><difficult>0</difficult>\n<bndbox><xmin>11"
     "</xmin><ymin>6</ymin><xmax>20</xmax><ymax>10</ymax></bndbox></object>\n</annotation>\n"};
 const Texts labels{"1 0.5 0.25 0.5 0.5\r\n\n 0 0 1 1e-3 1 \n"};
+const Texts colours{"# inks\n0 0.5 1\r\n\n1,1, 1e-3\n"};
 const Texts options{"# one\nnumber = 3.5\nwords = [\"a\",\n 'b c']\nflag = true\n",
                     "words = x\n; two\nflag\n"};
 
@@ -77,6 +82,7 @@ const fuzz::Registered targets[]{
     fuzz::Registered({"coco", read_coco, [] { return instances; }}),
     fuzz::Registered({"voc", read_voc, [] { return annotations; }}),
     fuzz::Registered({"yolo_labels", read_labels, [] { return labels; }}),
+    fuzz::Registered({"palette", read_palette, [] { return colours; }}),
     fuzz::Registered({"manifest", read_manifest, manifests}),
     fuzz::Registered({"options", read_options, [] { return options; }})};
 }  // namespace
