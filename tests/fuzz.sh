@@ -17,6 +17,7 @@ targets=("$@")
 [ $# -gt 0 ] || mapfile -t targets < <("$program")
 
 [ ! -w /dev/shm ] || export TMPDIR=/dev/shm # readers of files are ten times as fast there
+trap 'exit 130' INT # libFuzzer ends well on it, and the next target would begin
 failed=0
 mkdir -p failures
 printf '%-16s %12s %9s %9s %9s\n' target executions 'a second' coverage 'MiB most'
