@@ -1,5 +1,6 @@
 #include <tapestry/camouflage/paint_file.hpp>
 
+#include <limits>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/image/transform/conditions.hpp>
@@ -101,6 +102,9 @@ TEST_CASE("a paint that does not fit, or is none, is refused by name", "[camoufl
   CHECK_THROWS_WITH(read(colours, {1, 2, 0}), contains("painted, texel 1; expected 0 or 1, found 2"));
   CHECK_THROWS_WITH(read(test::random_array<float>({4, 3}, 1, 0, 1), {1, 1, 1}),
                     contains("the texture does not fit the car"));
-  CHECK_THROWS_WITH(read(tapestry::filled<float, 2>({3, 3}, 1.5F), {1, 1, 1}),
-                    contains("colour 0; expected a number in 0 to 1"));
+  for (const float colour :
+       {1.5F, -0.25F, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
+    CHECK_THROWS_WITH(read(tapestry::filled<float, 2>({3, 3}, colour), {1, 1, 1}),
+                      contains("colour 0; expected a number in 0 to 1"));  // T03
+  CHECK_THROWS_AS(camouflage::write_paint(path, colours, {colours, {1, 1, 1, 0}}), tapestry::ShapeError);
 }

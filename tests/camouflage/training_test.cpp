@@ -32,8 +32,11 @@ struct Fixture {
   double worst_share = 1;
   std::size_t batch = 3;
 
+  tapestry::image::Conditions conditions{};
+
   camouflage::Training<float> training(std::size_t epochs, std::vector<std::size_t> usable = {0, 1, 2, 3}) {
     camouflage::TrainingOptions options;
+    options.conditions = conditions;
     options.epochs = epochs;
     options.batch = batch;
     options.worst_share = worst_share;
@@ -176,6 +179,34 @@ TEST_CASE("a step learns from the worst share of its views", "[camouflage][train
   }
   CHECK(largest > 0);
   CHECK(distance <= 1e-5 * largest);
+}
+
+TEST_CASE("the worst views are chosen as they are photographed", "[camouflage][training][worst_views]") {
+  Fixture fixture;
+  fixture.batch = 4;
+  fixture.conditions = tapestry::image::conditions_by_names({"light", "noise"});
+  fixture.worst_share = 1;
+  auto all = fixture.training(1);
+  all.step();
+  // Of a share that is one view's, the loss is the largest of the four: of the shares of ¼ to 1 their means.
+  fixture.worst_share = 0.25;
+  auto one = fixture.training(1);
+  one.step();
+  const double largest = one.history().back().total;
+  std::vector<double> losses;
+  for (const double share : {0.5, 0.75, 1.0}) {
+    fixture.worst_share = share;
+    auto some = fixture.training(1);
+    some.step();
+    losses.push_back(some.history().back().total);
+  }
+  CHECK(losses.back() == Approx(all.history().back().total));
+  const double second = 2 * losses[0] - largest, third = 3 * losses[1] - 2 * losses[0];
+  const double fourth = 4 * losses[2] - 3 * losses[1];
+  CHECK(largest >= second);
+  CHECK(second >= third - 1e-6);
+  CHECK(third >= fourth - 1e-6);
+  CHECK(largest > fourth);
 }
 
 TEST_CASE("worst views that are none are refused, and NaN among them stops a step",

@@ -46,6 +46,31 @@ TEST_CASE("a foreign engine sees planes of the encoded picture, and its boxes ar
   CHECK(second[0].candidate == 1);
 }
 
+TEST_CASE("a foreign engine gets every pixel in its place, encoded", "[detect][foreign]") {
+  auto kind = two_outputs();
+  kind.encoding = {detect::ColourOrder::bgr, 1, {1, 2, 3}, {2, 4, 8}};
+  std::vector<float> seen;
+  const Foreign detector(
+      [&seen](const std::vector<float>& picture) {
+        seen = picture;
+        return red_and_blue(picture);
+      },
+      kind, 4, 6);
+  tapestry::Array<double, 4> images(tapestry::Extents<4>{1, 4, 6, 3});
+  for (std::size_t i = 0; i < images.size(); ++i) images.data()[i] = static_cast<double>(i) / 255;
+  detect::Pass<double> pass;
+  detector.forward(images, pass);
+  REQUIRE(seen.size() == 72);
+  for (std::size_t row = 0; row < 4; ++row)
+    for (std::size_t column = 0; column < 6; ++column) {
+      const double red = static_cast<double>(3 * (6 * row + column));
+      const std::size_t at = 6 * row + column;
+      CHECK(seen[at] == Approx((red + 2 - 1) / 2));
+      CHECK(seen[24 + at] == Approx((red + 1 - 2) / 4));
+      CHECK(seen[48 + at] == Approx((red - 3) / 8));
+    }
+}
+
 TEST_CASE("what a foreign detector does not have is refused", "[detect][foreign][error]") {
   const Foreign detector(red_and_blue, two_outputs(), 4, 6);
   detect::Pass<double> pass;
@@ -90,6 +115,14 @@ TEST_CASE("outputs of a foreign engine that are not as described are refused", "
   detect::Pass<double> pass;
   CHECK_THROWS_WITH(growing.forward(tapestry::zeros<double, 4>({1, 4, 6, 3}), pass),
                     contains("extents that change from picture to picture"));
+  CHECK_THROWS_WITH(Foreign(
+                        [](const auto&) {
+                          return Outputs{{{2, 4}, std::vector<float>(8)}, {{2, 1}, {1, 1}}};
+                        },
+                        kind, 4, 6),
+                    contains("axes of an output; expected [1, candidates, channels], found [2, 4]"));
+  CHECK_THROWS_WITH(Foreign(Foreign::Engine{}, kind, 4, 6),
+                    "ForeignDetector: the engine is an empty function");
   kind.head = detect::HeadKind::yolox;
   CHECK_THROWS_WITH(Foreign(red_and_blue, kind, 4, 6),
                     "ForeignDetector: heads are yolox, expected boxes_and_scores");

@@ -132,9 +132,92 @@ TEST_CASE("boxes and scores of an export are those of its logits", "[detect][gra
   }
 }
 
+TEST_CASE("decoded outputs may be described in every form", "[detect][graph_detector][decoded]") {
+  // The first of two candidates: left 8, top 4, right 24, bottom 12 of 64 pixels, by the form; then
+  // objectness and two classes, or a background and two classes.
+  struct Form {
+    std::string name;
+    detect::DecodedOutputs outputs;
+    std::vector<float> rows;  // [2, channels]
+    std::vector<double> probabilities;
+  };
+  const auto none = detect::Background::none;
+  using detect::BoxForm;
+  using detect::ScoreForm;
+  const auto form = GENERATE_COPY(values<Form>(
+      {{"centre",
+        {"o", "o", false, BoxForm::centre, false, false, ScoreForm::probabilities, none},
+        {16, 8, 16, 8, 0.25F, 0.75F, 1, 1, 1, 1, 0.5F, 0.5F},
+        {0.25, 0.75}},
+       {"corners, channels first",
+        {"o", "o", true, BoxForm::corners, false, false, ScoreForm::logits, none},
+        {8, 4, 24, 12, 0, 1, 1, 1, 1, 1, 2, 2},
+        {0.5, nn::logistic(1.0)}},
+       {"shares of the picture",
+        {"o", "o", false, BoxForm::corners_yx, true, true, ScoreForm::probabilities, none},
+        {4 / 64.0F, 8 / 64.0F, 12 / 64.0F, 24 / 64.0F, 0.5F, 0.25F, 1, 0, 0, 1, 1, 1, 1, 1},
+        {0.125, 0.5}},
+       {"logits of both",
+        {"o", "o", false, BoxForm::centre, false, true, ScoreForm::logits, none},
+        {16, 8, 16, 8, 0, 0, 1, 1, 1, 1, 1, 0, 0, 0},
+        {0.25, 0.5 * nn::logistic(1.0)}},
+       {"probabilities and a background",
+        {"o", "o", false, BoxForm::centre, false, false, ScoreForm::probabilities, detect::Background::first},
+        {16, 8, 16, 8, 0.5F, 0.125F, 0.375F, 1, 1, 1, 1, 1, 0, 0},
+        {0.125, 0.375}}}));
+  INFO(form.name);
+  const std::size_t channels = form.rows.size() / 2;
+  nn::NetworkDescription description;
+  description.opset = GENERATE(11, 21);
+  description.inputs = {{"images", {1, 3, 64, 64}}};
+  nn::Constant rows{{1, 2, channels}, nn::ElementType::floating, form.rows};
+  if (form.outputs.channels_first) {
+    std::vector<float> columns(form.rows.size());
+    for (std::size_t i = 0; i < columns.size(); ++i) columns[i % channels * 2 + i / channels] = form.rows[i];
+    rows = {{1, channels, 2}, nn::ElementType::floating, columns};
+  }
+  description.constants["rows"] = rows;
+  description.constants["nothing"] = {{1}, nn::ElementType::floating, std::vector<float>{0}};
+  description.constants["axes"] = {{2}, nn::ElementType::integer, std::vector<double>{2, 3}};
+  // A mean of the picture times 0, so that the output hangs on it.
+  description.nodes = {{"", "GlobalAveragePool", {"images"}, {"mean"}},
+                       {"", "ReduceMax", {"mean"}, {"most"}, {{"keepdims", std::int64_t(0)}}},
+                       {"", "Mul", {"most", "nothing"}, {"none"}},
+                       {"", "Add", {"rows", "none"}, {"o"}}};
+  description.outputs = {"o"};
+  const detect::GraphDetector<double> detector(
+      description, {{}, {}, detect::HeadKind::boxes_and_scores, {}, {}, form.outputs});
+  detect::Pass<double> pass;
+  detector.forward(pictures<double>(1, 64), pass);
+  REQUIRE(detector.heads()[0].classes == 2);
+  REQUIRE(detector.heads()[0].candidate_count() == 2);
+  const auto logit = [&](std::size_t channel) { return pass.logits[0].data()[2 * channel]; };
+  CHECK(logit(0) == Approx(16));
+  CHECK(logit(1) == Approx(8));
+  CHECK(logit(2) == Approx(16));
+  CHECK(logit(3) == Approx(8));
+  for (std::size_t k = 0; k < 2; ++k)
+    CHECK(nn::logistic(logit(4 + k)) == Approx(form.probabilities[k]).epsilon(1e-6));
+}
+
+TEST_CASE("the loss as coded asks for cells, which decoded outputs lack",
+          "[detect][graph_detector][decoded]") {
+  const auto kind5 = detect::known_description("yolov5");
+  const auto description = tapestry::test::yolov5_like(64, kind5.anchors);
+  detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
+  kind.decoded.boxes = kind.decoded.scores = description.outputs.front();
+  const detect::GraphDetector<double> detector(description, kind);
+  const tapestry::ArrayVariable<double, 4> images = pictures<double>(1, 64);
+  const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}};
+  CHECK_THROWS_WITH(
+      (tapestry::loss::adversarial<detect::Detector<double>, double>(
+          detector, detect::forward(detector, images), targets, tapestry::loss::AdversarialLoss::as_coded)),
+      contains("expected another loss than as_coded"));
+}
+
 TEST_CASE("boxes as shares of corners, and a softmax with a background, are read in every opset",
           "[detect][graph_detector][decoded]") {
-  const std::int64_t opset = GENERATE(7, 9, 11, 13);
+  const std::int64_t opset = GENERATE(7, 9, 11, 13, 21);
   const auto description = tapestry::test::boxes_and_scores(64, opset);
   detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
   kind.decoded.boxes = description.outputs[0];

@@ -194,6 +194,7 @@ TEST_CASE("the ratio to a mean that may be none has no upper end, and to none is
   CHECK_THROWS_WITH(evaluate::paired_ratio({1, 2}, {1, -1}),
                     "paired_ratio: the second numbers do not have a sum above 0");
   CHECK_THROWS_AS(evaluate::paired_ratio({}, {}), tapestry::DomainError);
+  CHECK_THROWS_WITH(evaluate::paired_ratio({1e308, 1e308}, {1, 1}), "paired_ratio: the ratio is not finite");
   CHECK_THROWS_AS(evaluate::paired_ratio({1, 2}, {1}), tapestry::ShapeError);
   CHECK_THROWS_AS(evaluate::paired_ratio({1, infinity}, {1, 1}), tapestry::NumericError);
 }

@@ -130,6 +130,30 @@ TEST_CASE("a view that was photographed twice counts once in intervals", "[evalu
                     "view_means: 40 pictures are not 3 of each view");
 }
 
+TEST_CASE("what is kept of an effect is a ratio over the views of both", "[evaluate][cells]") {
+  // Of 12 views two photographs each, in which the control is .1 and .3 above the texture, and then the view
+  // itself with .8 in one half and .4 in the other: ⅓ is kept.
+  evaluate::ProtocolOutcomes outcomes(36, 3);
+  for (std::size_t i = 0; i < 36; ++i) {
+    outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);
+    outcomes.best_confidence(i, 1) = 0.1;
+    const std::size_t view = i / 3;
+    outcomes.best_confidence(i, 2) = i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.4 : view % 2 == 0 ? 0.9 : 0.5;
+  }
+  const auto photographed = [](std::size_t i) { return i % 3 != 2; };
+  const auto as_it_is = [](std::size_t i) { return i % 3 == 2; };
+  const auto kept = evaluate::effect_kept(outcomes, 2, 1, photographed, 2, as_it_is);
+  REQUIRE(kept);
+  CHECK(kept->ratio == Approx(1.0 / 3));
+  CHECK(kept->interval[0] > 0.24);
+  CHECK(kept->interval[0] < 1.0 / 3);
+  CHECK(kept->interval[1] > 1.0 / 3);
+  CHECK(kept->interval[1] < 0.51);
+  CHECK_FALSE(evaluate::effect_kept(outcomes, 1, 2, photographed, 2, as_it_is));  // it helps the detector
+  outcomes.state(2) = static_cast<std::uint8_t>(FrameState::left_out);
+  CHECK_FALSE(evaluate::effect_kept(outcomes, 2, 1, photographed, 2, as_it_is));
+}
+
 TEST_CASE("an effect and a sweep are of the measured frames that belong", "[evaluate][cells]") {
   auto outcomes = random_outcomes(60, 3);
   for (std::size_t i = 0; i < outcomes.found_confidence.size(); ++i)

@@ -91,6 +91,9 @@ TEST_CASE("controls of a camouflage of parts cover these parts, each piece for i
                                      : 0;
   const auto pieces = tapestry::raster::painted_charts(all, paint.painted);
   REQUIRE(pieces.size() == 2);
+  auto unsound = paint;
+  unsound.painted.push_back(1);
+  CHECK_THROWS_AS(evaluate::matched_controls(car, unsound, 3), tapestry::ShapeError);
   for (const auto& control : evaluate::matched_controls(car, paint, 3)) {
     const auto& colours = control.paint.colours;
     CHECK(control.paint.painted == paint.painted);

@@ -70,8 +70,12 @@ Detector load_onnx(const DetectorSettings& settings, std::vector<std::string> la
                 settings.weights +
                     ": its outputs are not those of a detector that is known by its layers (YOLOX, NanoDet); "
                     "--detector says what they are, such as a file of {\"head\": \"yolov5\"}");
-  for (std::string& layer : layers)
+  for (std::string& layer : layers) {
     if (layer.empty()) layer = detect::common_layer(network);
+    if (layer.empty())
+      throw FileError(ErrorKind::mismatch,
+                      {settings.weights, "", "there is no layer that all heads see, to map attention over"});
+  }
   Detector detector{std::make_unique<detect::GraphDetector<float>>(network, *kind, settings.size, layers),
                     kind->fit,
                     {},

@@ -274,7 +274,7 @@ class Objective {
 
   [[nodiscard]] auto logits_of(Member& member, const ArrayVariable<T, 4>& pictures, Views views,
                                const PhotoSession* session) {
-    if (layer_bytes_ == 0 || session != nullptr || !pictures.is_active())
+    if (layer_bytes_ == 0 || session != nullptr)
       return detect::forward(*member.detector, pictures, member.passes.take());
     auto logits =
         detect::forward_within(*member.detector, pictures, member.kept.of(views), member.passes.take());

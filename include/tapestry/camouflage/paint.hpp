@@ -27,15 +27,21 @@ template <class T>
   return {std::move(colours), std::move(painted)};
 }
 
+/// \throws ShapeError, naming the operation, unless `painted` is empty or has an entry a texel
+template <class T>
+void require_sound(const char* operation, const Paint<T>& paint) {
+  if (!paint.painted.empty() && paint.painted.size() != paint.colours.shape(0))
+    throw ShapeError(std::string(operation) + ": " + std::to_string(paint.painted.size()) +
+                     " texels are paint or not, expected " + std::to_string(paint.colours.shape(0)));
+}
+
 /// The colours as a printer makes those that are paint, [texel, 3].
-/// \throws ShapeError unless `painted` is empty or has an entry a texel; else as image::transformed()
+/// \throws ShapeError as require_sound(); else as image::transformed()
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> printed(const Paint<T>& paint, const image::ColourChange& print) {
+  require_sound("printed", paint);
   const auto& [colours, painted] = paint;
   auto result = image::transformed(colours, print);
-  if (!painted.empty() && painted.size() != colours.shape(0))
-    throw ShapeError("printed: " + std::to_string(painted.size()) + " texels are paint or not, expected " +
-                     std::to_string(colours.shape(0)));
   for (std::size_t texel = 0; texel < painted.size(); ++texel)
     for (std::size_t c = 0; c < 3 && painted[texel] == 0; ++c) result(texel, c) = colours(texel, c);
   return result;

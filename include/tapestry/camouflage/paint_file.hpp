@@ -43,8 +43,10 @@ namespace tapestry::camouflage {
 }
 
 /// Writes what read_paint() reads, and the parameter that a method made it of, [row, 3].
+/// \throws ShapeError as require_sound(); FileError (write)
 inline void write_paint(const std::string& path, const Array<float, 2>& parameter,
                         const Paint<float>& paint) {
+  require_sound("write_paint", paint);
   Array<std::uint8_t, 1> painted = filled<std::uint8_t, 1>({paint.colours.shape(0)}, 1);
   std::copy(paint.painted.begin(), paint.painted.end(), painted.begin());
   io::NpzWriter file;

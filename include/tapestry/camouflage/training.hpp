@@ -181,8 +181,8 @@ class Training {
     }
   }
 
-  /// What each view's loss is divided by in that of the step: their number, or where only the worst count, by
-  /// worst_view_weights() of their losses, ∞ for those that do not.
+  /// A step's loss is the sum of its views' losses, each divided by its entry here: the number of views, or
+  /// where only the worst count, 1 / weight by worst_view_weights(), ∞ for those that do not.
   template <class ShotOf>
   [[nodiscard]] std::vector<double> divisors_of(const std::vector<ViewPointer>& views,
                                                 const std::vector<std::size_t>& all, ShotOf shot_of) {

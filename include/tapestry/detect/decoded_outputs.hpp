@@ -21,15 +21,16 @@ enum class ScoreForm { probabilities, logits, softmax };
 /// Which entry among the classes stands for none of them, and is left out.
 enum class Background { none, first, last };
 
-/// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. Any values
-/// within the network will do, too: before a logistic function rounds to 1 they have slopes that its
-/// probabilities lack.
+/// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
+/// may be those of inner values, too. Better name logits than probabilities: where a probability is rounded
+/// to 1, its gradient is 0.
 struct DecodedOutputs {
   std::string boxes{}, scores{};  ///< names of outputs; of one for both, boxes come first in it
   bool channels_first = false;    ///< [1, channels, N], as of YOLOv8, instead of [1, N, channels]
   BoxForm form = BoxForm::centre;
-  bool relative = false;        ///< boxes are shares of the picture, not pixels
-  bool has_objectness = false;  ///< behind the box in one output for both, a factor of the classes
+  bool relative = false;  ///< boxes are shares of the picture, not pixels
+  bool has_objectness =
+      false;  ///< behind the box in one output for both: in the classes' form, and their factor
   ScoreForm score_form = ScoreForm::probabilities;
   Background background = Background::none;
 
@@ -56,7 +57,7 @@ class DecodedOutputNodes {
     std::string classes = scores(is_one ? rows(all, outputs_.has_objectness ? 5 : 4, to_the_end)
                                         : channels_first(outputs_.scores));
     if (outputs_.has_objectness)
-      classes = logits(node("Mul", {probabilities(classes), rows(all, 4, 5)}, {}));
+      classes = logits(node("Mul", {probabilities(classes), probabilities(rows(all, 4, 5))}, {}));
     else if (outputs_.score_form != ScoreForm::logits)
       classes = logits(classes);
     const std::string joined = node("Concat", {boxes, classes}, {{"axis", std::int64_t(1)}});
@@ -74,7 +75,9 @@ class DecodedOutputNodes {
     return output;
   }
   std::string constant(nn::Constant values) {
-    std::string name = "decoded outputs, constant " + std::to_string(network_.constants.size());
+    std::string name;
+    for (std::size_t i = network_.constants.size(); name.empty() || network_.constants.contains(name); ++i)
+      name = "decoded outputs, constant " + std::to_string(i);
     network_.constants[name] = std::move(values);
     return name;
   }
@@ -106,8 +109,8 @@ class DecodedOutputNodes {
     if (outputs_.background == Background::none) return from;
     return outputs_.background == Background::first ? rows(from, 1, to_the_end) : rows(from, 0, -1);
   }
-  std::string probabilities(const std::string& classes) {
-    return outputs_.score_form == ScoreForm::logits ? node("Sigmoid", {classes}, {}) : classes;
+  std::string probabilities(const std::string& said) {
+    return outputs_.score_form == ScoreForm::logits ? node("Sigmoid", {said}, {}) : said;
   }
   /// log p − log(1 − p)
   std::string logits(const std::string& from) {

@@ -81,7 +81,7 @@ struct DetectorDescription {
             {8, 16, 32}};
   if (name == "yolov5")
     return {{},
-            image::fit_by_name("letterbox"),
+            {image::FitKind::letterbox, 114.0 / 255},
             HeadKind::yolov5,
             {8, 16, 32},
             {{{10, 13}, {16, 30}, {33, 23}},

@@ -13,6 +13,7 @@
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/image/planes.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <utility>
 #include <vector>
@@ -46,8 +47,8 @@ class ForeignDetector final : public Detector<T> {
         kind_(std::move(kind)),
         height_(height),
         width_(width),
-        shapes_(shapes_of(engine_(std::vector<float>(3 * height * width)))),
-        decoding_(decoding_of(kind_, shapes_, height, width), {}, true),
+        shapes_(shapes_of(run_first(engine_, 3 * height * width))),
+        decoding_(decoding_of(kind_, shapes_, height, width)),
         heads_(exported_heads(subject, kind_, {decoding_.output_shape(0)}, height, width)) {}
 
   [[nodiscard]] std::size_t input_height() const override { return height_; }
@@ -65,13 +66,11 @@ class ForeignDetector final : public Detector<T> {
     const Head& head = heads().front();
     pass.logits.resize(1);
     pass.logits[0].resize({pass.images, head.channel_count(), head.grid_height, head.grid_width});
-    const std::size_t pixels = height_ * width_;
-    const Array<T, 4> input = encoded(images, kind_.encoding);
-    std::vector<float> picture(3 * pixels);
+    const Array<T, 4> input = image::planes_of(encoded(images, kind_.encoding));
+    std::vector<float> picture(3 * height_ * width_);
     for (std::size_t n = 0; n < pass.images; ++n) {
-      const T* const from = input.data() + 3 * pixels * n;
-      for (std::size_t i = 0; i < picture.size(); ++i)
-        picture[i % 3 * pixels + i / 3] = static_cast<float>(from[i]);
+      std::transform(input.data() + n * picture.size(), input.data() + (n + 1) * picture.size(),
+                     picture.begin(), [](T value) { return static_cast<float>(value); });
       const auto outputs = run(picture);
       std::vector<nn::Buffer<T>> values(outputs.size());
       std::vector<const T*> pointers;
@@ -110,6 +109,11 @@ class ForeignDetector final : public Detector<T> {
 
   static constexpr const char* subject = "outputs of a foreign detector";
 
+  [[nodiscard]] static std::vector<ForeignOutput> run_first(const Engine& engine, std::size_t size) {
+    if (!engine) throw DomainError("ForeignDetector: the engine is an empty function");
+    return engine(std::vector<float>(size));
+  }
+
   /// The network that makes a head's logits of outputs of these extents.
   [[nodiscard]] static nn::NetworkDescription decoding_of(const DetectorDescription& kind,
                                                           const std::vector<nn::Shape>& shapes,
@@ -125,6 +129,12 @@ class ForeignDetector final : public Detector<T> {
     nn::NetworkDescription description;
     description.path = subject;
     description.opset = 13;
+    for (const auto& shape : shapes)
+      if (shape.size() != 3 || shape[0] != 1)
+        throw FileError(ErrorKind::mismatch, {subject, "", "axes of an output",
+                                              kind.decoded.channels_first ? "[1, channels, candidates]"
+                                                                          : "[1, candidates, channels]",
+                                              tapestry::detail::to_text(shape)});
     for (std::size_t i = 0; i < count; ++i)
       description.inputs.push_back({names[i], {shapes[i].begin(), shapes[i].end()}});
     description.outputs = {add_decoded_outputs(description, kind.decoded, height, width)};

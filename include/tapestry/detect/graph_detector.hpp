@@ -21,7 +21,8 @@
 namespace tapestry::detect {
 
 /// A detector that is a network of operators, as ONNX files hold them. Its heads are read before the logistic
-/// function that exports end with, so that losses get raw logits. Pictures of a batch run one after another,
+/// function that exports end with, so that losses get raw logits, but for those of boxes_and_scores, see
+/// DecodedOutputs. Pictures of a batch run one after another,
 /// each with all threads: a batch costs no more a picture than one.
 template <std::floating_point T>
 class GraphDetector final : public Detector<T> {

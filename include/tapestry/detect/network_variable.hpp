@@ -52,7 +52,8 @@ template <std::floating_point T>
 
 /// The same, bit for bit, of pictures that change within a window each from call to call, without computing
 /// again what the windows do not reach: see Detector::forward_within(). The adjoint that it hands to the
-/// pictures is that of forward() within the windows, and may be zero elsewhere.
+/// pictures is that of forward() within the windows, and may be zero elsewhere. Pictures that are constants
+/// run in the same mode as others, for what is kept is of one mode.
 ///
 /// \param kept  for each image, or null to compute everything of it; needed during the call only
 /// \throws ShapeError as Detector::forward_within(); DomainError as forward()
@@ -62,8 +63,7 @@ template <std::floating_point T>
                                                               const std::vector<KeptPicture<T>*>& kept,
                                                               std::shared_ptr<Pass<T>> pass = nullptr) {
   if (!pass) pass = std::make_shared<Pass<T>>();
-  detector.forward_within(images.value(), kept, *pass,
-                          images.is_active() ? Mode::input_gradient : Mode::inference);
+  detector.forward_within(images.value(), kept, *pass, Mode::input_gradient);
   return detail::record_logits(detector, pass, images);
 }
 

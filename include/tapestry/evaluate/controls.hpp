@@ -45,6 +45,7 @@ template <std::floating_point T>
                                                        const camouflage::Paint<T>& paint,
                                                        std::uint64_t seed) {
   const auto& [colours, painted] = paint;
+  camouflage::require_sound("matched_controls", paint);
   require_shape("matched_controls", "colours", colours, {car.layout.texel_count(car.mesh), 3});
   const auto charts = raster::painted_charts(raster::texture_charts(car), painted);
   auto noise = matched_noise(colours, charts, Random(seed).fork(0x6D617463686564ULL));

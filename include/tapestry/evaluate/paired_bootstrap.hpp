@@ -185,9 +185,10 @@ inline void require_pairs(const std::string& operation, const std::vector<double
     for (const std::size_t i : indices) above += first[i], below += second[i];
     return below > 0 ? above / below : std::numeric_limits<double>::infinity();
   };
-  PairedRatio result{ratio_of(all)};
-  if (!std::isfinite(result.ratio))
+  if (!(std::accumulate(second.begin(), second.end(), 0.0) > 0))
     throw DomainError("paired_ratio: the second numbers do not have a sum above 0");
+  PairedRatio result{ratio_of(all)};
+  if (!std::isfinite(result.ratio)) throw NumericError("paired_ratio: the ratio is not finite");
   if (first.size() < 2) return result;
   std::vector<double> influences(first.size());
   for (const std::size_t i : all) influences[i] = first[i] - result.ratio * second[i];

@@ -164,6 +164,31 @@ template <std::predicate<std::size_t> Belongs>
   return {name, compare(outcomes.best_confidence), compare(outcomes.found)};
 }
 
+/// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
+/// others which show the same views in the same order; nothing where the latter cannot be told from none, or
+/// frames were left out in one of them alone.
+///
+/// \param control, texture           their numbers in the outcomes
+/// \param in_part, in_whole          which frames, by their indices
+/// \param pictures_a_view_in_part    as for view_means(); of the whole there is one
+/// \throws ShapeError as view_means()
+template <std::predicate<std::size_t> InPart, std::predicate<std::size_t> InWhole>
+[[nodiscard]] std::optional<PairedRatio> effect_kept(const ProtocolOutcomes& outcomes, std::size_t control,
+                                                     std::size_t texture, InPart in_part,
+                                                     std::size_t pictures_a_view_in_part, InWhole in_whole) {
+  const auto effects = [&](auto belongs, std::size_t pictures_a_view) {
+    auto differences = view_means(outcomes, outcomes.best_confidence, control, belongs, pictures_a_view);
+    const auto means = view_means(outcomes, outcomes.best_confidence, texture, belongs, pictures_a_view);
+    for (std::size_t view = 0; view < means.size(); ++view) differences[view] -= means[view];
+    return differences;
+  };
+  const auto part = effects(in_part, pictures_a_view_in_part), whole = effects(in_whole, 1);
+  const std::vector<double> none(whole.size(), 0.0);
+  if (part.size() != whole.size() || whole.empty() || !(paired_bootstrap(whole, none).interval[0] > 0))
+    return std::nullopt;
+  return paired_ratio(part, whole);
+}
+
 /// P@0.5 at other thresholds of confidence, one entry each, none below the least that the meter had.
 ///
 /// \param texture          its number in the outcomes

@@ -17,7 +17,7 @@ namespace tapestry::evaluate {
 /// What a survey compares.
 template <class T>
 struct SurveyedTextures {
-  camouflage::Paint<T> clean;                       ///< none: the car's own colours
+  camouflage::Paint<T> clean;                       ///< no paint, the car's own colours
   std::optional<camouflage::Paint<T>> adversarial;  ///< the camouflage, if there is one
   std::vector<Control<T>> controls;
 

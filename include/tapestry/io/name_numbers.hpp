@@ -17,8 +17,8 @@ namespace tapestry::io {
 /// 16 to 32 bytes a name, and while it grows half as much more. It is searched from a name's hash on, a
 /// polynomial over the bytes modulo 2^61 − 1 whose base is drawn by every table. So no file can be made of
 /// names that collide more often than by chance: two of n bytes do in n / 7 of 2^61 draws. Numbers do not
-/// depend on the base. Source: Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash functions are
-/// reliable (1992).
+/// depend on the base, which is made of an address where the system has no random numbers to give. Source:
+/// Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash functions are reliable (1992).
 class NameNumbers {
  public:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -97,7 +97,7 @@ class NameNumbers {
 
   void draw_base() {
     std::uint64_t drawn = 0;
-    if (::getrandom(&drawn, sizeof drawn, GRND_NONBLOCK) != static_cast<::ssize_t>(sizeof drawn))
+    if (::getentropy(&drawn, sizeof drawn) != 0)
       drawn = reinterpret_cast<std::uintptr_t>(this) * 0x9E3779B97F4A7C15U;
     base_ = (drawn >> 3U) % (modulus - 256) + 256;
   }

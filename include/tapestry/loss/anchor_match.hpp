@@ -34,11 +34,17 @@ struct Cell {
 /// so for a box without area. Source: FCA's published program, whose hyper-parameter anchor_t is 4 and
 /// which, unlike its parent, does not add neighbouring cells. A head without anchors, which that program does
 /// not know, has the one candidate of the cell matched, whatever the size of the box.
+/// \throws DomainError for a head of the decode family decoded, whose candidates have no cells
 template <class T>
 [[nodiscard]] std::vector<Candidate> matched_candidates(const Predictions<T>& predictions,
                                                         std::size_t head_index, const Target& target) {
   constexpr double largest_ratio = 4;
   const auto& head = predictions.heads[head_index];
+  if (head.decode == detect::DecodeFamily::decoded)
+    throw DomainError(
+        "matched_candidates: candidates of the decode family decoded have no cells to be matched by; "
+        "expected "
+        "another loss than as_coded");
   const Cell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
   std::vector<Candidate> matched;
   if (!cell.exists || !(target.box.w > 0 && target.box.h > 0)) return matched;

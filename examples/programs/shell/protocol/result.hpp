@@ -40,29 +40,6 @@ ProtocolSection section_of(const Protocol& protocol, const std::string& name, co
   return section;
 }
 
-/// The effect of the first section as a share of the second's, over the views of both; nothing where that of
-/// the second cannot be told from none.
-inline std::optional<evaluate::PairedRatio> effect_kept(const Protocol& protocol,
-                                                        const ProtocolResult& result,
-                                                        const evaluate::ProtocolOutcomes& outcomes) {
-  if (result.sections.size() != 2 || !result.sections[1].effect) return std::nullopt;
-  if (!(result.sections[1].effect->best_confidence.interval[0] > 0)) return std::nullopt;
-  std::vector<std::vector<double>> effects;
-  for (const auto& part : protocol.parts) {
-    const auto means = [&](std::size_t texture) {
-      return evaluate::view_means(
-          outcomes, outcomes.best_confidence, texture,
-          [&](std::size_t i) { return part.holds(protocol.frames[i].row); },
-          protocol.table.pictures_of_row(part.first_row));
-    };
-    auto& effect = effects.emplace_back(means(2));
-    const auto camouflage = means(1);
-    for (std::size_t view = 0; view < effect.size(); ++view) effect[view] -= camouflage[view];
-  }
-  if (effects[0].size() != effects[1].size()) return std::nullopt;
-  return evaluate::paired_ratio(effects[0], effects[1]);
-}
-
 inline ProtocolResult result_of(const Protocol& protocol,
                                 const std::vector<evaluate::Control<float>>& textures, bool has_camouflage,
                                 const evaluate::ProtocolOutcomes& outcomes) {
@@ -80,7 +57,14 @@ inline ProtocolResult result_of(const Protocol& protocol,
           protocol, part.name, result, outcomes,
           [&](std::size_t i) { return part.holds(protocol.frames[i].row); },
           protocol.table.pictures_of_row(part.first_row)));
-    result.effect_kept = effect_kept(protocol, result, outcomes);
+    if (protocol.parts.size() == 2 && has_camouflage) {
+      const auto in = [&](const ProtocolPart& part) {
+        return [&](std::size_t i) { return part.holds(protocol.frames[i].row); };
+      };
+      const auto& part = protocol.parts[0];
+      result.effect_kept = evaluate::effect_kept(
+          outcomes, 2, 1, in(part), protocol.table.pictures_of_row(part.first_row), in(protocol.parts[1]));
+    }
     return result;
   }
   for (std::size_t column = 0; column < protocol.table.columns.size(); ++column)

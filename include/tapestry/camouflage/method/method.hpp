@@ -8,6 +8,7 @@
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -122,12 +123,17 @@ template <class T>
 [[nodiscard]] ArrayVariable<T, 2> printed(const Method<T>& method, const ArrayVariable<T, 2>& colours,
                                           const image::ColourChange& print) {
   const ArrayVariable<T, 2> all = image::transformed(colours, print);
-  const auto painted = painted_texels(method);
-  if (painted.empty()) return all;
-  auto share = zeros<T, 2>({painted.size(), 3});
-  for (std::size_t i = 0; i < share.size(); ++i) share.data()[i] = static_cast<T>(painted[i / 3]);
-  const Array<T, 2> rest = filled<T, 2>(share.shape(), T(1)) - share;
-  return ArrayVariable<T, 2>(share) * all + ArrayVariable<T, 2>(rest) * colours;
+  if (!method.row_of_texel) return all;
+  const auto pullback = [rows = method.row_of_texel](const Array<T, 2>& result_adjoint,
+                                                     Array<T, 2>* all_adjoint, Array<T, 2>* colours_adjoint) {
+    for (std::size_t texel = 0; texel < rows->size(); ++texel) {
+      Array<T, 2>* const adjoint = (*rows)[texel] == Method<T>::unpainted ? colours_adjoint : all_adjoint;
+      for (std::size_t c = 0; adjoint != nullptr && c < 3; ++c)
+        (*adjoint)(texel, c) += result_adjoint(texel, c);
+    }
+  };
+  return record_array(printed(Paint<T>{colours.value(), painted_texels(method)}, print), pullback, all,
+                      colours);
 }
 
 /// method_colours() of plain numbers.

@@ -213,14 +213,16 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
   const detail::DescribedObject outermost(json.value, path, "", json.positions);
   outermost.require_keys({"input", "head", "strides", "anchors", "outputs"});
   detect::DetectorDescription description;
+  if (!outermost.has("head")) outermost.fail("head", "no 'head'", std::string(detect::head_kind_names), "");
+  description.head = outermost.named("head", std::string(detect::head_kind_names),
+                                     [](const std::string& name) { return detect::head_kind_by_name(name); });
+  const bool is_yolov5 = description.head == detect::HeadKind::yolov5;
+  if (is_yolov5) description.fit = detect::known_description("yolov5").fit;
   if (outermost.has("input")) {
     const auto& input = outermost.member("input");
     if (!input.is_object()) outermost.refuse("input", input, "an object");
     detail::read_input({input, path, "input", json.positions}, description);
   }
-  if (!outermost.has("head")) outermost.fail("head", "no 'head'", std::string(detect::head_kind_names), "");
-  description.head = outermost.named("head", std::string(detect::head_kind_names),
-                                     [](const std::string& name) { return detect::head_kind_by_name(name); });
   const bool is_decoded = description.head == detect::HeadKind::boxes_and_scores;
   for (const char* key : {"strides", "anchors", "outputs"})
     if (outermost.has(key) && is_decoded != (key == std::string_view("outputs")))
@@ -232,8 +234,7 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
     detail::read_outputs({outputs, path, "outputs", json.positions}, description.decoded);
     return description;
   }
-  if (description.head == detect::HeadKind::yolov5 && !outermost.has("strides") &&
-      !outermost.has("anchors")) {
+  if (is_yolov5 && !outermost.has("strides") && !outermost.has("anchors")) {
     const auto known = detect::known_description("yolov5");
     description.strides = known.strides;
     description.anchors = known.anchors;
