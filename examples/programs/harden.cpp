@@ -18,6 +18,9 @@ using namespace tapestry::shell;
 
 /// The weights of these networks can learn by loss::yolo_training().
 void require_trainable(const HardenOptions& options) {
+  if (options.detector.precision != "float")
+    throw Error(ErrorKind::usage, "--precision " + options.detector.precision +
+                                      " has no part in harden, whose weights learn in float");
   if (is_onnx(options.detector.weights))
     throw Error(ErrorKind::usage, options.detector.weights +
                                       " is an .onnx model, whose weights are not fine-tuned here; give "

@@ -14,6 +14,15 @@ for key in image detections class name confidence x y width height; do
 done
 expect_file "drawn/$(basename "$frame" .npz)-detections.png"
 expect_exit 0 "a PNG" "$detect" --json "drawn/$(basename "$frame" .npz)-detections.png"
+confidence_of() { grep -o '"confidence": [0-9.]*' "$1" | head -n 1 | cut -d' ' -f2; }
+expect_exit 0 "in float" "$detect" --json "$frame"
+cp command.out float.json
+expect_exit 0 "in bfloat16" "$detect" --json --precision bfloat16 "$frame"
+cmp -s command.out float.json && fail "--precision bfloat16 changes nothing" || pass
+awk -v a="$(confidence_of float.json)" -v b="$(confidence_of command.out)" 'BEGIN { exit !(a > 0.5 && a - b < 0.05 && b - a < 0.05) }' &&
+  pass || fail "the confidence is $(confidence_of command.out), $(confidence_of float.json) in float"
+expect_exit 2 "an unknown precision" "$detect" --precision half "$frame"
+expect_error_line '--precision .*half'
 expect_exit 3 "a missing picture" "$detect" absent.png
 expect_error_line 'absent.png'
 expect_exit 2 "no picture" "$detect"

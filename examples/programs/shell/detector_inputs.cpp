@@ -31,6 +31,10 @@ std::size_t darknet_layer(const detect::Network<float>& network, const std::stri
   return std::stoul(layer);
 }
 
+nn::Engine engine_of(const DetectorSettings& settings) {
+  return settings.precision == "bfloat16" ? nn::Engine::bfloat16 : nn::Engine::automatic;
+}
+
 Detector load_darknet(const DetectorSettings& settings, const std::vector<std::string>& layers) {
   if (!settings.detector.empty())
     throw Error(ErrorKind::usage, "--detector describes .onnx weights; those of " + settings.weights +
@@ -47,6 +51,7 @@ Detector load_darknet(const DetectorSettings& settings, const std::vector<std::s
   std::vector<std::size_t> told;
   for (const std::string& layer : layers) told.push_back(darknet_layer(loaded.network, layer));
   loaded.network.tell_layers(told);
+  loaded.network.set_engine(engine_of(settings));
   const auto fit =
       settings.fit.empty() ? detect::fit_of(loaded.network.config()) : image::fit_by_name(settings.fit);
   Detector detector{std::make_unique<detect::Network<float>>(std::move(loaded.network)),
@@ -76,10 +81,9 @@ Detector load_onnx(const DetectorSettings& settings, std::vector<std::string> la
       throw FileError(ErrorKind::mismatch,
                       {settings.weights, "", "there is no layer that all heads see, to map attention over"});
   }
-  Detector detector{std::make_unique<detect::GraphDetector<float>>(network, *kind, settings.size, layers),
-                    kind->fit,
-                    {},
-                    {}};
+  auto graph = std::make_unique<detect::GraphDetector<float>>(network, *kind, settings.size, layers);
+  graph->set_engine(engine_of(settings));
+  Detector detector{std::move(graph), kind->fit, {}, {}};
   if (!settings.fit.empty()) detector.fit = image::fit_by_name(settings.fit);
   return detector;
 }

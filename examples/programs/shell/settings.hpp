@@ -52,6 +52,7 @@ struct DetectorSettings {
   std::size_t size = 0;
   double confidence = 0.25;
   double nms = 0.45;
+  std::string precision = "float";
 };
 
 /// How the texture is optimised.
@@ -135,6 +136,9 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit("nms", s.nms,
         "overlap (IoU, or as nms_kind of the cfg has it) above which the weaker of two boxes of one class is "
         "dropped, 0 to 1");
+  visit("precision", s.precision,
+        "what convolutions multiply: float, or bfloat16, which is faster on processors that have it and less "
+        "accurate everywhere");
 }
 
 template <class Visit>
@@ -197,6 +201,7 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
   if (name == "method") return "fca";
+  if (name == "precision") return "float";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
   const bool is_open = name == "segmenter" || name == "decode" || name == "fit" || name == "detector" ||
                        name == "ensemble" || name == "conditions" || name == "palette";
@@ -249,6 +254,7 @@ inline void require_sound(const DetectorSettings& s, ProblemList& list) {
   list.require(s.size <= 4096, "--size must be at most 4096 pixels");
   list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
   list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");
+  list.require_choice("--precision", s.precision, {"float", "bfloat16"});
 }
 
 inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
