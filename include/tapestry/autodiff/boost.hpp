@@ -1,14 +1,15 @@
 #pragma once
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
 
-// What Boost.Math and Boost.Odeint need to know of variables; to be included before or after their headers,
-// and including none of them.
+// What Boost.Math and Boost.Odeint need to know of variables; to be included before their headers, and
+// including none of them.
 
 namespace tapestry {
 namespace detail {
@@ -51,6 +52,18 @@ requires tapestry::ScalarExpression<Formula>
 struct promote_arg<Formula> {
   using type = tapestry::Variable<typename Formula::ExpressionScalar>;
 };
+
+/// A polynomial in a formula, which Boost would compute in the formula's type: in the variable that it means.
+template <std::size_t N, class Coefficient, class Formula>
+requires tapestry::ScalarExpression<Formula> &&
+    (!std::same_as<Formula, tapestry::Variable<typename Formula::ExpressionScalar>>)
+        tapestry::Variable<typename Formula::ExpressionScalar> evaluate_polynomial(
+            const Coefficient (&coefficients)[N], const Formula& x) {
+  const tapestry::Variable<typename Formula::ExpressionScalar> variable = x;
+  tapestry::Variable<typename Formula::ExpressionScalar> sum = coefficients[N - 1];
+  for (std::size_t i = N - 1; i-- > 0;) sum = sum * variable + coefficients[i];
+  return sum;
+}
 
 }  // namespace boost::math::tools
 
