@@ -63,6 +63,7 @@
 #include <tapestry/camouflage/method/camou.hpp>
 #include <tapestry/camouflage/method/das.hpp>
 #include <tapestry/camouflage/method/fca.hpp>
+#include <tapestry/camouflage/method/mesh_adv.hpp>
 #include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/method_names.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
@@ -72,12 +73,15 @@
 #include <tapestry/camouflage/method/solid.hpp>
 #include <tapestry/camouflage/method/upc.hpp>
 #include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
+#include <tapestry/camouflage/redrawn_view.hpp>
 #include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/camouflage/usable_views.hpp>

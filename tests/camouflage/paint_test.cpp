@@ -1,5 +1,6 @@
 #include <tapestry/camouflage/paint_file.hpp>
 
+#include <cmath>
 #include <limits>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
@@ -73,6 +74,26 @@ TEST_CASE("a paint is read as it was written", "[camouflage][paint][io]") {
   CHECK(camouflage::read_paint(path, 3) == paint);
   const auto file = tapestry::io::NpzFile::read(path);
   CHECK((file.array<float, 2>("parameter") == parameter));
+  CHECK(camouflage::read_offsets(path, 5).size() == 0);
+  const auto offsets = test::random_array<float>({5, 3}, 4, -1, 1);
+  camouflage::write_paint(path, parameter, paint, offsets);
+  CHECK(camouflage::read_paint(path, 3) == paint);
+  CHECK((camouflage::read_offsets(path, 5) == offsets));
+}
+
+TEST_CASE("offsets that do not fit, or are none, are refused by name", "[camouflage][paint][io][error]") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("texture.npz");
+  const Paint paint{test::random_array<float>({3, 3}, 1, 0, 1)};
+  auto offsets = test::random_array<float>({5, 3}, 4, -1, 1);
+  camouflage::write_paint(path, paint.colours, paint, offsets);
+  CHECK_THROWS_WITH(camouflage::read_offsets(path, 6),
+                    contains(path) && contains("the shape does not fit the car") && contains("(6, 3)"));
+  for (const float bad : {1.5F, std::nanf("")}) {
+    offsets(1, 2) = bad;
+    camouflage::write_paint(path, paint.colours, paint, offsets);
+    CHECK_THROWS_WITH(camouflage::read_offsets(path, 5), contains(path) && contains("offset 5"));
+  }
 }
 
 TEST_CASE("all is paint in a file that does not say what is", "[camouflage][paint][io]") {

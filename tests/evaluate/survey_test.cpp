@@ -1,6 +1,7 @@
 #include <tapestry/evaluate/survey.hpp>
 
 #include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
 
 #include <algorithm>
 #include <stdexcept>
@@ -130,6 +131,39 @@ TEST_CASE("a survey shows each texture in each view, and the photo as it is", "[
   REQUIRE(survey.controls.size() == 7);
   CHECK(survey.controls[0].found == survey.adversarial->found);  // the same colours
   CHECK(survey.asr.views == survey.clean.rate.detected);
+}
+
+TEST_CASE("a camouflage that moves the shape and its controls are measured in it, photo and clean are not",
+          "[evaluate][survey]") {
+  Fixture fixture;
+  const auto moved = [&](float by) {
+    auto offsets = tapestry::zeros<float, 2>({fixture.car.mesh.positions.size(), 3});
+    for (std::size_t i = 2; i < offsets.size(); i += 3) offsets.data()[i] = by;
+    return camouflage::reshaped(fixture.car, offsets);
+  };
+  const auto car = moved(0.02F), other_car = moved(-0.03F);
+  auto reshaped = test::tiny_store<float>(car, 3), other = test::tiny_store<float>(other_car, 3);
+  const auto control = fixture.textures.controls.front().paint;
+  fixture.textures.adversarial = control;
+  fixture.textures.controls = {{"random", control}, {evaluate::other_run_name, control}};
+  fixture.textures.reshaped = &reshaped;
+  fixture.textures.reshaped_by_other = &other;
+  std::size_t pictures = 0;
+  (void)evaluate::survey(fixture.meter, fixture.store, {1}, fixture.textures, [&](const Measured& measured) {
+    auto& store = measured.texture == "clean" || measured.texture == "photo" ? fixture.store
+                  : measured.texture == evaluate::other_run_name             ? other
+                                                                             : reshaped;
+    const auto view = store.view(1);
+    CHECK(measured.target.cy == view->target.cy);
+    if (measured.texture != "photo")
+      CHECK((measured.picture ==
+             camouflage::picture_of(
+                 *view, (measured.texture == "clean" ? fixture.textures.clean : control).colours)));
+    ++pictures;
+  });
+  CHECK(pictures == 5);
+  CHECK(reshaped.view(1)->target.cy < fixture.store.view(1)->target.cy);
+  CHECK(other.view(1)->target.cy > fixture.store.view(1)->target.cy);
 }
 
 TEST_CASE("a survey tells the best confidence of each view, and its mean", "[evaluate][survey]") {

@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -9,8 +8,11 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/kept_layers.hpp>
 #include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
+#include <tapestry/camouflage/redrawn_view.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/detect/heat_map_variable.hpp>
 #include <tapestry/detect/network_variable.hpp>
@@ -29,42 +31,6 @@
 #include <vector>
 
 namespace tapestry::camouflage {
-
-/// μ = 1 stands for this factor before the sum of squared colour steps. The paper prints μ = 1 and its
-/// published program multiplies the sum by 1e-4; without the factor the sum, some thousands at 416
-/// pixels, drowns adversarial terms that never exceed ten.
-inline constexpr double smoothness_unit = 1e-4;
-
-/// Which loss is minimised, and by which weights.
-struct ObjectiveOptions {
-  loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
-  loss::AdversarialWeights weights{};  ///< α, β, γ of the paper
-  double smoothness = 1;               ///< μ, in units of smoothness_unit
-  double printability = 1;      ///< of the non-printability score, once print_by() says of which printer
-  std::size_t class_index = 0;  ///< the class that the car should no longer be found as
-};
-
-/// The terms of one minibatch, before their weights, averaged over its views.
-struct ObjectiveTerms {
-  double iou = 0;
-  double objectness = 0;
-  double classification = 0;
-  double max_score = 0;
-  double smoothness = 0;    ///< sum of squared colour steps
-  double printability = 0;  ///< non-printability score of the paint, 0 where no printer is known
-  double total = 0;         ///< with weights: what is minimised
-
-  /// Of each its name and its place, in this order.
-  static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> all;
-};
-inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> ObjectiveTerms::all{
-    {{"iou", &ObjectiveTerms::iou},
-     {"objectness", &ObjectiveTerms::objectness},
-     {"classification", &ObjectiveTerms::classification},
-     {"max_score", &ObjectiveTerms::max_score},
-     {"smoothness", &ObjectiveTerms::smoothness},
-     {"printability", &ObjectiveTerms::printability},
-     {"total", &ObjectiveTerms::total}}};
 
 /// The whole pipeline as one function on the tape:
 ///
@@ -109,7 +75,8 @@ class Objective {
 
   /// Paints by another method than FCA's, of whose rows the parameter then consists. If it is about
   /// attention, each detector must tell a layer; terms() are still those of the adversarial loss, but for
-  /// `total`.
+  /// `total`. If it moves the shape, views must keep what they are drawn by, see sight_of(), and the weighted
+  /// shape_roughness() counts in `total`.
   void follow(Method<T> method) { method_ = std::move(method); }
   [[nodiscard]] const Method<T>& method() const { return method_; }
 
@@ -125,7 +92,7 @@ class Objective {
 
   /// Keeps those parts of the detectors' layers that the car cannot reach from step to step, up to so many
   /// bytes for all views and detectors together; 0, as without a call, keeps nothing. Results are the same
-  /// bits. Steps with a photo session change the whole picture and compute everything.
+  /// bits. Steps with a photo session, or of a shape that moves, change more and compute everything.
   void keep_layers(std::size_t bytes) { layer_bytes_ = bytes; }
   /// Bytes that are kept so.
   [[nodiscard]] std::size_t kept_layer_bytes() const {
@@ -152,17 +119,21 @@ class Objective {
         session != nullptr && session->print ? printed(method_, paint, *session->print) : paint;
     clock.end_of(&StepTimes::update);
     const auto texels = raster::stored_texels(pyramid_of(views), image::in_space(space, colours));
-    const auto renders = raster::render(operators_of(views), texels);
+    std::optional<ArrayVariable<T, 2>> steps;
+    if (method_.shape) steps = shape_steps(*method_.shape, parameter);
+    const Drawn drawn = steps ? redrawn_of(views, texels, *steps) : drawn_of(views, texels);
     clock.end_of(&StepTimes::render);
-    const auto pictures = photographed(image::over(renders, backdrops_of(views), space), session);
+    const auto pictures = photographed(
+        steps ? in_batch(drawn.pictures) : image::over(drawn.renders, backdrops_of(views), space), session);
     clock.end_of(&StepTimes::composite);
     const auto adversarial = adversarial_of(pictures, views, session, clock);
     const Variable<T> smoothness =
         used_texels_
             ? loss::atlas_smoothness(colours, used_texels_)
-            : loss::smoothness(seen(space, renders), interiors_of(views)) / static_cast<T>(views.size());
+            : loss::smoothness(seen(space, drawn.renders), drawn.interiors) / static_cast<T>(views.size());
     Variable<T> total =
         adversarial.total + static_cast<T>(options_.smoothness * smoothness_unit) * smoothness;
+    if (steps) total += static_cast<T>(method_.shape->stiffness) * shape_roughness(*method_.shape, *steps);
     Variable<T> printability = T(0);
     if (palette_) {
       printability = loss::non_printability(paint, printed_texels_, palette_);
@@ -210,8 +181,36 @@ class Objective {
       for (auto& render : renders) render = image::encoded(render);
     return renders;
   }
-  static auto operators_of(Views views) {
-    return parts_of(views, [](const View<T>& view) { return &view.paint_to_picture; });
+  /// What shows of the car in each view.
+  struct Drawn {
+    std::vector<ArrayVariable<T, 3>> renders;
+    std::vector<std::shared_ptr<const Array<T, 2>>> interiors;
+    std::vector<ArrayVariable<T, 3>> pictures{};  ///< laid over their frames, where they were drawn anew
+  };
+  static Drawn drawn_of(Views views, const ArrayVariable<T, 2>& texels) {
+    const auto operators = parts_of(views, [](const View<T>& view) { return &view.paint_to_picture; });
+    return {raster::render(operators, texels), interiors_of(views)};
+  }
+  [[nodiscard]] Drawn redrawn_of(Views views, const ArrayVariable<T, 2>& texels,
+                                 const ArrayVariable<T, 2>& steps) const {
+    const auto positions = shape_positions(*method_.shape, steps);
+    Drawn drawn;
+    for (const auto& view : views) {
+      auto anew = redrawn(*view, *method_.shape, texels, positions);
+      drawn.renders.push_back(std::move(anew.render));
+      drawn.interiors.push_back(std::move(anew.interior));
+      drawn.pictures.push_back(std::move(anew.picture));
+    }
+    return drawn;
+  }
+  /// Pictures of one size as a batch, [N, H, W, C].
+  static ArrayVariable<T, 4> in_batch(const std::vector<ArrayVariable<T, 3>>& pictures) {
+    std::vector<ArrayVariable<T, 4>> batch;
+    for (const auto& picture : pictures) {
+      const auto& [height, width, channels] = picture.shape();
+      batch.push_back(reshape(picture, Extents<4>{1, height, width, channels}));
+    }
+    return concatenate(std::span<const ArrayVariable<T, 4>>(batch), 0);
   }
   static auto interiors_of(Views views) {
     return parts_of(views, [](const View<T>& view) { return &view.interior; });
@@ -274,7 +273,7 @@ class Objective {
 
   [[nodiscard]] auto logits_of(Member& member, const ArrayVariable<T, 4>& pictures, Views views,
                                const PhotoSession* session) {
-    if (layer_bytes_ == 0 || session != nullptr)
+    if (layer_bytes_ == 0 || session != nullptr || method_.shape)
       return detect::forward(*member.detector, pictures, member.passes.take());
     auto logits =
         detect::forward_within(*member.detector, pictures, member.kept.of(views), member.passes.take());

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -42,10 +43,30 @@ namespace tapestry::camouflage {
   return paint;
 }
 
-/// Writes what read_paint() reads, and the parameter that a method made it of, [row, 3].
+/// The offsets of the car's positions that a run ended with, of its texture.npz, see shape_offsets(); of
+/// extent 0 if it left the shape as it was.
+/// \throws FileError: mismatch (of another mesh), malformed (offsets farther than the car is long)
+[[nodiscard]] inline Array<float, 2> read_offsets(const std::string& path, std::size_t position_count) {
+  const auto file = io::NpzFile::read(path);
+  if (!file.has("offsets")) return {};
+  auto offsets = file.array<float, 2>("offsets");
+  if (offsets.shape(0) != position_count || offsets.shape(1) != 3)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "", "the shape does not fit the car",
+                     io::shape_text(std::vector<std::size_t>{position_count, 3}),
+                     io::shape_text(std::vector<std::size_t>{offsets.shape(0), offsets.shape(1)})});
+  for (std::size_t i = 0; i < offsets.size(); ++i)
+    if (!(std::abs(offsets.data()[i]) <= 1))
+      throw FileError(ErrorKind::malformed, {path, "", "offset " + std::to_string(i), "a number in -1 to 1",
+                                             std::to_string(offsets.data()[i])});
+  return offsets;
+}
+
+/// Writes what read_paint() and read_offsets() read, and the parameter that a method made it of, [row, 3].
+/// \param offsets  [V, 3], or of extent 0 where the shape stays
 /// \throws ShapeError as require_sound(); FileError (write)
-inline void write_paint(const std::string& path, const Array<float, 2>& parameter,
-                        const Paint<float>& paint) {
+inline void write_paint(const std::string& path, const Array<float, 2>& parameter, const Paint<float>& paint,
+                        const Array<float, 2>& offsets = {}) {
   require_sound("write_paint", paint);
   Array<std::uint8_t, 1> painted = filled<std::uint8_t, 1>({paint.colours.shape(0)}, 1);
   std::copy(paint.painted.begin(), paint.painted.end(), painted.begin());
@@ -53,6 +74,7 @@ inline void write_paint(const std::string& path, const Array<float, 2>& paramete
   file.add("parameter", parameter);
   file.add("colours", paint.colours);
   file.add("painted", painted);
+  if (offsets.size() > 0) file.add("offsets", offsets);
   file.write(path);
 }
 

@@ -245,8 +245,14 @@ class Training {
   void require_finite_gradient(const Array<T, 2>& gradient, const std::vector<ViewPointer>& views) const {
     for (std::size_t i = 0; i < gradient.size(); ++i)
       if (!std::isfinite(gradient.data()[i]))
-        throw NumericError("step " + std::to_string(state_.step + 1) + ": the gradient of texel " +
-                           std::to_string(i / 3) + " is not finite in the minibatch of " + names_of(views));
+        throw NumericError("step " + std::to_string(state_.step + 1) + ": the gradient of " +
+                           row_name(i / 3) + " is not finite in the minibatch of " + names_of(views));
+  }
+
+  [[nodiscard]] std::string row_name(std::size_t row) const {
+    const auto& shape = objective_.method().shape;
+    const std::size_t texels = state_.parameter.shape(0) - (shape ? shape->row_count() : 0);
+    return row < texels ? "texel " + std::to_string(row) : "position " + std::to_string(row - texels);
   }
 
   [[nodiscard]] static std::string names_of(const std::vector<ViewPointer>& views) {

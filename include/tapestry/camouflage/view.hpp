@@ -27,6 +27,15 @@
 
 namespace tapestry::camouflage {
 
+/// What a view is drawn by, when its car changes its shape and it has to be drawn anew.
+template <class T>
+struct Sight {
+  geometry::Camera camera;           ///< that sees the frame in the network's input
+  raster::Light light;               ///< see frame_light()
+  Array<T, 2> mask;                  ///< m, [H, W], 1 where the car would show
+  std::size_t samples_per_axis = 2;  ///< of a pixel
+};
+
 /// A frame prepared for one detector: everything that does not change with the texture.
 ///
 /// H and W are those of the network's input; image::Fit says how a frame of another aspect ratio lies in it.
@@ -46,6 +55,7 @@ struct View {
   /// Of the photograph, without the shadow and occlusion it was drawn with; null where the frame's light was
   /// taken.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
+  std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
 
 namespace detail {
@@ -100,6 +110,16 @@ inline detect::Box box_around(const image::PixelWindow& window) {
 }
 }  // namespace detail
 
+/// What a frame is drawn by; parameters as for make_view().
+/// \throws DomainError as io::camera_of()
+template <class T>
+[[nodiscard]] Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height,
+                                std::size_t width, std::size_t samples_per_axis, image::FitKind fit) {
+  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit);
+  return {detail::placed(io::camera_of(frame), place, height, width), frame_light(frame, space),
+          detail::mask_of<T>(frame, height, width, fit), samples_per_axis};
+}
+
 /// Prepares one frame for a network input of height × width pixels, into which it goes by `fit`.
 ///
 /// The car is hidden in the view when it lies outside the picture or wholly behind the mask: then
@@ -118,14 +138,13 @@ template <class T>
     require_shape("make_view", "mask", *frame.mask, {frame.image.shape(0), frame.image.shape(1)});
   if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
     throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
-  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
-  const auto camera = detail::placed(io::camera_of(frame), place, height, width);
+  const Sight<T> sight = sight_of<T>(frame, car.space, height, width, samples_per_axis, fit.kind);
   const auto lit = [&](const auto& light) {
-    return raster::masked(raster::texture_operator<T>(car, camera, height, width, light, samples_per_axis),
-                          detail::mask_of<T>(frame, height, width, fit.kind));
+    return raster::masked(
+        raster::texture_operator<T>(car, sight.camera, height, width, light, samples_per_axis), sight.mask);
   };
   auto estimate = photo ? photo_light(frame, car, *photo) : std::nullopt;
-  const auto whole = estimate ? lit(estimate->light) : lit(frame_light(frame, car.space));
+  const auto whole = estimate ? lit(estimate->light) : lit(sight.light);
   View<T> view;
   if (estimate) {
     estimate->light.shadow = nullptr;  // a view is small

@@ -17,7 +17,8 @@ namespace tapestry::camouflage {
 /// Bytes that a prepared view holds, besides small change.
 template <class T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view) {
-  return (view.background.size() + view.interior.size()) * sizeof(T) +
+  const std::size_t mask = view.sight ? view.sight->mask.size() : 0;
+  return (view.background.size() + view.interior.size() + mask) * sizeof(T) +
          raster::memory_bytes(view.paint_to_picture);
 }
 
@@ -39,6 +40,7 @@ class ViewStore {
     std::size_t keep_bytes = std::size_t(4) << 30U;  ///< views beyond it are prepared anew each time
     image::Fit fit{};                                ///< of frames in the network's input
     std::optional<PhotoLight> photo_light{};         ///< how light is estimated; none: the frames' own
+    bool redrawn = false;                            ///< whether views keep what they are drawn by, see Sight
   };
 
   /// \param car  must outlive the store
@@ -82,9 +84,13 @@ class ViewStore {
   static constexpr std::size_t views_at_a_time = 16;
 
   [[nodiscard]] ViewPointer make(std::size_t index) const {
-    return std::make_shared<const View<T>>(make_view<T>(loaders_[index](), car_, settings_.height,
-                                                        settings_.width, settings_.samples_per_axis,
-                                                        settings_.fit, settings_.photo_light));
+    const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn] = settings_;
+    const io::Frame frame = loaders_[index]();
+    auto view = make_view<T>(frame, car_, height, width, samples, fit, photo_light);
+    if (redrawn)
+      view.sight =
+          std::make_shared<const Sight<T>>(sight_of<T>(frame, car_.space, height, width, samples, fit.kind));
+    return std::make_shared<const View<T>>(std::move(view));
   }
 
   void keep(std::size_t index, const ViewPointer& view) {

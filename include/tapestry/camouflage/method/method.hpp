@@ -9,6 +9,7 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/camouflage/paint.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -19,8 +20,9 @@
 namespace tapestry::camouflage {
 
 /// What sets one way of making a camouflage apart from others on the same car, detector and budget: which
-/// texels are painted, by what, within which colours, and whether to be missed or to scatter attention. As it
-/// stands, that of FCA: each texel for itself, in any colour, to be missed.
+/// texels are painted, by what, within which colours, whether to be missed or to scatter attention, and
+/// whether the shape is optimised, too. As it stands, that of FCA: each texel for itself, in any colour, to
+/// be missed.
 template <std::floating_point T>
 struct Method {
   static constexpr std::size_t unpainted = std::numeric_limits<std::size_t>::max();
@@ -35,6 +37,8 @@ struct Method {
   /// Weight of loss::attention(), which is then minimised instead of the adversarial loss; 0: the latter is.
   double attention = 0;
   bool is_optimised = true;  ///< or stays as it begins
+  /// Where the shape is a parameter, too: its rows follow those of the texture. Null: the mesh stays.
+  std::shared_ptr<const ShapeParameter> shape{};
 };
 
 /// \throws DomainError for a texel whose row is not there; ShapeError unless bounds are of the same rows
@@ -62,28 +66,47 @@ template <class T>
 }
 
 /// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
-/// none. So within bounds the start says where in them a colour begins, 0 in the middle.
+/// none. So within bounds the start says where in them a colour begins, 0 in the middle. A shape that is a
+/// parameter, too, begins as it is.
 ///
 /// \param start  [texel, 3], a parameter for every texel
 /// \throws ShapeError unless the method is for as many texels; else as require_sound()
 template <class T>
 [[nodiscard]] Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start) {
-  if (!method.row_of_texel) return start;
+  const std::size_t below = method.shape ? method.shape->row_count() : 0;
+  if (!method.row_of_texel) {
+    auto first = zeros<T, 2>({start.shape(0) + below, 3});
+    std::copy(start.begin(), start.end(), first.begin());
+    return first;
+  }
   const auto& rows = *method.row_of_texel;
   require_shape("first_parameter", "start", start, {rows.size(), 3});
   require_sound(method);
-  auto first = zeros<T, 2>({method.row_count, 3});
+  auto first = zeros<T, 2>({method.row_count + below, 3});
   for (std::size_t texel = rows.size(); texel-- > 0;)
     if (rows[texel] != Method<T>::unpainted)
       std::copy_n(start.data() + 3 * texel, 3, first.data() + 3 * rows[texel]);
   return first;
 }
 
+/// The rows of a parameter that are of the texture.
+/// \throws ShapeError if there are none
+template <class T>
+[[nodiscard]] ArrayVariable<T, 2> texture_rows(const Method<T>& method,
+                                               const ArrayVariable<T, 2>& parameter) {
+  if (!method.shape) return parameter;
+  const std::size_t rows = parameter.shape()[0], below = method.shape->row_count();
+  if (rows <= below)
+    throw ShapeError("texture_rows: " + std::to_string(rows) + " rows, of which the shape has " +
+                     std::to_string(below));
+  return ArrayVariable<T, 2>(slice(parameter, {Range{0, rows - below}, Range{}}));
+}
+
 /// The colours of all texels by a method on the tape, with c = texture_colours(parameter):
 ///
 ///   r = least + (greatest − least) · c,   colour of a texel = r of its row, or what it has elsewhere.
 ///
-/// \param parameter  [row, 3]
+/// \param parameter  [row, 3]; rows of a shape below them have no part in it
 /// \returns          [texel, 3], in [0, 1]
 /// \throws ShapeError unless there is a row of the parameter for each of the method's; else as
 /// require_sound()
@@ -91,11 +114,12 @@ template <class T>
 [[nodiscard]] ArrayVariable<T, 2> method_colours(const Method<T>& method,
                                                  const ArrayVariable<T, 2>& parameter) {
   require_sound(method);
+  const ArrayVariable<T, 2> of_texture = texture_rows(method, parameter);
   if (method.row_of_texel)
-    require_shape("method_colours", "parameter", parameter.value(), {method.row_count, 3});
-  ArrayVariable<T, 2> colours = texture_colours(parameter);
+    require_shape("method_colours", "parameter", of_texture.value(), {method.row_count, 3});
+  ArrayVariable<T, 2> colours = texture_colours(of_texture);
   if (method.least.size() > 0) {
-    require_shape("method_colours", "parameter", parameter.value(), method.least.shape());
+    require_shape("method_colours", "parameter", of_texture.value(), method.least.shape());
     const Array<T, 2> width = method.greatest - method.least;
     colours = ArrayVariable<T, 2>(method.least) + ArrayVariable<T, 2>(width) * colours;
   }

@@ -4,7 +4,7 @@
 namespace tapestry::camouflage {
 
 /// All methods, as method_by_name() takes them.
-inline constexpr std::array method_names{"fca",      "planar_patch", "camou",  "upc",  "das",
-                                         "das_full", "rauca",        "random", "solid"};
+inline constexpr std::array method_names{"fca",      "planar_patch", "camou",    "upc",    "das",
+                                         "das_full", "rauca",        "mesh_adv", "random", "solid"};
 
 }  // namespace tapestry::camouflage

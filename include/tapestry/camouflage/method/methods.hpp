@@ -6,6 +6,7 @@
 #include <tapestry/camouflage/method/camou.hpp>
 #include <tapestry/camouflage/method/das.hpp>
 #include <tapestry/camouflage/method/fca.hpp>
+#include <tapestry/camouflage/method/mesh_adv.hpp>
 #include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/planar_patch.hpp>
 #include <tapestry/camouflage/method/random.hpp>
@@ -19,7 +20,7 @@ namespace tapestry::camouflage {
 
 /// The method of that name for a car; those that draw something draw the same for the same seed.
 /// \throws DomainError for a name that is not one of method_names, or unless the texture is an atlas if the
-///         method needs one; Error (mismatch) as panel_texels()
+///         method needs one; as shape_parameter(); Error (mismatch) as panel_texels()
 template <std::floating_point T>
 [[nodiscard]] Method<T> method_by_name(const std::string& name, const raster::PaintedMesh& car,
                                        std::uint64_t seed) {
@@ -30,6 +31,7 @@ template <std::floating_point T>
   if (name == "upc") return upc<T>(car, seed);
   if (name == "das") return das<T>(car);
   if (name == "das_full") return das_full<T>();
+  if (name == "mesh_adv") return mesh_adv<T>(car);
   if (name == "random") return random_paint<T>(texel_count, seed);
   if (name == "solid") return solid_paint<T>(texel_count);
   throw DomainError("no method is called " + in_quotes(name));

@@ -1,0 +1,45 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <tapestry/loss/adversarial.hpp>
+#include <utility>
+
+namespace tapestry::camouflage {
+
+/// μ = 1 stands for this factor before the sum of squared colour steps. The paper prints μ = 1 and its
+/// published program multiplies the sum by 1e-4; without the factor the sum, some thousands at 416
+/// pixels, drowns adversarial terms that never exceed ten.
+inline constexpr double smoothness_unit = 1e-4;
+
+/// Which loss is minimised, and by which weights.
+struct ObjectiveOptions {
+  loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
+  loss::AdversarialWeights weights{};  ///< α, β, γ of the paper
+  double smoothness = 1;               ///< μ, in units of smoothness_unit
+  double printability = 1;      ///< of the non-printability score, once print_by() says of which printer
+  std::size_t class_index = 0;  ///< the class that the car should no longer be found as
+};
+
+/// The terms of one minibatch, before their weights, averaged over its views.
+struct ObjectiveTerms {
+  double iou = 0;
+  double objectness = 0;
+  double classification = 0;
+  double max_score = 0;
+  double smoothness = 0;    ///< sum of squared colour steps
+  double printability = 0;  ///< non-printability score of the paint, 0 where no printer is known
+  double total = 0;         ///< with weights: what is minimised
+
+  /// Of each its name and its place, in this order.
+  static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> all;
+};
+inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> ObjectiveTerms::all{
+    {{"iou", &ObjectiveTerms::iou},
+     {"objectness", &ObjectiveTerms::objectness},
+     {"classification", &ObjectiveTerms::classification},
+     {"max_score", &ObjectiveTerms::max_score},
+     {"smoothness", &ObjectiveTerms::smoothness},
+     {"printability", &ObjectiveTerms::printability},
+     {"total", &ObjectiveTerms::total}}};
+
+}  // namespace tapestry::camouflage
