@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/paint_file.hpp>
@@ -16,6 +17,7 @@
 #include "shell/protocol/run.hpp"
 #include "shell/ranks.hpp"
 #include "shell/report.hpp"
+#include "shell/reshaped_views.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
 #include "shell/settings.hpp"
@@ -156,11 +158,23 @@ int run(const CLI::App& app, Options& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;
-  camouflage::ViewStore<float> store(car,
-                                     {network.input_height(), network.input_width(), options.scene.samples,
-                                      std::size_t(4) << 30U, inputs.detector.fit, inputs.photo_light},
-                                     frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed));
-  const auto usable = views_with_car(store, inputs.warnings);
+  const camouflage::ViewStore<float>::Settings store_settings{network.input_height(), network.input_width(),
+                                                              options.scene.samples,  std::size_t(4) << 30U,
+                                                              inputs.detector.fit,    inputs.photo_light};
+  const auto loaders = frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed);
+  camouflage::ViewStore<float> store(car, store_settings, loaders);
+  auto usable = views_with_car(store, inputs.warnings);
+  const auto reshaped_by = [&](const std::string& run) {
+    std::optional<ReshapedViews> reshaped;
+    if (run.empty()) return reshaped;
+    const auto offsets = camouflage::read_offsets(run + "/texture.npz", car.mesh.positions.size());
+    if (offsets.size() == 0) return reshaped;
+    reshaped.emplace(car, offsets, store_settings, loaders);
+    usable = reshaped->also_with_car(usable);
+    return reshaped;
+  };
+  auto reshaped = reshaped_by(options.clean_only ? "" : options.run);
+  auto reshaped_by_other = reshaped_by(options.against);
   print_warnings(inputs.warnings);
   if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
   evaluate::SurveyedTextures<float> textures{
@@ -173,6 +187,8 @@ int run(const CLI::App& app, Options& options) {
   if (!options.against.empty())
     textures.controls.push_back(
         {evaluate::other_run_name, camouflage::read_paint(options.against + "/texture.npz", texel_count)});
+  if (reshaped) textures.reshaped = &reshaped->store();
+  if (reshaped_by_other) textures.reshaped_by_other = &reshaped_by_other->store();
   if (!options.output.empty()) make_writable_folder(options.output);
   evaluate::Meter<float> meter(network, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});

@@ -108,6 +108,40 @@ expect_error_line 'front.obj: the method upc paints roof, hood and doors'
 expect_exit 4 "a check of a car without panels" "$camouflage" "${front[@]}" --check
 [ -e none ] && fail "a refused method left a folder behind" || pass
 
+# A method that moves the shape, too: the car that it writes and that evaluate measures is another.
+moving=("${quick[@]}" --method mesh_adv --filter bilinear)
+expect_exit 0 "mesh_adv" "$camouflage" "${moving[@]}" --threads 2 --output mesh_adv
+expect_exit 0 "mesh_adv, one thread" "$camouflage" "${moving[@]}" --threads 1 --output mesh_adv-one
+for file in texture.npz painted.obj painted.glb history.csv metrics.csv; do expect_same "mesh_adv/$file" "mesh_adv-one/$file"; done
+of_kind() { grep "^$1 " "$2"; }
+[ "$(of_kind f mesh_adv/painted.obj | sha256sum)" = "$(of_kind f two/painted.obj | sha256sum)" ] && pass || fail "the faces of the moved car"
+[ "$(of_kind v mesh_adv/painted.obj | sha256sum)" != "$(of_kind v two/painted.obj | sha256sum)" ] && pass || fail "painted.obj has not moved"
+cmp -s mesh_adv/painted.glb two/painted.glb && fail "painted.glb has not moved" || pass
+paste <(of_kind v mesh_adv/painted.obj) <(of_kind v two/painted.obj) | awk '
+  { for (k = 2; k <= 4; ++k) { off = $k - $(k + 4); if (off < 0) off = -off; if (off > most) most = off
+      if (NR == 1 || $(k + 4) < low[k]) low[k] = $(k + 4); if (NR == 1 || $(k + 4) > high[k]) high[k] = $(k + 4) } }
+  END { for (k = 2; k <= 4; ++k) if (high[k] - low[k] > long) long = high[k] - low[k]
+    exit !(most > 0.001 * long && most <= 0.010001 * long) }' && pass || fail "positions leave their bounds, or stay"
+kill_until_done killed_mesh_adv 6 1 "$camouflage" "${moving[@]}"
+expect_same killed_mesh_adv/texture.npz mesh_adv/texture.npz
+expect_exit 0 "mesh_adv measured again" "$programs/evaluate" --run mesh_adv --output mesh_adv-again
+expect_same mesh_adv-again/metrics.csv mesh_adv/metrics.csv
+expect_exit 0 "a run beside one in another shape" "$programs/evaluate" --run two --filter bilinear --against mesh_adv --output beside
+row() { sed -n "s/^$1,//p" "$2/metrics.csv" | cut -d, -f1-6; }
+[ "$(row clean beside)" = "$(row clean mesh_adv)" ] && pass || fail "clean is not the car as it is"
+[ "$(row 'other run' beside)" = "$(row adversarial mesh_adv)" ] && pass || fail "the other run is not measured in its shape"
+sed '/^f/i usemtl body' front.obj >body.obj
+expect_exit 4 "a shape of another mesh" "$programs/evaluate" --run mesh_adv --mesh body.obj
+expect_error_line 'mesh_adv/texture.npz: the shape does not fit the car'
+expect_exit 4 "a protocol of a moved shape" "$programs/evaluate" --run mesh_adv --protocol occlusion --quick
+expect_error_line 'mesh_adv/texture.npz: --protocol draws the car as it is'
+expect_exit 2 "a filter that knows no positions" "$camouflage" --method mesh_adv --output none
+expect_error_line '--method mesh_adv moves the mesh, .*needs --filter bilinear and --light frame'
+expect_exit 2 "light that knows no positions" "$camouflage" --method mesh_adv --filter bilinear --light photo --output none
+expect_error_line '--method mesh_adv moves the mesh, .*needs --filter bilinear and --light frame'
+expect_exit 0 "mesh_adv on cubes, under conditions, of a printer" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 \
+  --method mesh_adv --conditions camera jpeg --printability 1 --smooth-over picture --worst-views 0.5 --batch 2 --output mesh_adv_cubes
+
 # An atlas is filtered, or looked up at single places; a manifest from before there was a choice is of the latter.
 grep -q '"filter": "anisotropic"' two/manifest.json && pass || fail "the manifest does not name the filter"
 expect_exit 0 "single lookups" "$camouflage" "${quick[@]}" --filter bilinear --output unfiltered

@@ -31,7 +31,7 @@ export SEEDS=1
 expect_exit 0 "first textures" bash "$experiments/initialisation.sh" starts "$common"
 [ "$(grep -cE '^\| (random|zero|own) \| 1 ' starts/variants.md)" = 3 ] && pass || fail "the rows of first textures"
 expect_exit 0 "methods" bash "$experiments/methods.sh" methods "$common"
-for name in fca planar_patch camou upc das das_full rauca random solid; do
+for name in fca planar_patch camou upc das das_full rauca mesh_adv random solid; do
   [ "$(grep -cE "^\| $name \| 1 $for_seed$" methods/variants.md)" = 1 ] && pass || fail "$name: $(cat methods/variants.md)"
 done
 grep -q '"light"' methods/measured-rauca-1/metrics.json && fail "rauca was measured in another light than the others" || pass

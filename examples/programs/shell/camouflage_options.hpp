@@ -47,6 +47,9 @@ inline Json settings_json(const CamouflageOptions& options) {
 /// Whether a method asks a detector for a heat map, and so for a layer.
 inline bool maps_attention(const std::string& method) { return method == "das" || method == "das_full"; }
 
+/// Whether a method optimises the car's shape, too.
+inline bool moves_shape(const std::string& method) { return method == "mesh_adv"; }
+
 /// That a method gets the texture, the light and the detectors it is about.
 inline void require_fit(const OptimisationSettings& optimisation, const SceneSettings& scene,
                         ProblemList& list) {
@@ -61,6 +64,11 @@ inline void require_fit(const OptimisationSettings& optimisation, const SceneSet
                "--printability and --worst-views have no part in --method random, which is not optimised");
   list.require(!paints_parts || scene.texture == "atlas",
                "--method " + method + " paints parts of an atlas; it needs --texture atlas");
+  const bool is_filtered = scene.texture == "atlas" && scene.filter != "bilinear";
+  list.require(!moves_shape(method) || (!is_filtered && scene.light == "frame"),
+               "--method " + method +
+                   " moves the mesh, by which --filter anisotropic and trilinear and --light photo cannot be "
+                   "differentiated; it needs --filter bilinear and --light frame");
   list.require(method != "rauca" || scene.light == "photo",
                "--method rauca takes its light from the photographs; it needs --light photo");
 }

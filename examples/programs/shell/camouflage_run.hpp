@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/paint_file.hpp>
@@ -27,6 +28,7 @@
 #include "progress.hpp"
 #include "ranks.hpp"
 #include "report.hpp"
+#include "reshaped_views.hpp"
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
 #include "step_log.hpp"
@@ -110,11 +112,16 @@ class CamouflageRun {
             options_.scene.samples,
             options_.keep_mib << 20U,
             inputs_.detector.fit,
-            inputs_.photo_light};
+            inputs_.photo_light,
+            moves_shape(options_.optimisation.method)};
   }
 
   [[nodiscard]] camouflage::ViewStore<float>& test_store() {
     return inputs_.frames.held_out ? test_ : train_;
+  }
+  [[nodiscard]] FrameLoaders test_loaders() const {
+    return inputs_.frames.held_out ? frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)
+                                   : train_loaders(inputs_.frames, inputs_.mask);
   }
   [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
 
@@ -199,13 +206,23 @@ class CamouflageRun {
   }
 
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
-              const std::vector<std::size_t>& usable, Clock::time_point start) {
+              std::vector<std::size_t> usable, Clock::time_point start) {
     const auto& method = objective_.method();
     const camouflage::Paint<float> paint{camouflage::method_colours(method, training.parameter()),
                                          camouflage::painted_texels(method)};
-    const evaluate::SurveyedTextures<float> textures{
+    evaluate::SurveyedTextures<float> textures{
         camouflage::without_paint(camouflage::own_colours<float>(inputs_.car.painted)), paint,
         evaluate::make_controls<float>(inputs_.car.painted, paint, options_.optimisation.seed)};
+    Array<float, 2> offsets;
+    std::optional<ReshapedViews> reshaped;
+    if (const auto& shape = method.shape) {
+      offsets = camouflage::shape_offsets(*shape, training.parameter());
+      reshaped.emplace(inputs_.car.painted, offsets, store_settings(), test_loaders());
+      usable = reshaped->also_with_car(usable);
+      if (usable.empty())
+        throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car in its new shape");
+      textures.reshaped = &reshaped->store();
+    }
     evaluate::Meter<float> meter(*inputs_.detector.network, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<Bitmap> before;
@@ -217,7 +234,8 @@ class CamouflageRun {
     watch.collect("adversarial", after, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
-    write_textures(training.parameter(), paint);
+    camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets);
+    write_painted(reshaped ? reshaped->car() : inputs_.car.painted, paint.colours);
     write_matched_controls(textures.controls);
     if (inputs_.photo_light) write_text(path("light.json"), report_text(light_json(test, usable)));
     const std::size_t columns = sheet_columns(before.size());
@@ -237,10 +255,9 @@ class CamouflageRun {
     remark("report: " + path("report.html"));
   }
 
-  void write_textures(const Array<float, 2>& parameter, const camouflage::Paint<float>& paint) const {
-    const auto& car = inputs_.car.painted;
-    camouflage::write_paint(path("texture.npz"), parameter, paint);
-    const auto atlas = camouflage::atlas_of<float>(car, paint.colours);
+  /// \param car  in the shape that it has in the end
+  void write_painted(const raster::PaintedMesh& car, const Array<float, 2>& colours) const {
+    const auto atlas = camouflage::atlas_of<float>(car, colours);
     io::write_image(path("texture.png"), atlas);
     io::write_painted_obj(path("painted.obj"), car, atlas);
     io::write_painted_glb(path("painted.glb"), car, atlas);

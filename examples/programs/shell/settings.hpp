@@ -148,7 +148,8 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "small pattern repeated all over; upc, patches close to a natural picture; das and das_full, roof, "
         "hood "
         "and doors or the whole body, to scatter the detector's attention; rauca, fca with --light "
-        "photo; random, noise that is not optimised; solid, one colour");
+        "photo; mesh_adv, fca and the car's shape, with --filter bilinear; random, noise that is not "
+        "optimised; solid, one colour");
   visit("loss", s.loss, "adversarial loss: paper, as_coded or max_score");
   visit("iou-weight", s.iou, "weight alpha of the IoU term");
   visit("objectness-weight", s.objectness, "weight beta of the objectness term");

@@ -17,6 +17,7 @@
 
 #include "../inputs.hpp"
 #include "../program.hpp"
+#include "../reshaped_views.hpp"
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
 #include "../settings.hpp"
@@ -115,6 +116,10 @@ inline std::vector<evaluate::Control<float>> textures_of(const raster::PaintedMe
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (request.run.empty()) return textures;
   auto paint = camouflage::read_paint(request.run + "/texture.npz", textures.front().paint.colours.shape(0));
+  if (camouflage::read_offsets(request.run + "/texture.npz", car.mesh.positions.size()).size() > 0)
+    throw FileError(ErrorKind::mismatch, {request.run + "/texture.npz", "",
+                                          "--protocol draws the car as it is, and this run has moved its "
+                                          "shape; measure it without --protocol"});
   auto controls = request.settings.controls == "all" ? evaluate::make_controls(car, paint, request.seed)
                                                      : evaluate::matched_controls(car, paint, request.seed);
   textures.push_back({"adversarial", std::move(paint)});

@@ -1,0 +1,46 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <tapestry/camouflage/shape_parameter.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/core/array.hpp>
+#include <utility>
+#include <vector>
+
+#include "survey_watch.hpp"
+
+namespace tapestry::shell {
+
+/// Views of a car in the shape that a run has given it.
+class ReshapedViews {
+ public:
+  /// \param loaders  of the views of the car as it is
+  ReshapedViews(const raster::PaintedMesh& car, const Array<float, 2>& offsets,
+                camouflage::ViewStore<float>::Settings settings,
+                std::vector<camouflage::ViewStore<float>::Loader> loaders)
+      : car_(std::make_unique<const raster::PaintedMesh>(camouflage::reshaped(car, offsets))),
+        store_(
+            std::make_unique<camouflage::ViewStore<float>>(*car_, std::move(settings), std::move(loaders))) {}
+
+  [[nodiscard]] const raster::PaintedMesh& car() const { return *car_; }
+  [[nodiscard]] camouflage::ViewStore<float>& store() { return *store_; }
+
+  /// Of these views, in ascending order, those that show the car in this shape, too.
+  /// \throws Stopped when a signal arrives meanwhile
+  [[nodiscard]] std::vector<std::size_t> also_with_car(const std::vector<std::size_t>& views) {
+    std::vector<std::string> warnings;  // said of the car as it is
+    const auto own = views_with_car(*store_, warnings);
+    std::vector<std::size_t> both;
+    std::ranges::set_intersection(views, own, std::back_inserter(both));
+    return both;
+  }
+
+ private:
+  std::unique_ptr<const raster::PaintedMesh> car_;  // which the store refers to
+  std::unique_ptr<camouflage::ViewStore<float>> store_;
+};
+
+}  // namespace tapestry::shell
