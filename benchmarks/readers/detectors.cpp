@@ -38,6 +38,17 @@ std::string full_layers(std::size_t bytes) {
       bytes, net, [&](std::size_t) { return layer; }, head);
 }
 
+/// Names of two bytes, then of three: as many as a file can have.
+std::string short_names(std::size_t bytes) {
+  constexpr std::size_t digits = 223, first = 33;  // all bytes from 33 on
+  return filled(bytes, "", [](std::size_t i) {
+    std::string name;
+    for (std::size_t left = i; name.size() < (i < digits * digits ? 2U : 3U); left /= digits)
+      name += static_cast<char>(static_cast<unsigned char>(first + left % digits));
+    return name + "\n";
+  });
+}
+
 /// A layer of 512 channels with as many filters as the weights have room for.
 detect::NetworkConfig wide_network(std::size_t weight_count) {
   const auto layer = [](std::size_t filters) {
@@ -136,7 +147,9 @@ std::vector<Kind> detector_kinds() {
            [](std::size_t bytes) {
              return filled(bytes, "", [](std::size_t i) { return std::to_string(i) + "\n"; });
            },
-           [](const std::string& path) { (void)io::read_class_names(path); }, times_file(24), 4},
+           [](const std::string& path) { (void)io::read_class_names(path); }, times_file(32), 4},
+          {"names: short", short_names, [](const std::string& path) { (void)io::read_class_names(path); },
+           times_file(32), 4},
           {"weights: denormal", weights, read_weights, times_file(2)},
           {"safetensors: tensors", empty_tensors, read_safetensors, times_file(48)},
           {"safetensors: metadata", metadata, read_safetensors, times_file(48)},

@@ -65,7 +65,7 @@ Array<std::uint8_t, 3> read_picture(const std::string& path) {
 }
 
 Json json_of(const std::string& path, const std::vector<detect::Detection>& detections,
-             const Detector& detector) {
+             const Detector& detector, const std::string& precision) {
   Json list = Json::array();
   for (const auto& d : detections)
     list.push_back({{"class", d.class_index},
@@ -75,7 +75,9 @@ Json json_of(const std::string& path, const std::vector<detect::Detection>& dete
                     {"y", d.box.top()},
                     {"width", d.box.w},
                     {"height", d.box.h}});
-  return {{"image", path}, {"fit", image::name_of(detector.fit.kind)}, {"detections", list}};
+  Json json{{"image", path}, {"fit", image::name_of(detector.fit.kind)}, {"detections", list}};
+  if (precision != "float") json["precision"] = precision;
+  return json;
 }
 
 void print_table(const std::string& path, const std::vector<detect::Detection>& detections,
@@ -118,7 +120,7 @@ class Detection {
       seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       ++pictures_;
       if (options_.json)
-        all_.push_back(json_of(path, found, detector_));
+        all_.push_back(json_of(path, found, detector_, options_.detector.precision));
       else
         print_table(path, found, detector_.names);
       if (!options_.heat_map.empty())

@@ -3,6 +3,8 @@
 #include <map>
 #include <random>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -37,6 +39,15 @@ TEST_CASE("names that differ by zero bytes alone have numbers of their own", "[i
           size);
     names.emplace_back(size, '\0');
   }
+}
+
+TEST_CASE("a table that was moved from finds nothing", "[io][name_numbers]") {
+  NameNumbers numbers;
+  const auto name_of = [](std::size_t) { return std::string_view("a"); };
+  CHECK(numbers.add("a", name_of) == 0);
+  const auto moved = std::move(numbers);
+  CHECK(moved.find("a", name_of) == 0);
+  CHECK(numbers.find("a", name_of) == NameNumbers::none);
 }
 
 TEST_CASE("few names are compared with one that is looked up", "[io][name_numbers]") {

@@ -284,7 +284,8 @@ TEST_CASE("few channels touch nothing behind their rows", "[nn][convolution]") {
 }
 
 TEST_CASE("an adjoint that covers its input overwrites all of it", "[nn][convolution]") {
-  const auto engine = GENERATE(nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4);
+  const auto engine =
+      GENERATE(nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4, nn::Engine::bfloat16);
   for (const auto& s : shapes()) {
     if (!nn::adjoint_covers_input(s)) continue;
     const auto weights = random_buffer<float>(s.weight_count(), 2);

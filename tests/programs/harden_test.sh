@@ -91,6 +91,7 @@ expect_exit 4 "hardening folded weights" "$harden" "${tiny[@]}" --weights folded
 expect_error_line 'folded.safetensors: batch normalisation is folded into the weights'
 touch model.onnx
 expect_exit 2 "hardening in bfloat16" "$harden" "${tiny[@]}" --precision bfloat16 --output none
+expect_error_line '--precision bfloat16 has no part in harden'
 expect_exit 2 "hardening an ONNX model" "$harden" "${tiny[@]}" --weights model.onnx --class 0 --output none
 expect_error_line 'model.onnx is an .onnx model, whose weights are not fine-tuned here'
 

@@ -27,10 +27,10 @@ expect_exit 99 "a planted branch" "${memcheck[@]}" ./planted 2
 
 expect_exit 0 "a tape on one thread" "${memcheck[@]}" "$programs/fit_curve"
 expect_exit 0 "a tape for each thread" "${memcheck[@]}" "$programs/tape_threads"
-expect_exit 0 "a network and its gradient" env TAPESTRY_INSTRUCTION_SET=avx2 "${memcheck[@]}" "$programs/input_gradient"
+expect_exit 0 "a network and its gradient" "${memcheck[@]}" "$programs/input_gradient"
 expect_exit 0 "and by portable kernels" env TAPESTRY_INSTRUCTION_SET=portable "${memcheck[@]}" "$programs/input_gradient"
-expect_exit 0 "gradients through a renderer" env TAPESTRY_INSTRUCTION_SET=avx2 "${memcheck[@]}" "$programs/recover_paint"
-expect_exit 0 "a picture" env TAPESTRY_INSTRUCTION_SET=avx2 "${memcheck[@]}" "$programs/render" --size 48 --output car.png
+expect_exit 0 "gradients through a renderer" "${memcheck[@]}" "$programs/recover_paint"
+expect_exit 0 "a picture" "${memcheck[@]}" "$programs/render" --size 48 --output car.png
 expect_exit 0 "depths" env TAPESTRY_INSTRUCTION_SET=portable \
   "${memcheck[@]}" "$programs/render" --size 48 --view depth --output depth.npy
 finish

@@ -16,7 +16,8 @@ namespace tapestry::io {
 /// The names themselves stay with the caller, who tells them by a function of their number; the table takes
 /// 16 to 32 bytes a name, and while it grows half as much more. It is searched from a name's hash on, a
 /// polynomial over the bytes modulo 2^61 − 1 whose base is drawn by every table. So no file can be made of
-/// names that collide more often than by chance: two of n bytes do in n / 7 of 2^61 draws. Numbers do not
+/// names that collide more often than by chance: two of n bytes do in n / 7 of 2^61 draws before 32 bits are
+/// taken of it. It numbers at most 2^31 names. Numbers do not
 /// depend on the base, which is made of an address where the system has no random numbers to give. Source:
 /// Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash functions are reliable (1992).
 class NameNumbers {
@@ -39,7 +40,7 @@ class NameNumbers {
   /// The number of a name, or none.
   template <class NameOf>
   [[nodiscard]] std::size_t find(std::string_view name, NameOf name_of) const {
-    if (count_ == 0) return none;
+    if (slots_.empty()) return none;
     const Slot& slot = slots_[search(name, hash_of(name), name_of)];
     return slot.number_from_1 == 0 ? none : slot.number_from_1 - 1;
   }

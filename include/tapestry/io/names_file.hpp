@@ -14,7 +14,7 @@
 namespace tapestry::io {
 
 /// Reads class names, one a line, in the order of the classes; empty lines at the end are skipped.
-/// Takes memory of at most 24 times the file and 1 MiB.
+/// Takes memory of at most 32 times the file and 1 MiB.
 ///
 /// \param class_count  how many the detector has; 0 accepts any number
 /// \throws FileError: malformed (an empty line between names, no name), mismatch (another number of names, or

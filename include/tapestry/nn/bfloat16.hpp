@@ -26,9 +26,9 @@
 ///   sum ← (sum + in₂ₖ₊₁ · w₂ₖ₊₁) + in₂ₖ · w₂ₖ
 ///
 /// each rounded to nearest, as the instruction VDPBF16PS does. Processors without it do the same in float,
-/// with the same bits but where a product overflows or a sum is below 2⁻¹²⁶, of which the instruction makes
-/// zero. Winograd's transforms, in float, differ in rounding between instruction sets, and so may the layers
-/// that it is chosen for, as they do without bfloat16.
+/// with the same bits, but where a product overflows or it or a sum is below 2⁻¹²⁶, of which the instruction
+/// makes zero. Winograd's transforms, in float, differ in rounding between instruction sets, and so may the
+/// layers that it is chosen for, as they do without bfloat16.
 
 namespace tapestry::nn {
 

@@ -55,6 +55,7 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
   const auto& background = request.settings.background;
   auto notes = notes_on_frames(protocol, result, request);
   notes.push_back(
+      (request.detector.precision == "float" ? "" : "Detectors run in " + request.detector.precision + ". ") +
       "Found: a box of class " + request.detector.class_name + ", confidence above " +
       number(request.detector.confidence) + ", after suppression at IoU " + number(request.detector.nms) +
       ", that overlaps the box around the car's silhouette by IoU >= 0.5; the best confidence is that of the "
