@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# camouflage --method from the outside: bits, resuming, measuring again, refusals.
+source "$(dirname "$0")/support.sh"
+camouflage=$programs/camouflage
+[ -x "$camouflage" ] && [ -e "$sources/examples/assets/detector.weights" ] || exit 77
+assets=$sources/examples/assets
+mkdir frames && cp $(ls "$assets"/frames/test/*.npz | head -n 4) frames
+quick=(--frames frames --texels 32 --epochs 6 --checkpoint-steps 1)
+expect_exit 0 "fca" "$camouflage" "${quick[@]}" --output two
+
+# Other methods than FCA's, whose manifest says nothing of methods, as before there was a choice.
+grep -q '"method"' two/manifest.json && fail "a manifest names what was no choice before" || pass
+for method in planar_patch camou upc das das_full random solid; do
+  few=("${quick[@]}" --method "$method")
+  expect_exit 0 "$method" "$camouflage" "${few[@]}" --threads 2 --output "$method"
+  grep -q "\"method\": \"$method\"" "$method/manifest.json" && pass || fail "the manifest does not name $method"
+  expect_exit 0 "$method, one thread" "$camouflage" "${few[@]}" --threads 1 --output "$method-one"
+  expect_same "$method/texture.npz" "$method-one/texture.npz"
+  cmp -s "$method/texture.npz" two/texture.npz && fail "$method gives the texture of fca" || pass
+  expect_exit 0 "$method measured again" "$programs/evaluate" --run "$method" --output "$method-again"
+  expect_same "$method-again/metrics.csv" "$method/metrics.csv"
+done
+[ "$(wc -l <random/history.csv)" = 1 ] && pass || fail "random was optimised"
+kill_until_done killed_method 6 1 "$camouflage" "${quick[@]}" --method camou
+expect_same killed_method/texture.npz camou/texture.npz
+expect_exit 0 "a run that is not optimised resumed" "$camouflage" --resume --output random
+expect_exit 7 "a run resumed by another method" "$camouflage" --resume --method solid --output camou
+expect_error_line '--method \(was "camou", now "solid"\)'
+expect_exit 2 "an unknown method" "$camouflage" --method dta --output none
+expect_error_line '--method .*dta'
+expect_exit 2 "parts of cubes" "$camouflage" --method upc --texture cube --output none
+expect_error_line '--method upc .*needs --texture atlas'
+expect_exit 2 "the attention of two detectors" "$camouflage" --method das --ensemble second.safetensors --output none
+expect_error_line '--method das .*takes no --ensemble'
+expect_exit 2 "a loss of attention" "$camouflage" --method das --loss paper --output none
+expect_error_line '--loss has no part in --method das'
+expect_exit 2 "steps of noise" "$camouflage" --method random --worst-views 0.5 --output none
+expect_error_line '--worst-views have no part in --method random'
+expect_exit 2 "light that is not estimated" "$camouflage" --method rauca --output none
+expect_error_line '--method rauca .*needs --light photo'
+printf '%s\n' 'v 0 -1 0' 'v 0 1 0' 'v 0 0 1' 'vt 0 0' 'vt 1 0' 'vt .5 1' 'f 1/1 2/2 3/3' >front.obj
+echo 1 >front.txt
+front=(--method upc --mesh front.obj --faces front.txt)
+expect_exit 4 "a car without panels" "$camouflage" "${front[@]}" --output none
+expect_error_line 'front.obj: the method upc paints roof, hood and doors'
+expect_exit 4 "a check of a car without panels" "$camouflage" "${front[@]}" --check
+[ -e none ] && fail "a refused method left a folder behind" || pass
+
+# A method that moves the shape, too: the car that it writes and that evaluate measures is another.
+moving=("${quick[@]}" --method mesh_adv --filter bilinear)
+expect_exit 0 "mesh_adv" "$camouflage" "${moving[@]}" --threads 2 --output mesh_adv
+expect_exit 0 "mesh_adv, one thread" "$camouflage" "${moving[@]}" --threads 1 --output mesh_adv-one
+for file in texture.npz painted.obj painted.glb history.csv metrics.csv; do expect_same "mesh_adv/$file" "mesh_adv-one/$file"; done
+of_kind() { grep "^$1 " "$2"; }
+[ "$(of_kind f mesh_adv/painted.obj | sha256sum)" = "$(of_kind f two/painted.obj | sha256sum)" ] && pass || fail "the faces of the moved car"
+[ "$(of_kind v mesh_adv/painted.obj | sha256sum)" != "$(of_kind v two/painted.obj | sha256sum)" ] && pass || fail "painted.obj has not moved"
+cmp -s mesh_adv/painted.glb two/painted.glb && fail "painted.glb has not moved" || pass
+paste <(of_kind v mesh_adv/painted.obj) <(of_kind v two/painted.obj) | awk '
+  { for (k = 2; k <= 4; ++k) { off = $k - $(k + 4); if (off < 0) off = -off; if (off > most) most = off
+      if (NR == 1 || $(k + 4) < low[k]) low[k] = $(k + 4); if (NR == 1 || $(k + 4) > high[k]) high[k] = $(k + 4) } }
+  END { for (k = 2; k <= 4; ++k) if (high[k] - low[k] > long) long = high[k] - low[k]
+    exit !(most > 0.001 * long && most <= 0.010001 * long) }' && pass || fail "positions leave their bounds, or stay"
+kill_until_done killed_mesh_adv 6 1 "$camouflage" "${moving[@]}"
+expect_same killed_mesh_adv/texture.npz mesh_adv/texture.npz
+expect_exit 0 "mesh_adv measured again" "$programs/evaluate" --run mesh_adv --output mesh_adv-again
+expect_same mesh_adv-again/metrics.csv mesh_adv/metrics.csv
+expect_exit 0 "a run beside one in another shape" "$programs/evaluate" --run two --filter bilinear --against mesh_adv --output beside
+row() { sed -n "s/^$1,//p" "$2/metrics.csv" | cut -d, -f1-6; }
+[ "$(row clean beside)" = "$(row clean mesh_adv)" ] && pass || fail "clean is not the car as it is"
+[ "$(row 'other run' beside)" = "$(row adversarial mesh_adv)" ] && pass || fail "the other run is not measured in its shape"
+sed '/^f/i usemtl body' front.obj >body.obj
+expect_exit 4 "a shape of another mesh" "$programs/evaluate" --run mesh_adv --mesh body.obj
+expect_error_line 'mesh_adv/texture.npz: the shape does not fit the car'
+expect_exit 4 "a protocol of a moved shape" "$programs/evaluate" --run mesh_adv --protocol occlusion --quick
+expect_error_line 'mesh_adv/texture.npz: --protocol draws the car as it is'
+expect_exit 2 "a filter that knows no positions" "$camouflage" --method mesh_adv --output none
+expect_error_line '--method mesh_adv moves the mesh, .*needs --filter bilinear and --light frame'
+expect_exit 2 "light that knows no positions" "$camouflage" --method mesh_adv --filter bilinear --light photo --output none
+expect_error_line '--method mesh_adv moves the mesh, .*needs --filter bilinear and --light frame'
+expect_exit 0 "mesh_adv on cubes, under conditions, of a printer" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 \
+  --method mesh_adv --conditions camera jpeg --printability 1 --smooth-over picture --worst-views 0.5 --batch 2 --output mesh_adv_cubes
+finish
