@@ -11,6 +11,18 @@
 #include <vector>
 
 namespace tapestry::camouflage {
+namespace detail {
+
+/// \throws FileError (mismatch), saying what is wrong, unless an array of a file is [count, 3]
+inline void require_rows_of_3(const std::string& path, const char* wrong, std::size_t count,
+                              const Array<float, 2>& found) {
+  if (found.shape(0) == count && found.shape(1) == 3) return;
+  throw FileError(ErrorKind::mismatch,
+                  {path, "", wrong, io::shape_text(std::vector<std::size_t>{count, 3}),
+                   io::shape_text(std::vector<std::size_t>{found.shape(0), found.shape(1)})});
+}
+
+}  // namespace detail
 
 /// The paint that a run ended with, of its texture.npz: colours, [texel, 3], and painted, [texel], 0 or 1; if
 /// the latter is missing, all is paint.
@@ -19,11 +31,7 @@ namespace tapestry::camouflage {
   const auto file = io::NpzFile::read(path);
   Paint<float> paint{file.array<float, 2>("colours")};
   const auto& colours = paint.colours;
-  if (colours.shape(0) != texel_count || colours.shape(1) != 3)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "the texture does not fit the car",
-                     io::shape_text(std::vector<std::size_t>{texel_count, 3}),
-                     io::shape_text(std::vector<std::size_t>{colours.shape(0), colours.shape(1)})});
+  detail::require_rows_of_3(path, "the texture does not fit the car", texel_count, colours);
   for (std::size_t i = 0; i < colours.size(); ++i)
     if (!(colours.data()[i] >= 0 && colours.data()[i] <= 1))
       throw FileError(ErrorKind::malformed, {path, "", "colour " + std::to_string(i), "a number in 0 to 1",
@@ -50,11 +58,7 @@ namespace tapestry::camouflage {
   const auto file = io::NpzFile::read(path);
   if (!file.has("offsets")) return {};
   auto offsets = file.array<float, 2>("offsets");
-  if (offsets.shape(0) != position_count || offsets.shape(1) != 3)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "the shape does not fit the car",
-                     io::shape_text(std::vector<std::size_t>{position_count, 3}),
-                     io::shape_text(std::vector<std::size_t>{offsets.shape(0), offsets.shape(1)})});
+  detail::require_rows_of_3(path, "the shape does not fit the car", position_count, offsets);
   for (std::size_t i = 0; i < offsets.size(); ++i)
     if (!(std::abs(offsets.data()[i]) <= 1))
       throw FileError(ErrorKind::malformed, {path, "", "offset " + std::to_string(i), "a number in -1 to 1",

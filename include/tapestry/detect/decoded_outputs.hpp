@@ -29,8 +29,8 @@ struct DecodedOutputs {
   bool channels_first = false;    ///< [1, channels, N], as of YOLOv8, instead of [1, N, channels]
   BoxForm form = BoxForm::centre;
   bool relative = false;  ///< boxes are shares of the picture, not pixels
-  bool has_objectness =
-      false;  ///< behind the box in one output for both: in the classes' form, and their factor
+  /// Behind the box, in one output for both: in the form of the classes, and a factor of theirs.
+  bool has_objectness = false;
   ScoreForm score_form = ScoreForm::probabilities;
   Background background = Background::none;
 
