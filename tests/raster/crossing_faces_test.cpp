@@ -4,14 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/icosphere.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
-#include "../support/refusal.hpp"
 #include "../support/simple_mesh.hpp"
 
 namespace raster = tapestry::raster;
@@ -19,25 +17,15 @@ namespace geometry = tapestry::geometry;
 using geometry::Mesh;
 using geometry::Vector3;
 using raster::FacePair;
-using tapestry::test::check_refused;
 using tapestry::test::triangle_soup;
 
 namespace {
 
-std::vector<std::int32_t> all_faces(const Mesh& mesh) {
-  std::vector<std::int32_t> all(mesh.faces.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
-  return all;
-}
-
-std::vector<FacePair> crossings_of(const Mesh& mesh, std::size_t most = raster::most_crossing_pairs) {
-  return raster::crossing_faces(mesh, raster::mesh_edges(mesh), all_faces(mesh), most);
-}
-
-/// How many pairs of boxes the search compares.
-std::size_t candidates_of(const Mesh& mesh) {
-  const raster::MeshEdges edges = raster::mesh_edges(mesh);
-  return raster::detail::CrossingSearch(mesh, edges, all_faces(mesh)).candidate_count();
+/// Of a picture of one pixel that shows all faces.
+std::vector<FacePair> crossings_of(const Mesh& mesh) {
+  raster::SeenFaces seen(1, 1, 1);
+  for (std::size_t i = 0; i < mesh.faces.size(); ++i) seen.band(0).add(0, static_cast<std::int32_t>(i));
+  return raster::crossing_faces(mesh, raster::mesh_edges(mesh), seen);
 }
 
 const Vector3& corner(const Mesh& mesh, std::size_t face, std::size_t k) {
@@ -61,7 +49,7 @@ bool pierces(const Mesh& mesh, std::size_t face, std::size_t other) {
   return false;
 }
 
-/// Triangles of sizes from `least` to 1, so that many levels of the grid are in use.
+/// Triangles of sizes from `least` to 1.
 Mesh triangles_of_many_sizes(std::size_t count, std::uint64_t seed, double least) {
   tapestry::Random random(seed);
   std::vector<std::array<Vector3, 3>> triangles(count);
@@ -72,21 +60,6 @@ Mesh triangles_of_many_sizes(std::size_t count, std::uint64_t seed, double least
       for (std::size_t axis = 0; axis < 3; ++axis) point[axis] = centre[axis] + random.uniform(-size, size);
   }
   return triangle_soup(triangles);
-}
-
-/// Blades that turn about the z axis, which all cut each other along it, and faces that stand apart in a row.
-Mesh star(std::size_t blade_count, std::size_t apart) {
-  std::vector<std::array<Vector3, 3>> faces(blade_count);
-  for (std::size_t i = 0; i < blade_count; ++i) {
-    const double angle = 3.14 * static_cast<double>(i) / static_cast<double>(blade_count);
-    const double x = std::cos(angle), y = std::sin(angle);
-    faces[i] = {Vector3{x, y, -1}, Vector3{-x, -y, -1}, Vector3{0.3 * x, 0.3 * y, 1}};
-  }
-  for (std::size_t i = 0; i < apart; ++i) {
-    const double x = 10 + static_cast<double>(i);
-    faces.push_back({Vector3{x, 0, 0}, Vector3{x + 0.5, 0, 0}, Vector3{x, 0.5, 0}});
-  }
-  return triangle_soup(faces);
 }
 
 }  // namespace
@@ -123,7 +96,7 @@ TEST_CASE("a closed convex surface, coincident faces and neighbours do not cut e
   CHECK(crossings_of(triangle_soup({{a, b, c}, {c, b, a}, {a, b, Vector3{0.3, 0.3, 1}}})).empty());
 }
 
-TEST_CASE("faces without area, far away or nowhere are left out of the search", "[raster][crossing_faces]") {
+TEST_CASE("faces without area, far away or nowhere cut none", "[raster][crossing_faces]") {
   const double nan = std::nan(""), infinite = std::numeric_limits<double>::infinity();
   for (const double far : {1e9, 1e12, 1e15}) {
     const Mesh mesh =
@@ -153,8 +126,8 @@ TEST_CASE("a far polygon takes away no crossing of other faces", "[raster][cross
   }
 }
 
-TEST_CASE("the search does the same wherever the mesh lies", "[raster][crossing_faces]") {
-  Mesh mesh = triangles_of_many_sizes(3000, 11, 1e-2);
+TEST_CASE("pairs of faces are the same wherever the mesh lies", "[raster][crossing_faces]") {
+  Mesh mesh = triangles_of_many_sizes(1000, 11, 1e-2);
   // Multiples of 2⁻²⁰, which doubles hold there as well as here.
   for (Vector3& position : mesh.positions)
     for (double& coordinate : position) coordinate = std::ldexp(std::round(std::ldexp(coordinate, 20)), -20);
@@ -163,37 +136,63 @@ TEST_CASE("the search does the same wherever the mesh lies", "[raster][crossing_
   const auto found = crossings_of(mesh);
   CHECK(!found.empty());
   CHECK(crossings_of(moved) == found);
-  const auto here = static_cast<double>(candidates_of(mesh)),
-             there = static_cast<double>(candidates_of(moved));
-  CHECK(there < 1.05 * here);
-  CHECK(there > 0.95 * here);
-  CHECK(here < 0.1 * 3000 * 3000);
 }
 
-TEST_CASE("faces that all cut each other are reported once, up to a limit", "[raster][crossing_faces]") {
-  // Were pairs kept once for each of the eight cells that the blades share, they would not fit. With so many
-  // faces apart the search has several parts, which count together.
-  constexpr std::size_t count = 400, pairs = count * (count - 1) / 2;
-  const Mesh mesh = star(count, 5000);
-  const auto found = crossings_of(mesh, pairs);
-  CHECK(found.size() == pairs);
-  CHECK(std::adjacent_find(found.begin(), found.end()) == found.end());
-  const int threads = tapestry::thread_count();
-  for (const int limit : {1, 3}) {
-    tapestry::limit_threads(limit);
-    check_refused(tapestry::ErrorKind::limit, "crossing_faces: more than 79799 pairs of faces",
-                  [&] { (void)crossings_of(mesh, pairs - 1); });
-  }
-  tapestry::limit_threads(threads);
+TEST_CASE("faces meet in pixels that show both, once in however many", "[raster][crossing_faces]") {
+  const Mesh mesh = triangles_of_many_sizes(40, 5, 0.3);
+  const auto edges = raster::mesh_edges(mesh);
+  const auto all = crossings_of(mesh);
+  REQUIRE(all.size() >= 10);
+  constexpr std::size_t width = 70, rows = 3;
+  const auto pairs_seen = [&](auto shows) {  // by two bands, the second of fewer rows
+    raster::SeenFaces seen(width, 2, 2);
+    for (std::size_t pixel = 0; pixel < rows * width; ++pixel)
+      for (std::int32_t face = 0; face < 40; ++face)
+        for (int sample = 0; shows(pixel, face) && sample < 2; ++sample)
+          seen.band(pixel / (2 * width)).add(pixel, face);
+    return raster::crossing_faces(mesh, edges, seen);
+  };
+  CHECK(pairs_seen([](std::size_t, std::int32_t) { return true; }) == all);
+  CHECK(pairs_seen([](std::size_t pixel, std::int32_t face) {
+          return pixel % 40 == static_cast<std::size_t>(face);
+        }).empty());
+  const FacePair& one = all[all.size() / 2];
+  CHECK(pairs_seen([&](std::size_t pixel, std::int32_t face) {
+          return pixel == 150 ? face == one.first || face == one.second
+                              : pixel % 40 == static_cast<std::size_t>(face);
+        }) == std::vector<FacePair>{one});
+}
+
+TEST_CASE("what is seen is listed pixel by pixel", "[raster][crossing_faces]") {
+  raster::SeenFaces seen(4, 2, 2);
+  seen.band(0).add(2, 7);
+  seen.band(0).add(2, 7);  // another sample of it
+  seen.band(0).add(2, 5);
+  seen.band(0).add(6, 5);
+  seen.band(1).add(9, 1);
+  const auto at = [&](std::size_t pixel) {
+    const auto faces = seen.at(pixel);
+    return std::vector<std::int32_t>(faces.begin(), faces.end());
+  };
+  CHECK(at(2) == std::vector<std::int32_t>{7, 5});
+  CHECK(at(6) == std::vector<std::int32_t>{5});
+  CHECK(at(9) == std::vector<std::int32_t>{1});
+  for (const std::size_t pixel : {0U, 1U, 3U, 5U, 7U, 8U, 10U, 15U, 16U, 100U}) CHECK(at(pixel).empty());
+  CHECK(raster::SeenFaces{}.at(0).empty());
 }
 
 TEST_CASE("pairs of faces are the same for any number of threads", "[raster][crossing_faces]") {
-  const Mesh mesh = triangles_of_many_sizes(6000, 3, 1e-3);
+  const Mesh mesh = triangles_of_many_sizes(400, 3, 1e-1);
+  const auto edges = raster::mesh_edges(mesh);
+  raster::SeenFaces seen(8, 1, 9);
+  for (std::size_t pixel = 0; pixel < 72; ++pixel)
+    for (std::int32_t face = 0; face < 400; ++face)
+      if ((static_cast<std::size_t>(face) * 31 + pixel) % 7 < 3) seen.band(pixel / 8).add(pixel, face);
   const int threads = tapestry::thread_count();
   tapestry::limit_threads(1);
-  const auto one = crossings_of(mesh);
+  const auto one = raster::crossing_faces(mesh, edges, seen);
   tapestry::limit_threads(3);
-  CHECK(crossings_of(mesh) == one);
+  CHECK(raster::crossing_faces(mesh, edges, seen) == one);
   tapestry::limit_threads(threads);
   CHECK(!one.empty());
 }

@@ -13,6 +13,7 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
+#include <tapestry/raster/seen_faces.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/vertex_gradient/band_moments.hpp>
 #include <vector>
@@ -123,13 +124,14 @@ inline void add_plane_shares(const geometry::Mesh& mesh, const std::vector<geome
 
 /// Adds the part of the derivative that comes from what faces show, their outlines held still: exact for the
 /// samples that are drawn.
-/// \returns the faces that were seen where the adjoint is not 0, in order
+/// \returns the faces that are seen where the adjoint is not 0
 template <GeometryOutput Output, std::floating_point T, std::size_t Rank>
-std::vector<std::int32_t> add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& fragments,
-                                       const Array<T, Rank>& picture_adjoint,
-                                       std::vector<geometry::Vector3>& positions_adjoint) {
+SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& fragments,
+                       const Array<T, Rank>& picture_adjoint,
+                       std::vector<geometry::Vector3>& positions_adjoint) {
   std::vector<BandMoments<GeometryMoments>> bands(fragments.band_count());
   std::vector<std::vector<VertexShare>> shares(bands.size());
+  SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, FragmentGrain::face, [&](const Fragment& fragment) {
       typename ShownGeometry<Output>::Colour adjoint;
@@ -137,6 +139,7 @@ std::vector<std::int32_t> add_geometry(const ShownGeometry<Output>& shown, const
       for (std::size_t c = 0; c < adjoint.size(); ++c)
         adjoint[c] = fragment.coverage * static_cast<double>(pixel[c]);
       if (adjoint == decltype(adjoint){}) return;
+      seen.band(index).add(fragment.pixel, fragment.face);
       auto& sum = bands[index].of(fragment.face).sum;
       if constexpr (std::same_as<Output, Normal>)
         sum = geometry::add(sum, adjoint);
@@ -156,7 +159,7 @@ std::vector<std::int32_t> add_geometry(const ShownGeometry<Output>& shown, const
         const TurningNormal turning(shown.mesh, shown.eye, moments.face);
         turning.add_adjoint(moments.sum, 1, positions_adjoint);
       }
-  return faces_of(bands);
+  return seen;
 }
 
 }  // namespace detail
@@ -204,7 +207,7 @@ template <GeometryOutput Output, std::floating_point T>
 /// \param samples_per_axis   those of the picture; pieces of outlines are at most its inverse long, in pixels
 /// \param edges              mesh_edges() of the mesh, when they are kept from view to view; null: found now
 /// \throws ShapeError unless there are so many channels, an entry a position, and edges are the mesh's;
-///         otherwise as geometry_picture(); Error, of kind limit, as crossing_faces() does
+///         otherwise as geometry_picture()
 template <GeometryOutput Output, std::floating_point T>
 void geometry_picture_adjoint(const geometry::Mesh& mesh, const geometry::Camera& camera,
                               const Array<T, geometry_rank<Output>>& picture_adjoint,

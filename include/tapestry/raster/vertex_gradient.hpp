@@ -13,6 +13,7 @@
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
+#include <tapestry/raster/seen_faces.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
 #include <tapestry/raster/vertex_gradient/interior.hpp>
@@ -88,29 +89,33 @@ auto pixel_adjoint(const Array<T, Rank>& adjoint) {
 /// Leaves out the faces of one closed surface that turn their inner side to the camera, if the picture's
 /// samples show no inner side: they are behind others, and so are the edges between them. Not where near may
 /// cut the surface open. It takes the surface for one that does not pass through itself.
-inline void leave_out_inner_sides(const MeshEdges& edges, const std::vector<std::int32_t>& seen,
+inline void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
                                   const std::vector<geometry::Vector3>& positions_view,
                                   const geometry::Camera& camera, FacesInView& faces) {
-  if (!edges.is_closed || seen.empty()) return;
-  if (std::any_of(positions_view.begin(), positions_view.end(),
+  if (!edges.is_closed) return;
+  int shown = 0;
+  for (const SeenFaces::Band& band : seen.bands())
+    for (const std::int32_t face : band.faces()) {
+      if (shown == 0) shown = faces.winding(face);
+      if (shown == 0 || faces.winding(face) != shown) return;
+    }
+  if (shown == 0 ||
+      std::any_of(positions_view.begin(), positions_view.end(),
                   [&](const geometry::Vector3& position) { return !(position[2] > camera.near); }))
     return;
-  const int shown = faces.winding(seen.front());
-  const bool shows_one_side =
-      std::all_of(seen.begin(), seen.end(), [&](std::int32_t face) { return faces.winding(face) == shown; });
-  if (shows_one_side && shown != 0) faces.leave_out(-shown);
+  faces.leave_out(-shown);
 }
 
 /// The integral over all boundaries between colours.
 /// \param edges    of the mesh
-/// \param seen     the faces that samples see where the adjoint is not 0; empty: not known
+/// \param seen     the faces that samples see where the adjoint is not 0; none: not known
 /// \param has_intersections  whether those are looked at for where they cut each other
 /// \param adjoint  of the picture, [H, W, 3], or [H, W] for a Colour of one channel
 template <std::floating_point T, std::size_t Rank, class Colour>
 void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
                     const std::vector<geometry::Vector3>& positions_view, const Colour& colour,
                     const Array<T, Rank>& adjoint, std::size_t samples_per_axis, const MeshEdges& edges,
-                    const std::vector<std::int32_t>& seen, bool has_intersections,
+                    const SeenFaces& seen, bool has_intersections,
                     std::vector<geometry::Vector3>& positions_adjoint) {
   FacesInView faces(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
   leave_out_inner_sides(edges, seen, positions_view, camera, faces);
@@ -200,8 +205,7 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
 /// \param positions_adjoint  one entry a position of the mesh
 /// \param model              BoundaryIntegral, InteriorOnly or NeuralMeshRenderer
 /// \throws ShapeError, DomainError, Error as visibility() and texture_operator() do; DomainError for a
-///         filtered atlas; ShapeError if the model's edges are of another mesh; Error, of kind limit, as
-///         crossing_faces() does
+///         filtered atlas; ShapeError if the model's edges are of another mesh
 template <std::floating_point T, class Model, class Gradient = BoundaryIntegral>
 void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& camera,
                     const Array<T, 3>& render_adjoint, std::vector<geometry::Vector3>& positions_adjoint,

@@ -47,15 +47,4 @@ class BandMoments {
   std::size_t last_ = 0;
 };
 
-/// The faces of all bands, in order.
-template <class Moments>
-[[nodiscard]] std::vector<std::int32_t> faces_of(const std::vector<BandMoments<Moments>>& bands) {
-  std::vector<std::int32_t> faces;
-  for (const auto& band : bands)
-    for (const Moments& moments : band.all()) faces.push_back(moments.face);
-  std::sort(faces.begin(), faces.end());
-  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-  return faces;
-}
-
 }  // namespace tapestry::raster::detail

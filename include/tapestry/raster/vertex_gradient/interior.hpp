@@ -9,6 +9,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/seen_faces.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/vertex_gradient/band_moments.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
@@ -137,18 +138,19 @@ struct MotionAdjoint {
 
 /// The part of the gradient that comes from what faces show, their outlines held still, sampled a band of
 /// rows at a time.
-/// \returns the faces that were seen where the adjoint is not 0, in order
+/// \returns the faces that are seen where the adjoint is not 0
 template <std::floating_point T, class Model, class Colour>
-std::vector<std::int32_t> add_interior(const Surface<T, Model>& surface, const Colour& colour,
-                                       const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
-                                       const MotionAdjoint& positions_adjoint) {
+SeenFaces add_interior(const Surface<T, Model>& surface, const Colour& colour, const FragmentBands& fragments,
+                       const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint) {
   const bool is_turning = std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
   std::vector<BandMoments<FaceMoments>> bands(fragments.band_count());
   std::vector<std::vector<VertexShare>> shares(bands.size());
+  SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
+      seen.band(index).add(fragment.pixel, fragment.face);
       add_fragment(colour, fragment, adjoint, is_turning, bands[index].of(fragment.face));
     });
     shares[index].reserve(3 * bands[index].all().size());
@@ -167,7 +169,7 @@ std::vector<std::int32_t> add_interior(const Surface<T, Model>& surface, const C
       if (is_turning)
         add_light_adjoint(surface.body.mesh, camera, surface.light, face.face, face.light,
                           *positions_adjoint.turning);
-  return faces_of(bands);
+  return seen;
 }
 
 }  // namespace tapestry::raster::detail
