@@ -6,13 +6,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/cell_grid.hpp>
 #include <tapestry/raster/face_weights.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
+#include <tapestry/raster/seen_faces.hpp>
 #include <vector>
 
 namespace tapestry::raster {
@@ -28,12 +28,23 @@ class FaceField {
     double inverse_depth = 0;
   };
 
-  /// \param faces  must outlive this
-  FaceField(const FacesInView& faces, const geometry::Camera& camera)
+  /// \param faces  must outlive this, as must seen
+  /// \param seen   faces that are known to be seen, which are asked first
+  FaceField(const FacesInView& faces, const SeenFaces& seen, const geometry::Camera& camera)
       : faces_(faces),
+        seen_(seen),
         limits_{1 / camera.far, 1 / camera.near},
         grid_(faces.extent()),
-        place_(grid_.size() + 1, 0) {}
+        place_(grid_.size() + 1, 0),
+        listed_(1),
+        slot_(faces.mesh().faces.size(), 0) {
+    for (const SeenFaces::Band& band : seen.bands())
+      for (const std::int32_t face : band.faces()) {
+        if (slot_[static_cast<std::size_t>(face)] != 0 || faces_.winding(face) == 0) continue;
+        Listed own{{}, face};
+        if (own.weights.set(rays(), faces_.corners(static_cast<std::size_t>(face)))) keep(own);
+      }
+  }
 
   /// Asks for answers along a line of the picture and up to 1e-5 px beside it. Threads may mark at once.
   void mark(const std::array<double, 2>& from, const std::array<double, 2>& to) {
@@ -67,11 +78,14 @@ class FaceField {
 
   [[nodiscard]] const PixelRays& rays() const { return faces_.frame().rays; }
   [[nodiscard]] const FacesInView& faces() const { return faces_; }
+  /// 1/z of far and near.
+  [[nodiscard]] const std::array<double, 2>& limits() const { return limits_; }
 
-  /// Of a face that touches a cell with marks; all 0 for one that is not drawn.
+  /// Of a face that is seen or touches a cell with marks; all 0 for one that is not drawn.
   [[nodiscard]] const FaceWeights& weights(std::int32_t face) const {
-    return weights_[slot_[static_cast<std::size_t>(face)]];
+    return listed_[slot_[static_cast<std::size_t>(face)]].weights;
   }
+  /// 1/z of a face's plane.
   [[nodiscard]] Affine inverse_depth(std::int32_t face) const { return weights(face).inverse_depth(); }
 
   /// 1/z where the ray meets the face between near and far, else 0.
@@ -100,8 +114,8 @@ class FaceField {
     for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
       const double most = inverse_depth_max(entries_[i]);
       if (most < std::min({inverse_depth, sides.seen[0].inverse_depth, sides.seen[1].inverse_depth})) break;
-      const std::size_t slot = slot_of(entries_[i]);
-      const std::array<Affine, 3>& w = weights_[slot].w;
+      const auto& [weights, face] = listed_[slot_of(entries_[i])];
+      const std::array<Affine, 3>& w = weights.w;
       std::array<double, 3> at, change;
       bool is_beside = true;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -110,7 +124,6 @@ class FaceField {
         is_beside = is_beside && at[k] + std::abs(change[k]) >= 0;
       }
       if (!is_beside) continue;
-      const std::int32_t face = faces_of_slots_[slot];
       if (FaceWeights::hit(at, limits_) > hidden_from && !is_left_out(face)) return {face, {}};
       for (std::size_t side = 0; side < 2; ++side) {
         const double sign = side == 0 ? -1 : 1;
@@ -130,25 +143,13 @@ class FaceField {
     return hides(weights(face), column, row, inverse_depth);
   }
 
-  /// How far a face that hides a point of a line goes on to hide the line.
-  /// \param way            of unit length
-  /// \param inverse_depth  1/z of the line, affine in the picture
-  [[nodiscard]] double hidden_length(std::int32_t face, double column, double row,
-                                     const std::array<double, 2>& way, const Affine& inverse_depth) const {
-    const FaceWeights& face_weights = weights(face);
-    const Affine own = face_weights.inverse_depth();
-    double length = std::numeric_limits<double>::infinity();
-    const auto keep = [&](double a, double b, double value) {  // while value + (a, b)·way·length ≥ 0
-      const double slope = a * way[0] + b * way[1];
-      if (slope < 0) length = std::min(length, -value / slope);
-    };
-    for (const Affine& part : face_weights.w) keep(part.a, part.b, part.at(column, row));
-    const double nearness = own.at(column, row), factor = 1 + 1e-9;
-    keep(own.a - factor * inverse_depth.a, own.b - factor * inverse_depth.b,
-         nearness - factor * inverse_depth.at(column, row));
-    keep(own.a, own.b, nearness - limits_[0]);
-    keep(-own.a, -own.b, limits_[1] - nearness);
-    return length;
+  /// As hider(), but of the faces alone that are known to be seen in the point's pixel, and without a mark.
+  template <class Predicate>
+  [[nodiscard]] std::int32_t seen_hider(double column, double row, double inverse_depth,
+                                        Predicate is_left_out) const {
+    for (const std::int32_t face : seen_.at(column, row))
+      if (hides(face, column, row, inverse_depth) && !is_left_out(face)) return face;
+    return -1;
   }
 
   /// A face, other than those that `is_left_out`, that hides a point; −1 if there is none.
@@ -158,9 +159,8 @@ class FaceField {
     const std::size_t cell = place_[grid_.cell_of(column, row)];
     for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
       if (inverse_depth_max(entries_[i]) <= inverse_depth) return -1;
-      const std::size_t slot = slot_of(entries_[i]);
-      if (hides(weights_[slot], column, row, inverse_depth) && !is_left_out(faces_of_slots_[slot]))
-        return faces_of_slots_[slot];
+      const auto& [weights, face] = listed_[slot_of(entries_[i])];
+      if (hides(weights, column, row, inverse_depth) && !is_left_out(face)) return face;
     }
     return -1;
   }
@@ -168,13 +168,12 @@ class FaceField {
  private:
   static constexpr double hiding_margin = 1e-9;  // of 1/z, what rounding may cause
 
-  /// A face in a cell: in the low half the slot of its weights, in the high half the complement of the
+  /// A face in a cell: in the low half its slot, in the high half the complement of the
   /// greatest 1/z that it may have there, a float's bits, so that the nearest is the least.
   using Entry = std::uint64_t;
-  [[nodiscard]] static Entry entry_of(double inverse_depth_max, std::size_t slot) {
-    const float least = static_cast<float>(std::max(inverse_depth_max, 0.0));
-    const float above = std::nextafter(least, std::numeric_limits<float>::infinity());
-    return Entry{~std::bit_cast<std::uint32_t>(above)} << 32U | slot;
+  [[nodiscard]] static std::uint32_t farness_of(double inverse_depth_max) {
+    const float least = static_cast<float>(std::clamp(inverse_depth_max, 0.0, 3e38));
+    return ~(std::bit_cast<std::uint32_t>(least) + 1);  // of the next float, which is not less
   }
   [[nodiscard]] static double inverse_depth_max(Entry entry) {
     return static_cast<double>(std::bit_cast<float>(~static_cast<std::uint32_t>(entry >> 32U)));
@@ -183,13 +182,17 @@ class FaceField {
 
   struct Found {
     std::uint32_t cell;
-    Entry entry;
+    std::uint32_t farness;  // the high half of the entry
+    std::int32_t face;
+  };
+  struct Listed {
+    FaceWeights weights;
+    std::int32_t face = -1;
   };
   /// What a run of faces leaves.
   struct Block {
     std::vector<Found> found;
-    std::vector<FaceWeights> weights;
-    std::vector<std::int32_t> faces;  // of each weights
+    std::vector<Listed> listed;
   };
   [[nodiscard]] bool hides(const FaceWeights& w, double column, double row, double inverse_depth) const {
     return w.hit(column, row, limits_) > inverse_depth * (1 + hiding_margin);
@@ -214,8 +217,9 @@ class FaceField {
     const CellGrid::Range range = grid_.cells_of(low, high);
     if (!has_marks(range)) return;
     const auto corners = faces_.corners(face);
-    FaceWeights weights;
-    if (!weights.set(rays(), corners)) return;
+    const bool is_known = slot_[face] != 0;
+    FaceWeights weights = listed_[slot_[face]].weights;
+    if (!is_known && !weights.set(rays(), corners)) return;
     const auto& w = weights.w;
     const double depth = std::min({corners[0][2], corners[1][2], corners[2][2]});
     const double most = std::min((1 + 1e-9) / std::max(depth, 0.0), limits_[1]);  // 1/z
@@ -224,7 +228,7 @@ class FaceField {
     for (std::size_t k = 0; k < 3; ++k) change[k] = reach * (std::abs(w[k].a) + std::abs(w[k].b));
     const Affine inverse_depth = weights.inverse_depth();
     const double depth_change = reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));
-    const std::size_t slot = block.weights.size(), found_before = block.found.size();
+    const std::size_t found_before = block.found.size();
     for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y) {
       for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x) {
         const std::uint32_t place = place_[grid_.index(x, y)];
@@ -233,12 +237,11 @@ class FaceField {
         const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
         if (w0 < -change[0] || w1 < -change[1] || w2 < -change[2]) continue;
         const double nearest = std::min(most, w0 + w1 + w2 + depth_change);
-        block.found.push_back({place, entry_of(nearest, slot)});
+        block.found.push_back({place, farness_of(nearest), static_cast<std::int32_t>(face)});
       }
     }
-    if (block.found.size() == found_before) return;
-    block.weights.push_back(weights);
-    block.faces.push_back(static_cast<std::int32_t>(face));
+    if (is_known || block.found.size() == found_before) return;
+    block.listed.push_back({weights, static_cast<std::int32_t>(face)});
   }
 
   /// \param cell_count  with marks
@@ -251,28 +254,26 @@ class FaceField {
       for (std::size_t face = begin; face < end; ++face)
         if (faces_.winding(static_cast<std::int32_t>(face)) != 0) list_face(face, blocks[index]);
     });
-    slot_.assign(face_count, 0);
-    weights_.assign(1, FaceWeights{});  // of all faces that are not listed
-    faces_of_slots_.assign(1, -1);
     begin_.assign(cell_count + 2, 0);
     for (const Block& done : blocks)
       for (const Found& one : done.found) ++begin_[one.cell + 1];
     for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
     entries_.resize(begin_.back());
     std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    std::size_t listed = 1;
-    for (const Block& done : blocks) listed += done.faces.size();
-    weights_.reserve(listed);
-    faces_of_slots_.reserve(listed);
+    std::size_t size = listed_.size();
+    for (const Block& done : blocks) size += done.listed.size();
+    listed_.reserve(size);
     for (Block& done : blocks) {
-      const auto first = static_cast<std::uint32_t>(weights_.size());
-      weights_.insert(weights_.end(), done.weights.begin(), done.weights.end());
-      for (std::size_t i = 0; i < done.faces.size(); ++i)
-        slot_[static_cast<std::size_t>(done.faces[i])] = first + static_cast<std::uint32_t>(i);
-      faces_of_slots_.insert(faces_of_slots_.end(), done.faces.begin(), done.faces.end());
-      for (const Found& one : done.found) entries_[next[one.cell]++] = one.entry + first;
+      for (const Listed& listed : done.listed) keep(listed);
+      for (const Found& one : done.found)
+        entries_[next[one.cell]++] = Entry{one.farness} << 32U | slot_[static_cast<std::size_t>(one.face)];
       done = {};
     }
+  }
+
+  void keep(const Listed& listed) {
+    slot_[static_cast<std::size_t>(listed.face)] = static_cast<std::uint32_t>(listed_.size());
+    listed_.push_back(listed);
   }
 
   void sort_cells() {
@@ -286,14 +287,14 @@ class FaceField {
   }
 
   const FacesInView& faces_;
+  const SeenFaces& seen_;
   std::array<double, 2> limits_;
   CellGrid grid_;
   std::vector<std::uint32_t> place_;  // of each cell: 1 if it has marks, then its place in begin_; and a 0
   std::vector<std::uint32_t> begin_;
   std::vector<Entry> entries_;
-  std::vector<FaceWeights> weights_;
-  std::vector<std::int32_t> faces_of_slots_;  // of each weights
-  std::vector<std::uint32_t> slot_;           // of each face's weights
+  std::vector<Listed> listed_;       // the first stands for all faces that are not listed
+  std::vector<std::uint32_t> slot_;  // of each face, in listed_
 };
 
 }  // namespace tapestry::raster

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
 
@@ -42,6 +43,26 @@ struct FaceWeights {
     if (!(at[0] >= 0 && at[1] >= 0 && at[2] >= 0)) return 0;
     const double inverse_depth = at[0] + at[1] + at[2];
     return inverse_depth >= limits[0] && inverse_depth <= limits[1] ? inverse_depth : 0;
+  }
+
+  /// How far from a point that the face hides it goes on to hide a line.
+  /// \param way            of the line, of unit length
+  /// \param inverse_depth  1/z of the line
+  [[nodiscard]] double hidden_length(double column, double row, const std::array<double, 2>& way,
+                                     const Affine& inverse_depth, const std::array<double, 2>& limits) const {
+    const Affine own = this->inverse_depth();
+    double length = std::numeric_limits<double>::infinity();
+    const auto keep = [&](double a, double b, double value) {  // while value + (a, b)·way·length ≥ 0
+      const double slope = a * way[0] + b * way[1];
+      if (slope < 0) length = std::min(length, -value / slope);
+    };
+    for (const Affine& part : w) keep(part.a, part.b, part.at(column, row));
+    const double nearness = own.at(column, row), factor = 1 + 1e-9;
+    keep(own.a - factor * inverse_depth.a, own.b - factor * inverse_depth.b,
+         nearness - factor * inverse_depth.at(column, row));
+    keep(own.a, own.b, nearness - limits[0]);
+    keep(-own.a, -own.b, limits[1] - nearness);
+    return length;
   }
 
   /// Barycentric coordinates at a point, brought to the face's rim where the point lies beside it.

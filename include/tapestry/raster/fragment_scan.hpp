@@ -40,6 +40,7 @@ class FragmentRow {
   static constexpr std::size_t most_of_pixel = 64;
 
   void clear() { size_ = 0; }
+  [[nodiscard]] std::size_t size() const { return size_; }
 
   /// Makes room for the fragments of so many pixels, at most `each` in every one.
   void reserve(std::size_t pixels, std::size_t each) {

@@ -202,11 +202,13 @@ inline void require_view_of(const char* operation, const PaintedMesh& body, cons
               drawn.positions.size() == body.mesh.positions.size() &&
               (&drawn == &body.mesh || drawn.faces == body.mesh.faces);
   if (fits) {
-    const auto now = positions_in_view(body.mesh, view.camera());
-    const auto is_near = [](const geometry::Vector3& a, const geometry::Vector3& b) {
-      return !(geometry::length(geometry::subtract(a, b)) > 1e-9 * (1 + geometry::length(a)));
+    const auto is_near = [&](const geometry::Vector3& position, const geometry::Vector3& then) {
+      const geometry::Vector3 now = geometry::view_from_world(view.camera(), position);
+      const geometry::Vector3 moved = geometry::subtract(now, then);
+      return !(geometry::dot(moved, moved) > 1e-18 * (1 + geometry::dot(now, now)));
     };
-    fits = std::equal(now.begin(), now.end(), view.positions_view().begin(), is_near);
+    fits = std::equal(body.mesh.positions.begin(), body.mesh.positions.end(), view.positions_view().begin(),
+                      is_near);
   }
   if (!fits)
     throw DomainError(std::string(operation) +

@@ -101,7 +101,9 @@ class FragmentBands {
   void visit_band(std::size_t band, FragmentGrain grain, Visit visit) const {
     if (kept_grain_) {
       assert(*kept_grain_ == grain);
-      for (const Fragment& fragment : kept_[band]) visit(fragment);
+      const auto [begin, end] = block_range(band, height_, band_rows());
+      for (std::size_t row = begin; row < end; ++row)
+        for (const Fragment& fragment : kept_[row]) visit(fragment);
       return;
     }
     for_each_row(band, grain, [&](std::size_t row, const detail::FragmentRow& fragments) {
@@ -122,10 +124,13 @@ class FragmentBands {
 
  private:
   void keep(FragmentGrain grain) {
-    kept_.resize(band_count());
-    parallel_for(kept_.size(), [&](std::size_t band) {
-      visit_band(band, grain, [&](const Fragment& fragment) { kept_[band].push_back(fragment); });
-      kept_[band].shrink_to_fit();
+    kept_.resize(height_);
+    parallel_for(band_count(), [&](std::size_t band) {
+      for_each_row(band, grain, [&](std::size_t row, const detail::FragmentRow& fragments) {
+        const auto add = [&](const Fragment& fragment) { kept_[row].push_back(fragment); };
+        kept_[row].reserve(fragments.size());
+        fragments.visit(row * width_, add);
+      });
     });
     kept_grain_ = grain;
     triangles_.free_triangles();
@@ -164,7 +169,7 @@ class FragmentBands {
   TiledTriangles triangles_;
   detail::FragmentScan scan_;
   std::optional<FragmentGrain> kept_grain_;
-  std::vector<std::vector<Fragment>> kept_;  // of each band
+  std::vector<std::vector<Fragment>> kept_;  // of each pixel row
 };
 
 /// The fragments of a view in bands of pixel rows, within each in the order of FragmentWalk.

@@ -59,6 +59,12 @@ class SeenFaces {
 
   [[nodiscard]] std::size_t width() const { return width_; }
 
+  /// Of the pixel of a point of the picture.
+  [[nodiscard]] std::span<const std::int32_t> at(double column, double row) const {
+    if (!(column >= 0 && row >= 0 && column < static_cast<double>(width_))) return {};
+    return at(static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column));
+  }
+
   /// Of a pixel, row · width + column, also beyond the picture.
   [[nodiscard]] std::span<const std::int32_t> at(std::size_t pixel) const {
     const std::size_t band = width_ == 0 ? 0 : pixel / (band_rows_ * width_);

@@ -119,7 +119,7 @@ void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
                     std::vector<geometry::Vector3>& positions_adjoint) {
   FacesInView faces(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
   leave_out_inner_sides(edges, seen, positions_view, camera, faces);
-  FaceField field(faces, camera);
+  FaceField field(faces, seen, camera);
   const double longest_piece = 1 / static_cast<double>(samples_per_axis);
   const BoundaryScene scene{mesh,   edges,  positions_view,         field,
                             camera, colour, pixel_adjoint(adjoint), longest_piece};

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
 #include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
+#include <tapestry/raster/vertex_gradient/edge_line.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
 #include <vector>
 
@@ -36,10 +36,12 @@ class Outlines {
     parallel_for(found_.size(), [&](std::size_t index) {
       const auto [begin, end] = block_range(index, count, block);
       for (std::size_t edge = begin; edge < end; ++edge) {
-        Line line;
+        EdgeLine line;
         if (!may_show(edge, is_continuous) || !cut(edge, line)) continue;
-        field.mark(line.from, line.to);
-        found_[index].push_back(static_cast<std::uint32_t>(edge));
+        hide_by_seen(line);
+        if (line.hidden_to > line.length) continue;
+        field.mark(line.at(line.hidden_to), line.to);
+        found_[index].push_back({static_cast<std::uint32_t>(edge), line.hidden_to});
       }
     });
   }
@@ -49,7 +51,7 @@ class Outlines {
     std::vector<std::vector<VertexShare>> shares(found_.size());
     parallel_for(shares.size(), [&](std::size_t index) {
       std::vector<OwnFace> own;
-      for (const std::uint32_t edge : found_[index]) add_edge(edge, own, shares[index]);
+      for (const Found& found : found_[index]) add_edge(found, own, shares[index]);
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
@@ -73,20 +75,9 @@ class Outlines {
     EndsAdjoint sum{};
   };
 
-  /// An edge as it appears.
-  struct Line {
-    std::span<const HalfEdge> own;
-    geometry::Vector3 a, b;          // its ends in view space, of the first half-edge
-    std::array<double, 2> from, to;  // its ends in the picture
-    std::array<double, 2> normal;    // unit, in the picture, towards m·r > 0
-    double steepness;                // |∂(m·r)/∂(column, row)|
-    geometry::Vector3 m;
-    geometry::Vector3 depth;    // 1/z of the edge where it appears is depth·r
-    std::array<double, 2> way;  // unit, in the picture, from its first end to the other
-    double hidden_to = -1;      // how far, in pixels from its first end, it is known to be hidden
-    [[nodiscard]] bool has(std::int32_t face) const {
-      return std::any_of(own.begin(), own.end(), [&](const HalfEdge& half) { return half.face == face; });
-    }
+  struct Found {
+    std::uint32_t edge;
+    double hidden_to;  // see EdgeLine
   };
 
   [[nodiscard]] const geometry::Vector3& position(std::int32_t vertex) const {
@@ -109,84 +100,65 @@ class Outlines {
     return !((is_continuous && !is_seam) || scene_.colour.agrees(own[0], own[1]));
   }
 
-  /// False if nothing of the edge lies in the view.
-  [[nodiscard]] bool cut(std::size_t edge, Line& line) const {
+  /// False if nothing of the edge shows.
+  [[nodiscard]] bool cut(std::size_t edge, EdgeLine& line) const {
     line.own = scene_.edges.of(edge);
     const HalfEdge& first = line.own[0];
-    line.a = position(corner_of(scene_.mesh, first.face, first.corner));
-    line.b = position(corner_of(scene_.mesh, first.face, first.corner + 1));
-    std::array<double, 2> range{0, 1};
-    if (!usable(line.a) || !usable(line.b) || !cut_to_view(line.a, line.b, range)) return false;
-    const auto end = [&](double t) {
-      return scene_.field.rays().picture_point(
-          geometry::add(line.a, geometry::scale(geometry::subtract(line.b, line.a), t)));
-    };
-    line.from = end(range[0]);
-    line.to = end(range[1]);
-    return true;
+    return line.set(position(corner_of(scene_.mesh, first.face, first.corner)),
+                    position(corner_of(scene_.mesh, first.face, first.corner + 1)), scene_.camera,
+                    scene_.field.rays());
+  }
+
+  /// Goes along a line from its first end, as far as faces that samples see hide it: most edges of most
+  /// meshes are hidden from end to end.
+  void hide_by_seen(EdgeLine& line) const {
+    constexpr double beyond = 1e-7;  // px; past the border of a face that hides
+    constexpr int most = 8;          // faces
+    for (int i = 0; i < most && line.hidden_to <= line.length; ++i) {
+      const auto [column, row] = line.at(line.hidden_to + beyond);
+      const std::int32_t hider = scene_.field.seen_hider(column, row, line.inverse_depth.at(column, row),
+                                                         [&](std::int32_t face) { return line.has(face); });
+      if (hider < 0) return;
+      hide(line, hider, column, row);
+    }
   }
 
   /// \param own  memory for a while
-  void add_edge(std::size_t edge, std::vector<OwnFace>& own, std::vector<VertexShare>& shares) const {
-    Line line;
-    if (!cut(edge, line)) return;
-    line.m = geometry::cross(line.a, line.b);
-    const PixelRays& rays = scene_.field.rays();
-    line.normal = {line.m[0] * rays.step[0], line.m[1] * rays.step[1]};
-    line.steepness = std::hypot(line.normal[0], line.normal[1]);
-    if (!(line.steepness > 0)) return;  // through the eye
-    for (double& part : line.normal) part /= line.steepness;
-    // r = α·a + β·b there, so 1/z = α + β; solved by products with m.
-    line.depth = geometry::scale(geometry::cross(geometry::subtract(line.a, line.b), line.m),
-                                 -1 / geometry::dot(line.m, line.m));
-    const double length = std::hypot(line.to[0] - line.from[0], line.to[1] - line.from[1]);
-    if (!(length > 0)) return;
-    line.way = {(line.to[0] - line.from[0]) / length, (line.to[1] - line.from[1]) / length};
+  void add_edge(const Found& found, std::vector<OwnFace>& own, std::vector<VertexShare>& shares) const {
+    EdgeLine line;
+    if (!cut(found.edge, line)) return;
+    line.hidden_to = found.hidden_to;
+    const auto [column, row] = line.at(line.hidden_to);
     // Of a short edge the first piece tells as much.
-    if (length > scene_.longest_piece && is_hidden(line, line.from[0], line.from[1]) &&
-        line.hidden_to > length)
+    if (line.length - line.hidden_to > scene_.longest_piece && is_hidden(line, column, row) &&
+        line.hidden_to > line.length)
       return;
     own.clear();
     for (const HalfEdge& half : line.own) {
       const double side = geometry::dot(line.m, position(corner_of(scene_.mesh, half.face, half.corner + 2)));
       own.push_back({scene_.field.inverse_depth(half.face), {side<0, side> 0}});
     }
-    for_each_piece(line.from, line.to, scene_.longest_piece, [&](double column, double row, double piece) {
-      add_piece(line, column, row, piece, own);
-    });
+    for_each_piece(line.from, line.to, scene_.longest_piece,
+                   [&](double x, double y, double piece) { add_piece(line, x, y, piece, own); });
     for (std::size_t i = 0; i < own.size(); ++i) add_half_edge(line, i, own[i].sum, shares);
   }
 
-  /// 1/z of the edge at a point where it appears.
-  [[nodiscard]] double inverse_depth_of(const Line& line, double column, double row) const {
-    return geometry::dot(line.depth, scene_.field.rays().at(column, row));
-  }
-
-  [[nodiscard]] Affine inverse_depth_of(const Line& line) const {
-    const PixelRays& rays = scene_.field.rays();
-    return {line.depth[0] * rays.step[0], line.depth[1] * rays.step[1],
-            line.depth[0] * rays.first[0] + line.depth[1] * rays.first[1] + line.depth[2]};
-  }
-
-  [[nodiscard]] double place_along(const Line& line, double column, double row) const {
-    return (column - line.from[0]) * line.way[0] + (row - line.from[1]) * line.way[1];
-  }
-
   /// Remembers how far a face hides the edge that hides it here.
-  void hide(Line& line, std::int32_t hider, double column, double row) const {
-    line.hidden_to = place_along(line, column, row) +
-                     scene_.field.hidden_length(hider, column, row, line.way, inverse_depth_of(line));
+  void hide(EdgeLine& line, std::int32_t hider, double column, double row) const {
+    line.hidden_to =
+        line.place_of(column, row) + scene_.field.weights(hider).hidden_length(
+                                         column, row, line.way, line.inverse_depth, scene_.field.limits());
   }
 
-  [[nodiscard]] bool is_hidden(Line& line, double column, double row) const {
-    const std::int32_t hider = scene_.field.hider(column, row, inverse_depth_of(line, column, row),
+  [[nodiscard]] bool is_hidden(EdgeLine& line, double column, double row) const {
+    const std::int32_t hider = scene_.field.hider(column, row, line.inverse_depth.at(column, row),
                                                   [&](std::int32_t face) { return line.has(face); });
     if (hider < 0) return false;
     hide(line, hider, column, row);
     return true;
   }
 
-  void add_half_edge(const Line& line, std::size_t i, const EndsAdjoint& sum,
+  void add_half_edge(const EdgeLine& line, std::size_t i, const EndsAdjoint& sum,
                      std::vector<VertexShare>& shares) const {
     if (geometry::dot(sum[0], sum[0]) + geometry::dot(sum[1], sum[1]) == 0) return;
     const HalfEdge& half = line.own[i];
@@ -200,30 +172,15 @@ class Outlines {
     shares.push_back({runs_alike ? to : from, sum[1]});
   }
 
-  /// The part of a + t·(b − a), t in [0, 1], within near, far and the picture's sides.
-  [[nodiscard]] bool cut_to_view(const geometry::Vector3& a, const geometry::Vector3& b,
-                                 std::array<double, 2>& range) const {
-    const auto keep = [&](double at_a, double at_b) {  // where a linear function is ≥ 0
-      if (at_a < 0 && at_b < 0) return false;
-      if (at_a < 0) range[0] = std::max(range[0], at_a / (at_a - at_b));
-      if (at_b < 0) range[1] = std::min(range[1], at_a / (at_a - at_b));
-      return range[0] < range[1];
-    };
-    const double x = scene_.camera.tan_half_fov_x, y = scene_.camera.tan_half_fov_y;
-    return keep(a[2] - scene_.camera.near, b[2] - scene_.camera.near) &&
-           keep(scene_.camera.far - a[2], scene_.camera.far - b[2]) &&
-           keep(x * a[2] - a[0], x * b[2] - b[0]) && keep(x * a[2] + a[0], x * b[2] + b[0]) &&
-           keep(y * a[2] - a[1], y * b[2] - b[1]) && keep(y * a[2] + a[1], y * b[2] + b[1]);
-  }
-
-  void add_piece(Line& line, double column, double row, double length, std::vector<OwnFace>& own) const {
+  void add_piece(EdgeLine& line, double column, double row, double length, std::vector<OwnFace>& own) const {
     using Values = typename Colour::Colour;
+    if (line.place_of(column, row) < line.hidden_to) return;
     const Values adjoint = scene_.adjoint_of(column, row);
-    if (adjoint == Values{} || place_along(line, column, row) < line.hidden_to) return;
+    if (adjoint == Values{}) return;
     const std::array<double, 2> step{beside * line.normal[0], beside * line.normal[1]};
     std::array<Side, 2> sides;
     const auto known = own_sides(line, own, {column, row}, step, sides);
-    const auto looked = scene_.field.look({column, row}, inverse_depth_of(line, column, row), step, known,
+    const auto looked = scene_.field.look({column, row}, line.inverse_depth.at(column, row), step, known,
                                           [&](std::int32_t face) { return line.has(face); });
     if (looked.hider >= 0) return hide(line, looked.hider, column, row);
     for (std::size_t side = 0; side < 2; ++side)
@@ -253,7 +210,7 @@ class Outlines {
 
   /// The nearest of the edge's own faces beside it, at point − step, where m·r < 0, and at point + step, and
   /// their 1/z. They reach up to the edge on the side of their third corner, whatever rounding says.
-  [[nodiscard]] std::array<double, 2> own_sides(const Line& line, const std::vector<OwnFace>& own,
+  [[nodiscard]] std::array<double, 2> own_sides(const EdgeLine& line, const std::vector<OwnFace>& own,
                                                 const std::array<double, 2>& point,
                                                 const std::array<double, 2>& step,
                                                 std::array<Side, 2>& sides) const {
@@ -274,7 +231,7 @@ class Outlines {
 
   /// Whether the surface goes on beyond the edge in a face that does not have the edge but ends there as well
   /// (a T-junction): the edge of that face counts the other half.
-  [[nodiscard]] bool is_continued(const Line& line, const Side& low, const Side& high, double column,
+  [[nodiscard]] bool is_continued(const EdgeLine& line, const Side& low, const Side& high, double column,
                                   double row) const {
     const bool low_is_own = low.half_edge >= 0;
     const std::int32_t own = low_is_own ? low.face : high.face, other = low_is_own ? high.face : low.face;
@@ -288,7 +245,7 @@ class Outlines {
   }
 
   const BoundaryScene<Colour, Adjoint>& scene_;
-  std::vector<std::vector<std::uint32_t>> found_;
+  std::vector<std::vector<Found>> found_;
 };
 
 }  // namespace tapestry::raster::detail
