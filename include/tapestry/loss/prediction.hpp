@@ -20,6 +20,9 @@ struct Target {
   detect::Box box{0, 0, 0, 0};  ///< pixels of the network's input; may reach over the border
 };
 
+/// Per image the objects to be found.
+using Truths = std::vector<std::vector<Target>>;
+
 /// Where the logits of every head are, [N, A·D, H, W] as detect::Head says, before any sigmoid or softmax;
 /// none null.
 template <class T>

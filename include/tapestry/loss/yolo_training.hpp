@@ -21,14 +21,11 @@ struct YoloTrainingOptions {
   double box = 1.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
 };
 
-/// The terms before weighting, each a mean over the images of a sum over candidates, and their weighted sum.
+/// The terms before weighting, and their weighted sum.
 struct YoloTrainingTerms {
   double box = 0, objectness = 0, classification = 0;
   double total = 0;
 };
-
-/// Per image the objects to be found.
-using Truths = std::vector<std::vector<Target>>;
 
 namespace detail {
 

@@ -18,6 +18,33 @@ struct YoloTrainingVariables {
   Variable<T> total;
 };
 
+namespace detail {
+
+/// The terms of a training loss on the tape, as one record.
+/// \param options     with the weights of the terms
+/// \param adjoint_of  adds to its second argument the derivative of the total under the weights of its first
+template <class T, class Options, class AdjointOf>
+[[nodiscard]] YoloTrainingVariables<T> record_training_terms(const YoloTrainingTerms& terms,
+                                                             const Options& options, AdjointOf adjoint_of,
+                                                             const std::vector<ArrayVariable<T, 4>>& logits) {
+  const auto pullback = [options, adjoint_of](const Array<T, 1>& terms_adjoint,
+                                              const LogitsAdjoint<T>& logits_adjoint) {
+    const auto adjoint = [&](std::size_t term) { return static_cast<double>(terms_adjoint(term)); };
+    Options weights = options;  // of each term what its own adjoint and the total's ask for
+    weights.box = adjoint(0) + adjoint(3) * options.box;
+    weights.objectness = adjoint(1) + adjoint(3) * options.objectness;
+    weights.classification = adjoint(2) + adjoint(3) * options.classification;
+    adjoint_of(weights, logits_adjoint);
+  };
+  const ArrayVariable<T, 1> values =
+      record_array(Array<T, 1>{static_cast<T>(terms.box), static_cast<T>(terms.objectness),
+                               static_cast<T>(terms.classification), static_cast<T>(terms.total)},
+                   pullback, logits);
+  return {element(values, {0}), element(values, {1}), element(values, {2}), element(values, {3})};
+}
+
+}  // namespace detail
+
 /// yolo_training() of a batch on the tape, all terms as one record: what detect::forward() of a network with
 /// its parameters is trained by.
 ///
@@ -33,21 +60,12 @@ template <Detector D, std::floating_point T>
   const auto kept = std::make_shared<const detail::KeptLogits<T>>(detector, logits);
   const auto means =
       yolo_training(kept->heads(), kept->view(), truths, kept->input_height(), kept->input_width(), options);
-  const auto pullback = [kept, truths, options](const Array<T, 1>& means_adjoint,
-                                                const LogitsAdjoint<T>& logits_adjoint) {
-    const auto adjoint = [&](std::size_t term) { return static_cast<double>(means_adjoint(term)); };
-    YoloTrainingOptions weights = options;  // of each term what its own adjoint and the total's ask for
-    weights.box = adjoint(0) + adjoint(3) * options.box;
-    weights.objectness = adjoint(1) + adjoint(3) * options.objectness;
-    weights.classification = adjoint(2) + adjoint(3) * options.classification;
+  const auto adjoint_of = [kept, truths](const YoloTrainingOptions& weights,
+                                         const LogitsAdjoint<T>& logits_adjoint) {
     yolo_training_adjoint(kept->heads(), kept->view(), truths, kept->input_height(), kept->input_width(),
                           weights, T(1), logits_adjoint);
   };
-  const ArrayVariable<T, 1> terms =
-      record_array(Array<T, 1>{static_cast<T>(means.box), static_cast<T>(means.objectness),
-                               static_cast<T>(means.classification), static_cast<T>(means.total)},
-                   pullback, logits);
-  return {element(terms, {0}), element(terms, {1}), element(terms, {2}), element(terms, {3})};
+  return detail::record_training_terms(means, options, adjoint_of, logits);
 }
 
 }  // namespace tapestry::loss
