@@ -118,6 +118,7 @@
 #include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/foreign_detector.hpp>
 #include <tapestry/detect/graph_detector.hpp>
+#include <tapestry/detect/graph_detector_variable.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/detect/heat_map_variable.hpp>
@@ -224,6 +225,7 @@
 #include <tapestry/io/obj_writer.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/weight_replacement.hpp>
 #include <tapestry/io/palette_file.hpp>
 #include <tapestry/io/picture_samples.hpp>
 #include <tapestry/io/png_scan.hpp>
@@ -243,6 +245,7 @@
 #include <tapestry/loss/attention_variable.hpp>
 #include <tapestry/loss/class_entropy.hpp>
 #include <tapestry/loss/classification.hpp>
+#include <tapestry/loss/dynamic_match.hpp>
 #include <tapestry/loss/logistic.hpp>
 #include <tapestry/loss/max_score.hpp>
 #include <tapestry/loss/mesh_regularity.hpp>
@@ -260,6 +263,8 @@
 #include <tapestry/loss/total_variation_variable.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolo_training_variable.hpp>
+#include <tapestry/loss/yolox_training.hpp>
+#include <tapestry/loss/yolox_training_variable.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/buffer.hpp>

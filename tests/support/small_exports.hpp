@@ -100,6 +100,23 @@ inline nn::NetworkDescription yolox_like(std::size_t size) {
   return exporter.finish({exporter.add("Transpose", {all}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}})});
 }
 
+/// Puts a batch normalisation behind the first convolution, as exports for training have it.
+inline void normalise_first(nn::NetworkDescription& description) {
+  nn::Node& convolution = description.nodes.front();
+  const std::string output = convolution.outputs.front();
+  const std::size_t channels = description.constants.at(convolution.inputs[2]).size();
+  std::vector<std::string> inputs{convolution.outputs.front() = output + ".plain"};
+  Random random(11);
+  for (const char* name : {"bn.weight", "bn.bias", "bn.mean", "bn.variance"}) {
+    std::vector<float> values(channels);
+    for (float& value : values) value = static_cast<float>(random.uniform(0.5, 1.5));
+    description.constants[name] = {{channels}, nn::ElementType::floating, std::move(values)};
+    inputs.emplace_back(name);
+  }
+  description.nodes.insert(description.nodes.begin() + 1,
+                           {"", "BatchNormalization", std::move(inputs), {output}, {}});
+}
+
 /// As NanoDet: one convolution a level, split in two outputs.
 inline nn::NetworkDescription nanodet_like(std::size_t size) {
   Exporter exporter(size);

@@ -31,14 +31,15 @@ class GraphDetector final : public Detector<T> {
   /// \param kind     how pictures go in and what the outputs mean
   /// \param size     side of the square input, pixels; 0: as the network says
   /// \param layers   names of values within the network that layer_values() and layer_adjoint() tell
+  /// \param simplifies  as of nn::Network; without, every weight keeps the name that the file gives it
   /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind, or a
   /// layer
   ///         is not one of its maps
   GraphDetector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0,
-                const std::vector<std::string>& layers = {})
+                const std::vector<std::string>& layers = {}, bool simplifies = true)
       : kind_(std::move(kind)),
         layer_count_(layers.size()),
-        network_(showing_heads(network, kind_, size, layers), sizes(network, size), true),
+        network_(showing_heads(network, kind_, size, layers), sizes(network, size), true, simplifies),
         heads_(exported_heads(network.path, kind_, output_shapes(), input_height(), input_width())) {
     for (std::size_t layer = 0; layer < layer_count_; ++layer)
       if (const auto& shape = layer_shape(layer); shape.size() != 4 || shape[0] != 1)

@@ -44,6 +44,10 @@ class ProtobufMessage {
     decoded([&] { reader_.skip(); });
   }
 
+  /// Whether the field is bytes with their length: a message, a text or a packed list.
+  [[nodiscard]] bool holds_bytes() const {
+    return reader_.has_wire_type(protozero::pbf_wire_type::length_delimited);
+  }
   /// The field as a varint of up to 64 bits, in two's complement.
   [[nodiscard]] std::int64_t integer(std::string_view field) {
     require(protozero::pbf_wire_type::varint, field);

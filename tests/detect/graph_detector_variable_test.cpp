@@ -1,0 +1,155 @@
+#include <tapestry/detect/graph_detector_variable.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/weight_replacement.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/small_exports.hpp"
+
+namespace detect = tapestry::detect;
+namespace io = tapestry::io;
+namespace nn = tapestry::nn;
+using tapestry::Array;
+using tapestry::ArrayVariable;
+using tapestry::Extents;
+using tapestry::Random;
+using tapestry::Tape;
+using tapestry::test::pictures;
+
+namespace {
+
+template <class T>
+Array<T, 1> constants_of(const detect::GraphDetector<T>& detector) {
+  const auto& values = detector.network().constants();
+  Array<T, 1> constants(Extents<1>{values.size()});
+  std::copy(values.begin(), values.end(), constants.data());
+  return constants;
+}
+
+/// Changes every weight a little, as a step of learning does.
+void stir(detect::GraphDetector<float>& detector) {
+  auto constants = detector.network().constants();
+  Random random(5);
+  for (const nn::WeightBlock& weight : detector.network().weights())
+    for (std::size_t i = 0; i < nn::size_of(weight.shape); ++i)
+      constants[weight.offset + i] += static_cast<float>(random.uniform(-0.1, 0.1));
+  detector.network().set_constants(std::move(constants));
+}
+
+std::string written(const detect::GraphDetector<float>& detector, const std::string& bytes) {
+  io::WeightValues values;
+  for (const nn::WeightBlock& weight : detector.network().weights()) {
+    const auto first = detector.network().constants().begin() + static_cast<std::ptrdiff_t>(weight.offset);
+    values[weight.name].assign(first, first + static_cast<std::ptrdiff_t>(nn::size_of(weight.shape)));
+  }
+  return io::with_weights(bytes, "net.onnx", values);
+}
+
+std::vector<Array<float, 4>> logits_of(const detect::GraphDetector<float>& detector) {
+  detect::Pass<float> pass;
+  detector.forward(pictures<float>(1, 64), pass);
+  return pass.logits;
+}
+
+}  // namespace
+
+TEST_CASE("the gradient of a graph's weights on the tape agrees with central differences",
+          "[detect][graph_detector][gradient]") {
+  const bool simplifies = GENERATE(true, false);
+  auto description = tapestry::test::yolox_like(64);
+  tapestry::test::normalise_first(description);
+  const auto kind = detect::known_description("yolox");
+  detect::GraphDetector<double> detector(description, kind, 0, {}, simplifies);
+  const auto start = constants_of(detector);
+  const auto images = pictures<double>(2, 64);
+  std::vector<Array<double, 4>> asked;
+  detect::Pass<double> shapes;
+  detector.forward(images, shapes);
+  for (const auto& head : shapes.logits)
+    asked.push_back(tapestry::test::random_array<double, 4>(
+        {head.shape(0), head.shape(1), head.shape(2), head.shape(3)}, asked.size()));
+  const auto value = [&](const Array<double, 1>& constants) {
+    detector.network().set_constants({constants.data(), constants.data() + constants.size()});
+    detect::Pass<double> pass;
+    detector.forward(images, pass);
+    double sum = 0;
+    for (std::size_t h = 0; h < asked.size(); ++h) sum += tapestry::test::dot(pass.logits[h], asked[h]);
+    return sum / 100;
+  };
+
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto constants = tape.input(start);
+  const auto logits = detect::forward(detector, ArrayVariable<double, 4>(images), constants);
+  for (std::size_t h = 0; h < asked.size(); ++h) CHECK((logits[h].value() == shapes.logits[h]));
+  tapestry::Variable<double> total = 0;
+  for (std::size_t h = 0; h < asked.size(); ++h)
+    total += sum(logits[h] * ArrayVariable<double, 4>(asked[h])) / 100.0;
+  tape.reverse(total);
+  const auto gradient = constants.adjoint();
+
+  auto direction = tapestry::zeros<double, 1>({start.size()});
+  Random random(3);
+  double norm = 0;
+  for (const nn::WeightBlock& weight : detector.network().weights())
+    for (std::size_t i = 0; i < nn::size_of(weight.shape); ++i) {
+      direction(weight.offset + i) = random.normal();
+      norm += direction(weight.offset + i) * direction(weight.offset + i);
+    }
+  direction /= std::sqrt(norm);
+  const double slope = tapestry::test::dot(gradient, direction);
+  const double difference = tapestry::test::central_difference(value, start, direction);
+  CHECK(std::abs(slope - difference) <= 1e-6 * std::max(1.0, std::abs(slope)));
+  double others = 0;  // constants that are no weights
+  for (std::size_t i = 0; i < gradient.size(); ++i)
+    if (direction(i) == 0) others = std::max(others, std::abs(gradient(i)));
+  CHECK(others == 0);
+}
+
+TEST_CASE("a graph on the tape takes no other number of constants", "[detect][graph_detector]") {
+  detect::GraphDetector<float> detector(tapestry::test::yolox_like(64), detect::known_description("yolox"));
+  const auto before = detector.network().constants();
+  const ArrayVariable<float, 1> few(tapestry::zeros<float, 1>({3}));
+  CHECK_THROWS_AS(detect::forward(detector, ArrayVariable<float, 4>(pictures<float>(1, 64)), few),
+                  tapestry::ShapeError);
+  CHECK(detector.network().constants() == before);
+}
+
+TEST_CASE("weights that have learnt are read back from their file, bit for bit",
+          "[detect][graph_detector][weight_replacement]") {
+  const std::string bytes = io::onnx_bytes(tapestry::test::yolox_like(64));
+  const auto kind = detect::known_description("yolox");
+  detect::GraphDetector<float> learnt(io::parse_onnx(bytes, "net.onnx"), kind);
+  const auto before = logits_of(learnt);
+  stir(learnt);
+  const auto after = logits_of(learnt);
+  CHECK((after[0] != before[0]));
+  const detect::GraphDetector<float> read(io::parse_onnx(written(learnt, bytes), "net.onnx"), kind);
+  const auto again = logits_of(read);
+  for (std::size_t h = 0; h < again.size(); ++h) CHECK((again[h] == after[h]));
+}
+
+TEST_CASE("of a graph that is not simplified weights keep their names, and batch normalisation learns",
+          "[detect][graph_detector][weight_replacement]") {
+  auto description = tapestry::test::yolox_like(64);
+  tapestry::test::normalise_first(description);
+  const std::string bytes = io::onnx_bytes(description);
+  const auto kind = detect::known_description("yolox");
+  const auto parsed = io::parse_onnx(bytes, "net.onnx");
+  detect::GraphDetector<float> learnt(parsed, kind, 0, {}, false);
+  for (const auto& weight : learnt.network().weights()) CHECK(parsed.constants.contains(weight.name));
+  stir(learnt);
+  const auto after = logits_of(learnt);
+  const detect::GraphDetector<float> read(io::parse_onnx(written(learnt, bytes), "net.onnx"), kind);
+  const auto again = logits_of(read);
+  for (std::size_t h = 0; h < again.size(); ++h)
+    for (std::size_t i = 0; i < again[h].size(); ++i)
+      CHECK(std::abs(again[h].data()[i] - after[h].data()[i]) <= 1e-6F * (1 + std::abs(after[h].data()[i])));
+}
