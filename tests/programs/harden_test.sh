@@ -89,11 +89,8 @@ expect_exit 0 "folded weights" "$programs/convert_weights" --fold --cfg "$assets
   --weights "$assets/detector.weights" --output folded.safetensors
 expect_exit 4 "hardening folded weights" "$harden" "${tiny[@]}" --weights folded.safetensors --class 0 --output none
 expect_error_line 'folded.safetensors: batch normalisation is folded into the weights'
-touch model.onnx
 expect_exit 2 "hardening in bfloat16" "$harden" "${tiny[@]}" --precision bfloat16 --output none
 expect_error_line '--precision bfloat16 has no part in harden'
-expect_exit 2 "hardening an ONNX model" "$harden" "${tiny[@]}" --weights model.onnx --class 0 --output none
-expect_error_line 'model.onnx is an .onnx model, whose weights are not fine-tuned here'
 
 for words in "--rounds 0" "--steps 0" "--pictures 0" "--pictures 5000" "--painted 1.5" "--weight-rate 0" "--batch 0" \
   "--learning-rate -1" "--smoothness-weight -1" "--epochs -1" "--clean-scenes 1000000" "--threads 1000000" \

@@ -4,16 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/detect/batch_norm_folding_variable.hpp>
-#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/loss/yolo_training_variable.hpp>
+#include <tapestry/loss/yolox_training_variable.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
 #include <vector>
@@ -21,7 +19,7 @@
 #include "harden_options.hpp"
 #include "hardening_pictures.hpp"
 #include "hardening_state.hpp"
-#include "trained_network.hpp"
+#include "learning_detector.hpp"
 
 namespace tapestry::shell {
 
@@ -42,23 +40,23 @@ struct HardeningScene {
 /// Source: Madry et al., "Towards deep learning models resistant to adversarial attacks" (ICLR 2018), whose
 /// inner maximum over small perturbations of each picture is here one over a texture that all views share.
 ///
-/// Batch normalisation keeps its running statistics, see detect::fold_batch_norm() on the tape; its shifts
-/// and scales learn. Statistics of a batch would mix those of clean and painted pictures, which differ (Xie
-/// et al., "Adversarial examples improve image recognition", CVPR 2020), and would make the detector that
-/// learns another one than that which is attacked and used, whose statistics are the running ones.
+/// Batch normalisation keeps its running statistics, see LearningDetector. Statistics of a batch would mix
+/// those of clean and painted pictures, which differ (Xie et al., "Adversarial examples improve image
+/// recognition", CVPR 2020), and would make the detector that learns another one than that which is attacked
+/// and used, whose statistics are the running ones.
+///
+/// The weights learn by loss::yolo_training(), or of heads without anchors by loss::yolox_training().
 class Hardening {
  public:
   /// \param detector  is changed; the others must outlive the hardening
-  Hardening(detect::Network<float>& detector, const HardenSettings& settings, HardeningScene scene)
+  Hardening(LearningDetector& detector, const HardenSettings& settings, HardeningScene scene)
       : detector_(detector),
-        folded_(detect::without_batch_norm(detector.config()), detector.input_height(),
-                detector.input_width()),
         settings_(settings),
         scene_(scene),
-        objective_(detector, objective_options(settings, scene.class_index)),
-        adam_(detector.layout().count, {settings.weight_rate}),
+        objective_(detector.detector(), objective_options(settings, scene.class_index)),
+        adam_(detector.parameters().size(), {settings.weight_rate}),
         batch_(scene.store, scene.usable, scene.clean, settings.pictures, settings.painted) {
-    state_.parameters = std::as_const(detector).parameters();
+    state_.parameters = detector.parameters();
     state_.adam = adam_.state();
     begin_round();
   }
@@ -73,7 +71,7 @@ class Hardening {
   /// A copy of everything a checkpoint needs; also what read_hardening() compares one with.
   [[nodiscard]] HardeningState state() const {
     HardeningState state = state_;
-    state.parameters = std::as_const(detector_).parameters();
+    state.parameters = detector_.parameters();
     state.adam = adam_.state();
     auto training = training_->state();
     state.paint = std::move(training.parameter);
@@ -92,7 +90,7 @@ class Hardening {
     const std::uint64_t learnt = within > settings_.attack_steps ? within - settings_.attack_steps : 0;
     detail::require_size(path, "history", round * settings_.steps + learnt, state.history.size());
     detail::require_size(path, "adam_step", state.history.size(), state.adam.step);
-    detector_.parameters() = state.parameters;
+    detector_.set_parameters(state.parameters);
     adam_.restore(state.adam);
     for (const auto& paint : state.paints) pool_.add(scene_.car, paint, settings_.seed);
     state_ = std::move(state);
@@ -152,10 +150,9 @@ class Hardening {
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<float, 4> images = batch_.images();
-    const auto parameters = tape_.input(std::as_const(detector_).parameters());
-    const auto folded = detect::fold_batch_norm(detector_.config(), detector_.layout(), parameters);
-    const auto terms =
-        loss::yolo_training(folded_, detect::forward(folded_, images, folded, pass_), batch_.truths());
+    auto values = detector_.parameters();
+    const auto parameters = tape_.input(values);
+    const auto terms = loss_of(detector_.forward(images, parameters));
     if (!std::isfinite(terms.total.value()))
       throw NumericError("harden: the detector's loss in step " + std::to_string(state_.done + 1) +
                          " is not finite");
@@ -166,29 +163,33 @@ class Hardening {
     if (!are_finite({gradient.data(), gradient.size()}))
       throw NumericError("harden: the gradient of the weights in step " + std::to_string(state_.done + 1) +
                          " is not finite");
-    adam_.step(detector_.parameters(), gradient);
+    adam_.step(values, gradient);
+    detector_.set_parameters(values);
     const auto number = [](const Variable<float>& term) { return static_cast<double>(term.value()); };
     state_.history.push_back({number(terms.box), number(terms.objectness), number(terms.classification),
                               number(terms.total), objective_.terms().total});
     count_images();
   }
 
-  void count_images() {
-    detector_.set_images_seen(images_before_ + state_.history.size() * settings_.pictures);
+  [[nodiscard]] loss::YoloTrainingVariables<float> loss_of(
+      const std::vector<ArrayVariable<float, 4>>& logits) const {
+    const auto& detector = detector_.detector();
+    if (detect::has_anchors(detector.heads().front().decode))
+      return loss::yolo_training(detector, logits, batch_.truths());
+    return loss::yolox_training(detector, logits, batch_.truths());
   }
 
-  detect::Network<float>& detector_;
-  detect::Network<float> folded_;  ///< what learns: the same function without batch normalisation
+  void count_images() { detector_.set_pictures_seen(state_.history.size() * settings_.pictures); }
+
+  LearningDetector& detector_;
   HardenSettings settings_;
   HardeningScene scene_;
   camouflage::Objective<float> objective_;
-  std::uint64_t images_before_ = detector_.images_seen();
   optim::Adam<float> adam_;
   MixedBatch batch_;
   PaintPool pool_;
   HardeningState state_;  ///< but for what detector_, adam_ and training_ hold
   std::optional<camouflage::Training<float>> training_;
-  std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
   Tape<float> tape_;
 };
 

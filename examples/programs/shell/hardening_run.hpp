@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/paint.hpp>
@@ -16,6 +17,7 @@
 #include "hardening.hpp"
 #include "hardening_report.hpp"
 #include "inputs.hpp"
+#include "learning_detector.hpp"
 #include "program.hpp"
 #include "progress.hpp"
 #include "run_folder.hpp"
@@ -32,19 +34,17 @@ namespace tapestry::shell {
 /// part leaves a checkpoint of its own, so that a run goes on after any death.
 class HardeningRun {
  public:
-  /// \param cfg  text that the hardened detector is written with
-  HardeningRun(HardenOptions options, Inputs inputs, std::string cfg, std::string resume_command)
+  /// \param hardened  as the inputs' detector, to learn
+  HardeningRun(HardenOptions options, Inputs inputs, std::unique_ptr<LearningDetector> hardened,
+               std::string resume_command)
       : options_(std::move(options)),
         inputs_(std::move(inputs)),
-        cfg_(std::move(cfg)),
         resume_command_(std::move(resume_command)),
-        undefended_(dynamic_cast<const detect::Network<float>&>(*inputs_.detector.network)),
-        hardened_(undefended_.cast<float>()),
+        undefended_(*inputs_.detector.network),
+        hardened_(std::move(hardened)),
         train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, inputs_.mask)),
         test_(inputs_.car.painted, store_settings(),
-              frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)) {
-    hardened_.set_images_seen(undefended_.images_seen());
-  }
+              frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)) {}
 
   /// \returns the exit code
   int execute() {
@@ -73,7 +73,7 @@ class HardeningRun {
     const std::uint64_t transfer_seed = seeds.bits(), fresh_seed = seeds.bits();
     const Colours transfer = attack("transfer", "undefended", undefended_, transfer_seed);
     const Colours on_undefended = attack("adaptive_undefended", "undefended", undefended_, fresh_seed);
-    const Colours on_hardened = attack("adaptive_hardened", "hardened", hardened_, fresh_seed);
+    const Colours on_hardened = attack("adaptive_hardened", "hardened", hardened_->detector(), fresh_seed);
     report(transfer, on_undefended, on_hardened, start);
   }
 
@@ -83,6 +83,9 @@ class HardeningRun {
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
+  [[nodiscard]] std::string hardened_path() const {
+    return path(std::string("hardened") + hardened_->extension());
+  }
 
   /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
   void open_folder() {
@@ -112,7 +115,7 @@ class HardeningRun {
                             camouflage::own_colours<float>(inputs_.car.painted),
                             view_truths(undefended_, inputs_.class_index, train_, usable_train_,
                                         options_.detector.confidence, options_.detector.nms)};
-    Hardening hardening(hardened_, options_.harden,
+    Hardening hardening(*hardened_, options_.harden,
                         {inputs_.car.painted, train_, usable_train_, clean, inputs_.class_index});
     const std::string checkpoint = path("checkpoint.npz");
     if (options_.resume && is_there(checkpoint, ErrorKind::malformed))
@@ -120,7 +123,7 @@ class HardeningRun {
     const auto save = [&] { write_hardening(checkpoint, hardening.state(), identity_); };
     take_steps(hardening, save, [&] { return "hardening: " + hardening.progress_text(); });
     write_text(path("history.csv"), hardening_history(hardening.history()));
-    save_network(hardened_, cfg_, path("hardened.safetensors"));
+    hardened_->save(hardened_path());
   }
 
   /// Takes what steps are left, and saves every so often, at the end and when a signal arrives.
@@ -148,7 +151,7 @@ class HardeningRun {
   /// Optimises a paint against a detector by the budget of --epochs.
   /// \returns its colours
   Colours attack(const std::string& name, const std::string& detector_name,
-                 const detect::Network<float>& detector, std::uint64_t seed) {
+                 const detect::Detector<float>& detector, std::uint64_t seed) {
     camouflage::Objective<float> objective(detector, objective_options(options_.harden, inputs_.class_index));
     camouflage::TrainingOptions options;
     options.epochs = options_.harden.epochs;
@@ -175,7 +178,7 @@ class HardeningRun {
     return colours;
   }
 
-  [[nodiscard]] DetectorFindings findings(const std::string& name, const detect::Network<float>& detector,
+  [[nodiscard]] DetectorFindings findings(const std::string& name, const detect::Detector<float>& detector,
                                           const Colours& transfer, const Colours& adaptive,
                                           const std::vector<scenes::LabelledScene>& test_scenes) {
     auto& store = inputs_.frames.held_out ? test_ : train_;
@@ -208,7 +211,7 @@ class HardeningRun {
     const auto test_scenes = scenes_of(0x74657374ULL, options_.harden.test_scenes);
     HardeningReport report;
     report.undefended = findings("undefended", undefended_, transfer, on_undefended, test_scenes);
-    report.hardened = findings("hardened", hardened_, transfer, on_hardened, test_scenes);
+    report.hardened = findings("hardened", hardened_->detector(), transfer, on_hardened, test_scenes);
     report.views = usable_test_.size();
     report.test_scenes = test_scenes.size();
     report.held_out = inputs_.frames.held_out;
@@ -220,15 +223,15 @@ class HardeningRun {
     write_text(path("metrics.csv"), hardening_csv(report));
     write_text(path("metrics.json"), report_text(hardening_json(report)));
     std::cout << text;
-    remark("hardened detector: " + path("hardened.safetensors"));
+    remark("hardened detector: " + hardened_path());
     remark("report: " + path("report.md"));
   }
 
   HardenOptions options_;
   Inputs inputs_;
-  std::string cfg_, resume_command_;
-  const detect::Network<float>& undefended_;
-  detect::Network<float> hardened_;
+  std::string resume_command_;
+  const detect::Detector<float>& undefended_;
+  std::unique_ptr<LearningDetector> hardened_;
   camouflage::ViewStore<float> train_, test_;
   std::vector<std::size_t> usable_train_, usable_test_;
   std::string identity_;

@@ -5,8 +5,8 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/finite_logits.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 #include <vector>
@@ -28,7 +28,7 @@ inline std::vector<scenes::LabelledScene> draw_scenes(const Random& source, std:
 }
 
 /// AP at IoU ≥ 0.5 of a detector on labelled scenes of its input's size, mean over the classes that show.
-inline std::optional<double> scene_precision(const detect::Network<float>& network, double nms,
+inline std::optional<double> scene_precision(const detect::Detector<float>& network, double nms,
                                              const std::vector<scenes::LabelledScene>& drawn) {
   constexpr double least_confidence = 0.001;  // precision needs weak detections, too
   const std::size_t size = network.input_width();

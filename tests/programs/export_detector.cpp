@@ -1,0 +1,24 @@
+// export_detector FOLDER: writes small detectors with random weights as ONNX models, for scripts.
+#include <fstream>
+#include <string>
+#include <tapestry/io/onnx/onnx_writer.hpp>
+
+#include "../support/small_exports.hpp"
+
+int main(int argc, char** argv) {
+  namespace test = tapestry::test;
+  if (argc != 2) return 2;
+  const std::string folder(argv[1]);
+  constexpr std::size_t size = 64;
+  auto normalised = test::yolox_like(size);
+  test::normalise_first(normalised);
+  tapestry::io::write_onnx(folder + "/yolox.onnx", test::yolox_like(size));
+  tapestry::io::write_onnx(folder + "/normalised.onnx", normalised);
+  tapestry::io::write_onnx(folder + "/nanodet.onnx", test::nanodet_like(size));
+  const auto decoded = test::boxes_and_scores(size, 11);
+  tapestry::io::write_onnx(folder + "/decoded.onnx", decoded);
+  std::ofstream(folder + "/decoded.json")
+      << R"({"head": "boxes_and_scores", "outputs": {"form": "corners_yx", "unit": "share", "score": "softmax", )"
+      << R"("background": "first", "boxes": ")" << decoded.outputs[0] << R"(", "scores": ")"
+      << decoded.outputs[1] << "\"}}\n";
+}
