@@ -64,6 +64,26 @@ class CellGrid {
             {cell(high[0], 0, columns_), cell(high[1], 1, rows_)}};
   }
 
+  /// Calls visit(index) for the cells that a line touches, made wider by `pad` px, some more than once.
+  template <class Visit>
+  void for_each_cell_along(const std::array<double, 2>& from, const std::array<double, 2>& to, double pad,
+                           Visit visit) const {
+    const double length = std::max(std::abs(to[0] - from[0]), std::abs(to[1] - from[1]));
+    const double count = std::ceil(length * cells_per_px_);
+    std::array<double, 2> begin = from;
+    for (double i = 1; i <= std::max(count, 1.0); ++i) {
+      std::array<double, 2> end = to;
+      if (i < count)
+        for (std::size_t axis = 0; axis < 2; ++axis)
+          end[axis] = from[axis] + (to[axis] - from[axis]) * i / count;
+      const Range range = cells_of({std::min(begin[0], end[0]) - pad, std::min(begin[1], end[1]) - pad},
+                                   {std::max(begin[0], end[0]) + pad, std::max(begin[1], end[1]) + pad});
+      for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y)
+        for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x) visit(index(x, y));
+      begin = end;
+    }
+  }
+
  private:
   std::array<double, 2> origin_{0, 0};
   double side_ = 1;

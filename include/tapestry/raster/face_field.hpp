@@ -2,12 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
+#include <tapestry/raster/cell_entry.hpp>
 #include <tapestry/raster/cell_grid.hpp>
 #include <tapestry/raster/face_weights.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
@@ -48,23 +49,9 @@ class FaceField {
 
   /// Asks for answers along a line of the picture and up to 1e-5 px beside it. Threads may mark at once.
   void mark(const std::array<double, 2>& from, const std::array<double, 2>& to) {
-    constexpr double pad = 2e-5;
-    const double length = std::max(std::abs(to[0] - from[0]), std::abs(to[1] - from[1]));
-    const double count = std::ceil(length / grid_.side());
-    std::array<double, 2> begin = from;
-    for (double i = 1; i <= std::max(count, 1.0); ++i) {
-      std::array<double, 2> end = to;
-      if (i < count)
-        for (std::size_t axis = 0; axis < 2; ++axis)
-          end[axis] = from[axis] + (to[axis] - from[axis]) * i / count;
-      const CellGrid::Range range =
-          grid_.cells_of({std::min(begin[0], end[0]) - pad, std::min(begin[1], end[1]) - pad},
-                         {std::max(begin[0], end[0]) + pad, std::max(begin[1], end[1]) + pad});
-      for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y)
-        for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x)
-          std::atomic_ref(place_[grid_.index(x, y)]).store(1, std::memory_order_relaxed);
-      begin = end;
-    }
+    grid_.for_each_cell_along(from, to, 2e-5, [&](std::size_t cell) {
+      std::atomic_ref(place_[cell]).store(1, std::memory_order_relaxed);
+    });
   }
 
   /// Lists the faces of all cells with marks.
@@ -99,22 +86,46 @@ class FaceField {
     std::array<Hit, 2> seen;  ///< at point − step and point + step: the nearest face, of equals the lowest
   };
 
-  /// Looks for a face that hides a point of a line, and for what is nearer beside it than faces known to be
-  /// there, in one go through the point's cell.
+  /// Of cells, in pixels.
+  [[nodiscard]] double cell_side() const { return grid_.side(); }
+  [[nodiscard]] std::uint32_t cell_of(const std::array<double, 2>& point) const {
+    return place_[grid_.cell_of(point[0], point[1])];
+  }
+  /// The faces of a cell, nearest first.
+  [[nodiscard]] std::span<const CellEntry> faces_in(std::uint32_t cell) const {
+    return {entries_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
+  }
+
+  /// Keeps of some faces those that rays between two points of a line, or up to `step` beside, may meet.
+  void keep_near(const std::array<double, 2>& from, const std::array<double, 2>& to,
+                 const std::array<double, 2>& step, std::span<const CellEntry> faces,
+                 std::vector<CellEntry>& kept) const {
+    kept.clear();
+    for (const CellEntry entry : faces) {
+      const auto& w = listed_[entry.slot()].weights.w;
+      const bool is_near = std::all_of(w.begin(), w.end(), [&](const Affine& part) {
+        const double reach = 2 * std::abs(part.a * step[0] + part.b * step[1]);
+        return std::max(part.at(from[0], from[1]), part.at(to[0], to[1])) + reach >= 0;
+      });
+      if (is_near) kept.push_back(entry);
+    }
+  }
+
+  /// Of some faces, nearest first, looks for one that hides a point of a line, and for what is nearer beside
+  /// it than faces known to be there.
   /// \param inverse_depth  1/z of the line
   /// \param known          1/z of what is known to be seen on each side, 0 for nothing
   /// \param is_left_out    faces that count neither as hiders nor as seen
   template <class Predicate>
-  [[nodiscard]] Sides look(const std::array<double, 2>& point, double inverse_depth,
-                           const std::array<double, 2>& step, const std::array<double, 2>& known,
-                           Predicate is_left_out) const {
+  [[nodiscard]] Sides look(std::span<const CellEntry> faces, const std::array<double, 2>& point,
+                           double inverse_depth, const std::array<double, 2>& step,
+                           const std::array<double, 2>& known, Predicate is_left_out) const {
     Sides sides{-1, {Hit{-1, known[0]}, Hit{-1, known[1]}}};
     const double hidden_from = inverse_depth * (1 + hiding_margin);
-    const std::size_t cell = place_[grid_.cell_of(point[0], point[1])];
-    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      const double most = inverse_depth_max(entries_[i]);
+    for (const CellEntry entry : faces) {
+      const double most = entry.inverse_depth_max();
       if (most < std::min({inverse_depth, sides.seen[0].inverse_depth, sides.seen[1].inverse_depth})) break;
-      const auto& [weights, face] = listed_[slot_of(entries_[i])];
+      const auto& [weights, face] = listed_[entry.slot()];
       const std::array<Affine, 3>& w = weights.w;
       std::array<double, 3> at, change;
       bool is_beside = true;
@@ -156,10 +167,9 @@ class FaceField {
   template <class Predicate>
   [[nodiscard]] std::int32_t hider(double column, double row, double inverse_depth,
                                    Predicate is_left_out) const {
-    const std::size_t cell = place_[grid_.cell_of(column, row)];
-    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      if (inverse_depth_max(entries_[i]) <= inverse_depth) return -1;
-      const auto& [weights, face] = listed_[slot_of(entries_[i])];
+    for (const CellEntry entry : faces_in(cell_of({column, row}))) {
+      if (entry.inverse_depth_max() <= inverse_depth) return -1;
+      const auto& [weights, face] = listed_[entry.slot()];
       if (hides(weights, column, row, inverse_depth) && !is_left_out(face)) return face;
     }
     return -1;
@@ -168,21 +178,9 @@ class FaceField {
  private:
   static constexpr double hiding_margin = 1e-9;  // of 1/z, what rounding may cause
 
-  /// A face in a cell: in the low half its slot, in the high half the complement of the
-  /// greatest 1/z that it may have there, a float's bits, so that the nearest is the least.
-  using Entry = std::uint64_t;
-  [[nodiscard]] static std::uint32_t farness_of(double inverse_depth_max) {
-    const float least = static_cast<float>(std::clamp(inverse_depth_max, 0.0, 3e38));
-    return ~(std::bit_cast<std::uint32_t>(least) + 1);  // of the next float, which is not less
-  }
-  [[nodiscard]] static double inverse_depth_max(Entry entry) {
-    return static_cast<double>(std::bit_cast<float>(~static_cast<std::uint32_t>(entry >> 32U)));
-  }
-  [[nodiscard]] static std::size_t slot_of(Entry entry) { return entry & 0xFFFFFFFFU; }
-
   struct Found {
     std::uint32_t cell;
-    std::uint32_t farness;  // the high half of the entry
+    std::uint32_t farness;  // see CellEntry
     std::int32_t face;
   };
   struct Listed {
@@ -237,7 +235,7 @@ class FaceField {
         const double w0 = w[0].at(column, row), w1 = w[1].at(column, row), w2 = w[2].at(column, row);
         if (w0 < -change[0] || w1 < -change[1] || w2 < -change[2]) continue;
         const double nearest = std::min(most, w0 + w1 + w2 + depth_change);
-        block.found.push_back({place, farness_of(nearest), static_cast<std::int32_t>(face)});
+        block.found.push_back({place, CellEntry::farness_of(nearest), static_cast<std::int32_t>(face)});
       }
     }
     if (is_known || block.found.size() == found_before) return;
@@ -266,7 +264,7 @@ class FaceField {
     for (Block& done : blocks) {
       for (const Listed& listed : done.listed) keep(listed);
       for (const Found& one : done.found)
-        entries_[next[one.cell]++] = Entry{one.farness} << 32U | slot_[static_cast<std::size_t>(one.face)];
+        entries_[next[one.cell]++] = CellEntry::of(one.farness, slot_[static_cast<std::size_t>(one.face)]);
       done = {};
     }
   }
@@ -292,7 +290,7 @@ class FaceField {
   CellGrid grid_;
   std::vector<std::uint32_t> place_;  // of each cell: 1 if it has marks, then its place in begin_; and a 0
   std::vector<std::uint32_t> begin_;
-  std::vector<Entry> entries_;
+  std::vector<CellEntry> entries_;
   std::vector<Listed> listed_;       // the first stands for all faces that are not listed
   std::vector<std::uint32_t> slot_;  // of each face, in listed_
 };

@@ -17,6 +17,9 @@ namespace tapestry::raster {
 
 /// Throws Error (mismatch) naming the face unless every corner of every face exists.
 inline void require_corners(const char* operation, const geometry::Mesh& mesh) {
+  if (mesh.faces.empty() ||
+      raster_kernels().highest_index(mesh.faces[0].data(), 3 * mesh.faces.size()) < mesh.positions.size())
+    return;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     for (const std::int32_t corner : mesh.faces[face]) {
       if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.positions.size()) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/mesh_edges.hpp>
@@ -50,13 +51,14 @@ class Outlines {
   void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
     std::vector<std::vector<VertexShare>> shares(found_.size());
     parallel_for(shares.size(), [&](std::size_t index) {
-      std::vector<OwnFace> own;
-      for (const Found& found : found_[index]) add_edge(found, own, shares[index]);
+      Workspace work;
+      for (const Found& found : found_[index]) add_edge(found, work, shares[index]);
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
 
  private:
+  static constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
   static constexpr double beside = 1e-5;  // px; how far from an edge its two sides are looked at
 
   /// What a ray beside an edge meets.
@@ -73,6 +75,14 @@ class Outlines {
     Affine inverse_depth{};
     std::array<bool, 2> is_on_side{};  ///< of m·r < 0 and of m·r > 0
     EndsAdjoint sum{};
+  };
+
+  /// Memory for an edge at a time.
+  struct Workspace {
+    std::vector<OwnFace> own;
+    std::uint32_t cell;               // of the piece before
+    std::span<const CellEntry> near;  // what may lie along the edge there
+    std::vector<CellEntry> kept;
   };
 
   struct Found {
@@ -123,8 +133,7 @@ class Outlines {
     }
   }
 
-  /// \param own  memory for a while
-  void add_edge(const Found& found, std::vector<OwnFace>& own, std::vector<VertexShare>& shares) const {
+  void add_edge(const Found& found, Workspace& work, std::vector<VertexShare>& shares) const {
     EdgeLine line;
     if (!cut(found.edge, line)) return;
     line.hidden_to = found.hidden_to;
@@ -133,13 +142,15 @@ class Outlines {
     if (line.length - line.hidden_to > scene_.longest_piece && is_hidden(line, column, row) &&
         line.hidden_to > line.length)
       return;
+    std::vector<OwnFace>& own = work.own;
     own.clear();
+    work.cell = no_cell;
     for (const HalfEdge& half : line.own) {
       const double side = geometry::dot(line.m, position(corner_of(scene_.mesh, half.face, half.corner + 2)));
       own.push_back({scene_.field.inverse_depth(half.face), {side<0, side> 0}});
     }
     for_each_piece(line.from, line.to, scene_.longest_piece,
-                   [&](double x, double y, double piece) { add_piece(line, x, y, piece, own); });
+                   [&](double x, double y, double piece) { add_piece(line, x, y, piece, work); });
     for (std::size_t i = 0; i < own.size(); ++i) add_half_edge(line, i, own[i].sum, shares);
   }
 
@@ -172,7 +183,8 @@ class Outlines {
     shares.push_back({runs_alike ? to : from, sum[1]});
   }
 
-  void add_piece(EdgeLine& line, double column, double row, double length, std::vector<OwnFace>& own) const {
+  void add_piece(EdgeLine& line, double column, double row, double length, Workspace& work) const {
+    std::vector<OwnFace>& own = work.own;
     using Values = typename Colour::Colour;
     if (line.place_of(column, row) < line.hidden_to) return;
     const Values adjoint = scene_.adjoint_of(column, row);
@@ -180,7 +192,8 @@ class Outlines {
     const std::array<double, 2> step{beside * line.normal[0], beside * line.normal[1]};
     std::array<Side, 2> sides;
     const auto known = own_sides(line, own, {column, row}, step, sides);
-    const auto looked = scene_.field.look({column, row}, line.inverse_depth.at(column, row), step, known,
+    const auto looked = scene_.field.look(near_faces(line, column, row, step, work), {column, row},
+                                          line.inverse_depth.at(column, row), step, known,
                                           [&](std::int32_t face) { return line.has(face); });
     if (looked.hider >= 0) return hide(line, looked.hider, column, row);
     for (std::size_t side = 0; side < 2; ++side)
@@ -206,6 +219,22 @@ class Outlines {
       auto& sum = own[static_cast<std::size_t>(shown->half_edge)].sum;
       sum = {geometry::add(sum[0], at_a), geometry::add(sum[1], at_b)};
     }
+  }
+
+  /// The faces that a piece may meet. Those of its cell are sifted once for all pieces there, if several may
+  /// follow.
+  [[nodiscard]] std::span<const CellEntry> near_faces(const EdgeLine& line, double column, double row,
+                                                      const std::array<double, 2>& step,
+                                                      Workspace& work) const {
+    const std::uint32_t cell = scene_.field.cell_of({column, row});
+    if (cell == work.cell) return work.near;
+    work.cell = cell;
+    work.near = scene_.field.faces_in(cell);
+    const double place = line.place_of(column, row);
+    const double end = std::min(line.length, place + 1.5 * scene_.field.cell_side());
+    if (end - place < 3 * scene_.longest_piece) return work.near;
+    scene_.field.keep_near({column, row}, line.at(end), step, work.near, work.kept);
+    return work.near = work.kept;
   }
 
   /// The nearest of the edge's own faces beside it, at point − step, where m·r < 0, and at point + step, and
