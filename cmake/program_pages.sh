@@ -19,7 +19,8 @@ _tapestry_$name() {
 complete -o default -F _tapestry_$name $name
 END
 
-# A heading stands alone with a colon; an option's name begins in column 3 and its text in column 27.
+# What stands before the usage is the description, and up to its first colon or full stop the line that `whatis` shows. A
+# heading stands alone with a colon; an option's name begins in column 3 and its text in column 27.
 awk -v name="$name" -v version="$version" '
   function plain(text) {
     gsub(/\\/, "\\e", text)
@@ -27,10 +28,16 @@ awk -v name="$name" -v version="$version" '
     gsub(/^ +| +$/, "", text)
     return text ~ /^[.\x27]/ ? "\\&" text : text
   }
-  BEGIN {
-    printf ".TH %s 1 \"\" \"%s\"\n.SH NAME\n%s \\- ", toupper(name), plain(version), name
+  /^Usage: / {
+    summary = about
+    sub(/[:.].*/, "", summary)
+    printf ".TH %s 1 \"\" \"%s\"\n.SH NAME\n", toupper(name), plain(version)
+    print name " \\- " tolower(substr(summary, 1, 1)) plain(substr(summary, 2))
+    print ".SH SYNOPSIS\n" plain(substr($0, 8)) "\n.SH DESCRIPTION\n" plain(about)
+    began = 1
+    next
   }
-  /^Usage: / { print ".SH SYNOPSIS\n" plain(substr($0, 8)); next }
+  !began { about = about (about == "" ? "" : " ") $0; next }
   /^(Examples|Exit status):$/ { print ".SH " toupper(substr($0, 1, length($0) - 1)) "\n.nf"; verbatim = 1; next }
   /^[A-Z].*:$/ { print ".SH " toupper(substr($0, 1, length($0) - 1)); verbatim = 0; next }
   /^$/ { if (verbatim) print ".fi"; verbatim = 0; next }

@@ -122,6 +122,8 @@ expect_exit 0 "installing" cmake --install "$programs/.." --prefix "$PWD/prefix"
 for name in $names; do
   expect_exit 0 "installed $name" "prefix/bin/$name" --version
   expect_file "prefix/share/man/man1/$name.1"
+  grep -A 1 '^\.SH NAME' "prefix/share/man/man1/$name.1" | grep -q "^$name \\\\- [a-z][^:.]*$" && pass ||
+    fail "the page of $name has no line for whatis"
   bash -n "prefix/share/bash-completion/completions/$name" && pass || fail "the completion of $name is no script"
   for option in $("$programs/$name" --help | grep -oE '^  --[a-z-]+'); do
     grep -q -- "B ${option//-/\\\\-}" "prefix/share/man/man1/$name.1" && pass || fail "$option is not in the page of $name"
