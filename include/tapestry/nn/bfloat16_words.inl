@@ -60,8 +60,11 @@ struct PairProduct {
     Word pair;
     __builtin_memcpy(&pair, in, sizeof pair);
 #if defined(TAPESTRY_BFLOAT16)
-    return _mm512_dpbf16_ps(sum, reinterpret_cast<__m512bh>(weight),
-                            reinterpret_cast<__m512bh>(_mm512_set1_epi32(static_cast<int>(pair))));
+    __m512i pairs = _mm512_set1_epi32(static_cast<int>(pair));
+#if defined(__clang__) && __clang_major__ == 16
+    asm("" : "+v"(pairs));  // its back end would look through a broadcast of bfloat16 without end
+#endif
+    return _mm512_dpbf16_ps(sum, reinterpret_cast<__m512bh>(weight), reinterpret_cast<__m512bh>(pairs));
 #else
     const Word first_bits = pair << 16, second_bits = pair & 0xffff0000U;
     float first, second;
