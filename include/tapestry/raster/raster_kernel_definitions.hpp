@@ -7,8 +7,11 @@
 
 namespace tapestry::raster {
 
-#if defined(__clang__)
+#if defined(__clang__) && (defined(__x86_64__) || __clang_major__ >= 16)
+#define TAPESTRY_RESTORES_CONTRACTION  // an older clang for another processor cannot: it stays off
 #pragma float_control(push)
+#endif
+#if defined(__clang__)
 #pragma clang fp contract(off)
 #else
 #pragma GCC push_options
@@ -20,9 +23,10 @@ namespace tapestry::raster {
 #include <tapestry/core/for_each_instruction_set.inl>
 #undef TAPESTRY_WIDE_LOOPS
 
-#if defined(__clang__)
+#if defined(TAPESTRY_RESTORES_CONTRACTION)
 #pragma float_control(pop)
-#else
+#undef TAPESTRY_RESTORES_CONTRACTION
+#elif !defined(__clang__)
 #pragma GCC pop_options
 #endif
 
