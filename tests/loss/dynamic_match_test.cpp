@@ -140,10 +140,12 @@ TEST_CASE("dynamic_matches are those of the full table of costs", "[loss][dynami
       CHECK(match.truth.class_index == truths[truth].class_index);
     }
     count += matches.size();
-    shared += truths.size() > 1;
+    std::size_t alone = 0;
+    for (const auto& truth : truths) alone += matches_of(detector, logits, {{truth}}).front().size();
+    shared += alone - matches.size();
   }
   CHECK(count > 80);  // more than one a picture
-  CHECK(shared == 30);
+  CHECK(shared > 2);  // cells that more than one truth wants
 }
 
 TEST_CASE("no boxes have no matches", "[loss][dynamic_match]") {
@@ -184,10 +186,13 @@ TEST_CASE("tied costs go to the first cell and the first truth", "[loss][dynamic
   }
   // Boxes 8 × 8 about (40, 24) and (48, 24), the corners of two cells, share as much of a truth about (44,
   // 24).
-  const std::vector<loss::Target> twice{{2, {44, 24, 20, 10}}, {2, {44, 24, 20, 10}}};
-  const auto matches = matches_of(detector, logits, {twice}).front();
-  REQUIRE(matches.size() == 1);  // both truths want the same cell
-  CHECK(matches[0].candidate == loss::Candidate{2, 0, 3, 5});
+  const loss::Target one{2, {44, 24, 20, 10}}, other{1, {44, 24, 20, 10}};  // all classes are as likely
+  for (const auto& truths : {std::vector{one, other}, std::vector{other, one}}) {
+    const auto matches = matches_of(detector, logits, {truths}).front();
+    REQUIRE(matches.size() == 1);  // both truths want the same cell
+    CHECK(matches[0].candidate == loss::Candidate{2, 0, 3, 5});
+    CHECK(matches[0].truth.class_index == truths[0].class_index);
+  }
 }
 
 TEST_CASE("a box outside the picture is left out, one that reaches in is not", "[loss][dynamic_match]") {

@@ -179,6 +179,15 @@ TEST_CASE("yolox_training refuses what it cannot teach", "[loss][yolox_training]
   CHECK_THROWS_AS(terms_of(detector, logits, {}), tapestry::DomainError);
   CHECK_THROWS_AS(terms_of(detector, detector.logits<double>(2, 1), {{}}), tapestry::ShapeError);
   CHECK_THROWS_AS(terms_of(anchored, anchored.logits<double>(1, 1), {{}}), tapestry::DomainError);
+  const loss::DynamicMatch sound{{0, 0, 1, 1}, {1, {20, 20, 9, 9}}, 0.5};
+  auto outside = sound, of_another_class = sound, before = sound;
+  outside.candidate.column = 99;
+  of_another_class.truth.class_index = 99;
+  before.candidate.row = 0;
+  CHECK_NOTHROW(terms_of(detector, logits, loss::DynamicMatches{{sound}}));
+  for (const auto& matches : {std::vector{outside}, std::vector{of_another_class}, std::vector{sound, before},
+                              std::vector{sound, sound}})
+    CHECK_THROWS_AS(terms_of(detector, logits, loss::DynamicMatches{matches}), tapestry::DomainError);
   Logits small{Array<double, 4>(logits[0])};
   CHECK_THROWS_AS(loss::yolox_training_adjoint(detector.heads(), loss::to_read(logits), {{}}, height, width,
                                                {}, 1.0, loss::to_add_to(small)),

@@ -1,6 +1,7 @@
 // export_detector FOLDER: writes small detectors with random weights as ONNX models, for scripts.
 #include <fstream>
 #include <string>
+#include <tapestry/detect/detector_description.hpp>
 #include <tapestry/io/onnx/onnx_writer.hpp>
 
 #include "../support/small_exports.hpp"
@@ -14,7 +15,13 @@ int main(int argc, char** argv) {
   test::normalise_first(normalised);
   tapestry::io::write_onnx(folder + "/yolox.onnx", test::yolox_like(size));
   tapestry::io::write_onnx(folder + "/normalised.onnx", normalised);
+  auto sharing = test::yolox_like(size);
+  test::share_slope(sharing);
+  tapestry::io::write_onnx(folder + "/sharing.onnx", sharing);
   tapestry::io::write_onnx(folder + "/nanodet.onnx", test::nanodet_like(size));
+  tapestry::io::write_onnx(folder + "/yolov5.onnx",
+                           test::yolov5_like(size, tapestry::detect::known_description("yolov5").anchors));
+  std::ofstream(folder + "/yolov5.json") << R"({"head": "yolov5"})";
   const auto decoded = test::boxes_and_scores(size, 11);
   tapestry::io::write_onnx(folder + "/decoded.onnx", decoded);
   std::ofstream(folder + "/decoded.json")

@@ -40,8 +40,12 @@ expect_exit 0 "a model with batch normalisation" "$harden" "${tiny[@]}" --weight
 [ "$(stat -c %s normalised/hardened.onnx)" -eq "$(stat -c %s normalised.onnx)" ] && pass ||
   fail "the form of the file with batch normalisation"
 expect_exit 0 "heads of the family distance" "$harden" "${tiny[@]}" --weights nanodet.onnx --output distance
-awk -F, 'NR > 1 && !($3 == 0 && $4 > 0) { bad = 1 } END { exit bad }' distance/history.csv && pass ||
+awk -F, 'NR > 1 && !($3 == 0 && $4 > 0) { bad = 1 } END { exit bad || NR != 7 }' distance/history.csv && pass ||
   fail "objectness of a head without one"
+expect_exit 0 "heads with anchors" "$harden" "${tiny[@]}" --weights yolov5.onnx --detector yolov5.json --output anchored
+awk -F, 'NR > 1 && !($2 > 0 && $3 > 0 && $4 > 0) { bad = 1 } END { exit bad || NR != 7 }' anchored/history.csv && pass ||
+  fail "terms of the loss of heads with anchors"
+cmp -s anchored/hardened.onnx yolov5.onnx && fail "the weights of heads with anchors have not learnt" || pass
 
 # Models that cannot learn here.
 touch empty.onnx
@@ -49,9 +53,17 @@ expect_exit 3 "an empty file" "$harden" "${tiny[@]}" --weights empty.onnx --outp
 expect_error_line 'empty.onnx'
 expect_exit 4 "boxes that the network decodes" "$harden" "${tiny[@]}" --weights decoded.onnx --detector decoded.json --output none
 expect_error_line 'decoded.onnx: a head that cannot be trained; expected heads of raw outputs'
+expect_exit 4 "a number in two roles" "$harden" "${tiny[@]}" --weights sharing.onnx --output none
+expect_error_line 'sharing.onnx: weights cannot learn: written back they make another network'
+mkdir models && cp two/hardened.onnx models
+expect_exit 7 "a model that would be written over" "$harden" "${tiny[@]}" --weights models/hardened.onnx --output models
+expect_error_line 'models/hardened.onnx is there already; give another --output'
+expect_same models/hardened.onnx two/hardened.onnx
+[ "$(ls models)" = hardened.onnx ] && pass || fail "something was written beside it"
 cp two/manifest.json before.json
 expect_exit 7 "resume with another model" "$harden" --resume --output two --weights nanodet.onnx
 expect_same two/manifest.json before.json
 expect_exit 6 "a loss that overflows" "$harden" "${tiny[@]}" --weights yolox.onnx --weight-rate 1e39 --output overflow
+expect_error_line "harden: the detector's loss in step"
 [ -e none ] && fail "a refused run left a folder behind" || pass
 finish

@@ -117,6 +117,21 @@ inline void normalise_first(nn::NetworkDescription& description) {
                            {"", "BatchNormalization", std::move(inputs), {output}, {}});
 }
 
+/// Bends the picture and the first convolution's output by one slope: where both are simplified, one is a
+/// weight and the other belongs to the convolution.
+inline void share_slope(nn::NetworkDescription& description) {
+  nn::Node& convolution = description.nodes.front();
+  const std::string picture = convolution.inputs[0], output = convolution.outputs[0];
+  convolution.inputs[0] = picture + ".bent";
+  convolution.outputs[0] = output + ".plain";
+  description.constants["slope"] = {nn::Shape{1}, nn::ElementType::floating, std::vector<float>{0.25F}};
+  const auto bend = [](const std::string& from, const std::string& to) {
+    return nn::Node{"", "PRelu", {from, "slope"}, {to}, {}};
+  };
+  description.nodes.insert(description.nodes.begin() + 1, bend(output + ".plain", output));
+  description.nodes.insert(description.nodes.begin(), bend(picture, picture + ".bent"));
+}
+
 /// As NanoDet: one convolution a level, split in two outputs.
 inline nn::NetworkDescription nanodet_like(std::size_t size) {
   Exporter exporter(size);

@@ -152,7 +152,7 @@ class Hardening {
     const ArrayVariable<float, 4> images = batch_.images();
     auto values = detector_.parameters();
     const auto parameters = tape_.input(values);
-    const auto terms = loss_of(detector_.forward(images, parameters));
+    const auto terms = terms_of(detector_.forward(images, parameters));
     if (!std::isfinite(terms.total.value()))
       throw NumericError("harden: the detector's loss in step " + std::to_string(state_.done + 1) +
                          " is not finite");
@@ -171,12 +171,16 @@ class Hardening {
     count_images();
   }
 
-  [[nodiscard]] loss::YoloTrainingVariables<float> loss_of(
-      const std::vector<ArrayVariable<float, 4>>& logits) const {
+  /// \throws NumericError naming the step, for logits that are not finite
+  [[nodiscard]] loss::YoloTrainingVariables<float> terms_of(
+      const std::vector<ArrayVariable<float, 4>>& logits) const try {
     const auto& detector = detector_.detector();
     if (detect::has_anchors(detector.heads().front().decode))
       return loss::yolo_training(detector, logits, batch_.truths());
     return loss::yolox_training(detector, logits, batch_.truths());
+  } catch (const NumericError& error) {
+    throw NumericError("harden: the detector's loss in step " + std::to_string(state_.done + 1) + ": " +
+                       error.what());
   }
 
   void count_images() { detector_.set_pictures_seen(state_.history.size() * settings_.pictures); }

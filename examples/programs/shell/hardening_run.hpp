@@ -93,10 +93,10 @@ class HardeningRun {
         make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out,
                       input_paths(options_.scene, inputs_.car, options_.detector, inputs_.frames));
     identity_ = identity_text(manifest);
-    if (options_.resume)
-      require_same_inputs(manifest, options_.output);
-    else
-      write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
+    if (options_.resume) return require_same_inputs(manifest, options_.output);
+    if (is_there(hardened_path(), ErrorKind::write))
+      throw Error(ErrorKind::in_use, hardened_path() + " is there already; give another --output");
+    write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
   }
 
   /// Drawn scenes have labels for these classes only.

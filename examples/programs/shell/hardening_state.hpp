@@ -117,7 +117,12 @@ inline HardeningState read_hardening(const std::string& path, const std::string&
     throw Error(ErrorKind::in_use, path + ": belongs to a run with other settings");
   HardeningState state = fresh;
   state.done = detail::number_of(file, "done");
-  const auto parameters = detail::finite_values(file, "parameters", fresh.parameters.size());
+  const auto parameters = file.get("parameters").as<float>();
+  detail::require_size(path, "parameters", fresh.parameters.size(), parameters.size());
+  for (std::size_t i = 0; i < parameters.size(); ++i)  // settings of operators may be infinite
+    if (!std::isfinite(parameters[i]) && parameters[i] != fresh.parameters(i))
+      throw FileError(ErrorKind::malformed, {path, "", "parameters holds what no training comes to",
+                                             "finite numbers", std::to_string(parameters[i])});
   std::copy(parameters.begin(), parameters.end(), state.parameters.data());
   state.adam = detail::adam_of(file, "adam", fresh.parameters.size());
   const auto paint = detail::finite_values(file, "paint", fresh.paint.size());

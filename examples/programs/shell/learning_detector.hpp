@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <tapestry/core/random.hpp>
 #include <tapestry/detect/batch_norm_folding_variable.hpp>
 #include <tapestry/detect/graph_detector_variable.hpp>
 #include <tapestry/detect/network_variable.hpp>
@@ -83,22 +84,23 @@ class LearningGraph final : public LearningDetector {
  public:
   /// \param start  read from this file
   /// \param size   as of detect::GraphDetector
-  /// \throws FileError (mismatch) if weights are not numbers that can be replaced in the file
+  /// \throws FileError (mismatch) if weights are not numbers that can be replaced in the file, or if the file
+  ///         would then be another network
   LearningGraph(const std::string& path, const detect::GraphDetector<float>& start, std::size_t size)
       : path_(path), bytes_(io::read_text_file(path)) {
     const auto description = io::parse_onnx(bytes_, path);
     const auto is_own = [&](const nn::WeightBlock& weight) {
       return description.constants.contains(weight.name);
     };
-    const bool keeps_weights = std::ranges::all_of(start.network().weights(), is_own);
+    const bool may_simplify = std::ranges::all_of(start.network().weights(), is_own);
     graph_ = std::make_unique<detect::GraphDetector<float>>(description, start.description(), size,
-                                                            std::vector<std::string>{}, keeps_weights);
+                                                            std::vector<std::string>{}, may_simplify);
     for (const nn::WeightBlock& weight : graph_->network().weights())
       if (!is_own(weight) || extents(weight.shape) != extents(description.constants.at(weight.name).shape))
-        throw FileError(ErrorKind::mismatch,
-                        {path, "", "weights " + in_quotes(weight.name) + " cannot learn: they are computed",
-                         "weights as the file has them", ""});
-    (void)written();  // refuses before anything is learnt
+        throw FileError(ErrorKind::mismatch, {path, "", "weights " + in_quotes(weight.name) + " cannot learn",
+                                              "an initialiser, its elements in the order of the file",
+                                              is_own(weight) ? "another order" : "what nodes compute"});
+    require_same_when_read(size, may_simplify);
   }
 
   [[nodiscard]] const detect::Detector<float>& detector() const override { return *graph_; }
@@ -121,6 +123,33 @@ class LearningGraph final : public LearningDetector {
   }
 
  private:
+  /// Tried with each weight moved by a share of its own: a number that the file has once may be two weights
+  /// here, or a weight and a setting of an operator. Refuses before anything is learnt.
+  void require_same_when_read(std::size_t size, bool may_simplify) {
+    const auto start = parameters();
+    auto moved = start;
+    std::size_t moved_count = 0;
+    for (const nn::WeightBlock& weight : std::as_const(*graph_).network().weights()) {
+      const float share = 1 + static_cast<float>(1 + moved_count++ % 31) / 1024;
+      for (std::size_t i = 0; i < nn::size_of(weight.shape); ++i) moved(weight.offset + i) *= share;
+    }
+    set_parameters(moved);
+    const detect::GraphDetector<float> read(io::parse_onnx(written(), path_), graph_->description(), size,
+                                            std::vector<std::string>{}, may_simplify);
+    Array<float, 4> picture(Extents<4>{1, graph_->input_height(), graph_->input_width(), 3});
+    Random random(1);
+    for (float& value : picture.storage()) value = static_cast<float>(random.uniform());
+    detect::Pass<float> here, there;
+    graph_->forward(picture, here);
+    read.forward(picture, there);
+    for (std::size_t head = 0; head < here.logits.size(); ++head)
+      if (!std::ranges::equal(here.logits[head].storage(), there.logits[head].storage()))
+        throw FileError(ErrorKind::mismatch,
+                        {path_, "", "weights cannot learn: written back they make another network",
+                         "initialisers that are one weight each", "one in several roles"});
+    set_parameters(start);
+  }
+
   /// Those above 1: the order of a tensor's elements follows from them.
   [[nodiscard]] static nn::Shape extents(nn::Shape shape) {
     std::erase(shape, 1);

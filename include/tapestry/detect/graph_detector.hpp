@@ -31,7 +31,7 @@ class GraphDetector final : public Detector<T> {
   /// \param kind     how pictures go in and what the outputs mean
   /// \param size     side of the square input, pixels; 0: as the network says
   /// \param layers   names of values within the network that layer_values() and layer_adjoint() tell
-  /// \param simplifies  as of nn::Network; without, every weight keeps the name that the file gives it
+  /// \param simplifies  as of nn::Network; without, weights have the names of the file's values
   /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind, or a
   /// layer
   ///         is not one of its maps

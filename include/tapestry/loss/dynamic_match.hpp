@@ -41,7 +41,7 @@ template <class T>
 }
 
 /// −log p and −log(1 − p) of the probability p = √(σ(class) · σ(objectness)), or σ(class) of a head without
-/// objectness; neither above 100, as where it is 0 or 1 in double.
+/// objectness; neither above 100, the bound of the cross entropy in YOLOX's published program.
 struct ClassCost {
   double said = 0, denied = 0;
 
@@ -196,8 +196,10 @@ void require_finite_image(const char* operation, const Predictions<T>& predictio
 /// without area, and those with no such cell, are left out.
 ///
 /// Source: Ge et al., "YOLOX: exceeding YOLO series in 2021" (arXiv 2107.08430), SimOTA. There each cell of
-/// any truth is open to all truths, at the cost of 10⁵; here to those that it lies in or near to. For heads
-/// of the family distance, which have no objectness, p_k = σ(class k).
+/// any truth is open to all truths, at the cost of 10⁵; here to those that it lies in or near to. The radius,
+/// the root of the product, 10⁵ and 10⁻⁸ are those of its published program, whose logarithms are at least
+/// −100, as here, and which gives a cell that several truths take to the cheapest of all truths, here to the
+/// cheapest of those. For heads of the family distance, which have no objectness, p_k = σ(class k).
 ///
 /// \param logits  per head [N, D, H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input

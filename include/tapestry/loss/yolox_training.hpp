@@ -110,6 +110,19 @@ void require_matches(const char* operation, const std::vector<detect::Head>& hea
   require_predictions(operation,
                       Predictions<T>{heads, logits, matches.size() - 1, input_height, input_width});
   require_batch(operation, "matches", matches.size(), logits);
+  for (std::size_t image = 0; image < matches.size(); ++image) {
+    std::size_t sound = 0;
+    const Predictions<T> predictions{heads, logits, image, input_height, input_width};
+    for_each_with_match(predictions, matches[image],
+                        [&](const Candidate& candidate, const DynamicMatch* match) {
+                          if (match != nullptr && match->truth.class_index < heads[candidate.head].classes)
+                            ++sound;
+                        });
+    if (sound < matches[image].size())
+      throw DomainError(std::string(operation) + ": match " + std::to_string(sound) + " of image " +
+                        std::to_string(image) +
+                        "; expected candidates and classes of the heads, in order of head, row and column");
+  }
 }
 
 /// What the sums are divided by: candidates with a truth in all images, at least 1.

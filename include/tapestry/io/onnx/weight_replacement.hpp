@@ -24,7 +24,8 @@ namespace detail {
 struct ElementSpan {
   std::string name{};
   OnnxType type = OnnxType::undefined;
-  std::size_t pieces = 0;    ///< in which the elements lie: 0 if they are in another file, too
+  bool is_outside = false;   ///< in a file of its own
+  std::size_t pieces = 0;    ///< in which the elements lie
   std::string_view bytes{};  ///< of the last piece
 };
 
@@ -35,6 +36,8 @@ struct ElementSpan {
       span.type = static_cast<OnnxType>(tensor.integer("data_type"));
     } else if (tensor.tag() == 8) {
       span.name = tensor.bytes("name");
+    } else if (tensor.tag() == 14) {
+      span.is_outside = tensor.integer("data_location") == 1;
     } else if (tensor.tag() == 9 || (tensor.tag() == float_data && tensor.holds_bytes())) {
       const std::string_view bytes = tensor.bytes("elements");
       if (bytes.empty()) continue;
@@ -66,9 +69,9 @@ inline void require_replaceable(const ProtobufMessage& tensor, const ElementSpan
 ///
 /// \param bytes  of a model that parse_onnx() reads
 /// \param path   of its file, for messages
-/// \throws FileError  mismatch for weights that are no initialiser, or one of another number of elements, of
-///                    another type than FLOAT or with elements in a file of their own or in pieces; malformed
-///                    as parse_onnx()
+/// \throws FileError  mismatch if an initialiser has its elements in another file, for weights that are no
+///                    initialiser, or one of another number of elements, of another type than FLOAT or with
+///                    elements in pieces; malformed as parse_onnx()
 [[nodiscard]] inline std::string with_weights(std::string_view bytes, const std::string& path,
                                               const WeightValues& weights) {
   const ProtobufFile file{path, bytes};
@@ -76,6 +79,10 @@ inline void require_replaceable(const ProtobufMessage& tensor, const ElementSpan
   std::set<std::string> found;
   const auto replace = [&](const ProtobufMessage& tensor) {
     const detail::ElementSpan span = detail::element_span(tensor);
+    if (span.is_outside)
+      tensor.fail_whole("weights cannot be replaced: initialiser " + in_quotes(span.name) +
+                            " has its elements in another file",
+                        "all elements within the file", "", ErrorKind::mismatch);
     const auto values = weights.find(span.name);
     if (values == weights.end()) return;
     detail::require_replaceable(tensor, span, values->second.size());
