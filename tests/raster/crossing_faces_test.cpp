@@ -112,18 +112,24 @@ TEST_CASE("faces without area, far away or nowhere cut none", "[raster][crossing
   CHECK(crossings_of(Mesh{}).empty());
 }
 
-TEST_CASE("a far polygon takes away no crossing of other faces", "[raster][crossing_faces]") {
-  Mesh mesh = triangles_of_many_sizes(300, 7, 0.05);
-  const auto alone = crossings_of(mesh);
-  REQUIRE(alone.size() >= 10);
-  for (const double far : {1e12, 1e15}) {
-    const Mesh sky =
-        triangle_soup({{Vector3{-far, far, far}, Vector3{far, far, 0.9 * far}, Vector3{0, -far, far}}});
-    Mesh both = mesh;
-    for (const Vector3& position : sky.positions) both.positions.push_back(position);
-    both.faces.push_back({900, 901, 902});
-    CHECK(crossings_of(both) == alone);
-  }
+TEST_CASE("faces cut each other that pixels side by side or one above the other show",
+          "[raster][crossing_faces]") {
+  const Mesh mesh = triangle_soup({{Vector3{-1, 0, -1}, Vector3{1, 0, -1}, Vector3{0, 0, 2}},
+                                   {Vector3{0.1, -1, 0}, Vector3{0.1, 1, 0}, Vector3{0.2, 1, 0.3}}});
+  const auto pixels_cross = [&](std::size_t first, std::size_t second) {
+    constexpr std::size_t width = 4, band_rows = 2, bands = 2;
+    raster::SeenFaces seen(width, band_rows, bands);
+    seen.band(first / (width * band_rows)).add(first, 0);
+    seen.band(second / (width * band_rows)).add(second, 1);
+    return crossing_faces(mesh, raster::mesh_edges(mesh), seen) == std::vector<FacePair>{{0, 1}};
+  };
+  CHECK(pixels_cross(5, 5));
+  CHECK(pixels_cross(5, 6));
+  CHECK(pixels_cross(2, 6));
+  CHECK(pixels_cross(6, 10));       // of two bands
+  CHECK_FALSE(pixels_cross(3, 4));  // the last of a row and the first of the next
+  CHECK_FALSE(pixels_cross(1, 3));
+  CHECK_FALSE(pixels_cross(0, 15));
 }
 
 TEST_CASE("pairs of faces are the same wherever the mesh lies", "[raster][crossing_faces]") {
@@ -138,7 +144,8 @@ TEST_CASE("pairs of faces are the same wherever the mesh lies", "[raster][crossi
   CHECK(crossings_of(moved) == found);
 }
 
-TEST_CASE("faces meet in pixels that show both, once in however many", "[raster][crossing_faces]") {
+TEST_CASE("faces meet in pixels that show both, or beside each other, once in however many",
+          "[raster][crossing_faces]") {
   const Mesh mesh = triangles_of_many_sizes(40, 5, 0.3);
   const auto edges = raster::mesh_edges(mesh);
   const auto all = crossings_of(mesh);
@@ -153,13 +160,15 @@ TEST_CASE("faces meet in pixels that show both, once in however many", "[raster]
     return raster::crossing_faces(mesh, edges, seen);
   };
   CHECK(pairs_seen([](std::size_t, std::int32_t) { return true; }) == all);
-  CHECK(pairs_seen([](std::size_t pixel, std::int32_t face) {
-          return pixel % 40 == static_cast<std::size_t>(face);
-        }).empty());
+  const auto apart = [](std::size_t pixel, std::int32_t face) {  // every other pixel of every other row
+    const std::size_t row = pixel / width, column = pixel % width;
+    return row % 2 == 0 && column % 2 == 0 &&
+           (column + row * width / 2) / 2 % 40 == static_cast<std::size_t>(face);
+  };
+  CHECK(pairs_seen(apart).empty());
   const FacePair& one = all[all.size() / 2];
   CHECK(pairs_seen([&](std::size_t pixel, std::int32_t face) {
-          return pixel == 150 ? face == one.first || face == one.second
-                              : pixel % 40 == static_cast<std::size_t>(face);
+          return pixel == 150 ? face == one.first || face == one.second : apart(pixel, face);
         }) == std::vector<FacePair>{one});
 }
 

@@ -118,6 +118,31 @@ TEST_CASE("closed meshes of which inner sides show agree with a brute-force pict
   SECTION("one stands in the other") { check(both(box(true), put(box(true), 0.8, {0.5, 0.3, 0.2}))); }
 }
 
+// Two faces that cut along one column. Where that lies between pixels no pixel shows both, however many
+// samples it has.
+TEST_CASE("a line of intersection counts wherever it lies among samples",
+          "[raster][vertex_gradient][gradient]") {
+  for (const double x : {0.0, 0.03, 0.1, 0.15}) {
+    const auto mesh = triangle_soup({{Vector3{x - 1, -3, 1}, Vector3{x - 1, 3, 1}, Vector3{x + 2, 0, 4}},
+                                     {Vector3{x + 1, -3, 1}, Vector3{x - 2, 0, 4}, Vector3{x + 1, 3, 1}}});
+    const Scene<> scene{mesh, vertex};
+    const auto weights = smooth_weights();
+    std::vector<double> shares;
+    for (const std::size_t samples : {1U, 2U, 4U, 8U}) {
+      const auto whole = scene.gradient(weights, raster::BoundaryIntegral{samples});
+      const auto without = scene.gradient(weights, raster::BoundaryIntegral{samples, false});
+      double square = 0;
+      for (std::size_t i = 0; i < whole.size(); ++i) {
+        const double length = geometry::length(geometry::subtract(whole[i], without[i]));
+        square += length * length;
+      }
+      shares.push_back(std::sqrt(square));
+    }
+    for (const double share : shares) CHECK(std::abs(share - shares.back()) <= 0.02 * shares.back());
+    CHECK(shares.back() > 1e-3);
+  }
+}
+
 TEST_CASE("open, loose and intersecting faces agree with a brute-force picture",
           "[raster][vertex_gradient][gradient]") {
   const auto mesh = tapestry::test::random_triangles(12, 8, 1.2);

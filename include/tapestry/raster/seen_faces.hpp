@@ -8,8 +8,7 @@
 namespace tapestry::raster {
 
 /// The faces that samples of a picture see, pixel by pixel: 4 bytes a pixel and 4 for each face in each
-/// pixel. Faces that no sample sees are not known, so what is made of this must do without them, or look
-/// again.
+/// pixel. A face smaller than samples are apart may be missing.
 class SeenFaces {
  public:
   /// A band of rows, whose pixels come in order.
@@ -57,6 +56,7 @@ class SeenFaces {
   [[nodiscard]] Band& band(std::size_t index) { return bands_[index]; }
   [[nodiscard]] const std::vector<Band>& bands() const { return bands_; }
 
+  /// Of the picture.
   [[nodiscard]] std::size_t width() const { return width_; }
 
   /// Of the pixel of a point of the picture.

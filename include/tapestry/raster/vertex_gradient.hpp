@@ -26,11 +26,12 @@
 namespace tapestry::raster {
 
 /// The derivative of the box-filtered picture: what moves inside faces, sampled as the picture is, plus the
-/// integral over all visible outlines, creases between colours and lines of intersection, whatever their
-/// width.
+/// integral over all visible outlines, creases between colours and lines of intersection. Of the latter one
+/// is left out that is shorter than samples are apart, see crossing_faces().
 struct BoundaryIntegral {
-  std::size_t samples_per_axis = 4;  ///< of the interior; pieces of outlines are at most its inverse long
-  bool intersections = true;         ///< whether faces that samples see are looked at for where they cut
+  /// Of the interior, and of what finds faces that cut; pieces of outlines are at most its inverse long.
+  std::size_t samples_per_axis = 4;
+  bool intersections = true;  ///< whether faces that samples see are looked at for where they cut
   /// mesh_edges() of the mesh, when they are kept from view to view; null: they are found by every call.
   std::shared_ptr<const MeshEdges> edges{};
 };

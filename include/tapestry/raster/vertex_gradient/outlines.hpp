@@ -222,7 +222,7 @@ class Outlines {
   }
 
   /// The faces that a piece may meet. Those of its cell are sifted once for all pieces there, if several may
-  /// follow.
+  /// follow; of a crowded cell look() sees the nearest only, and sifting would read all.
   [[nodiscard]] std::span<const CellEntry> near_faces(const EdgeLine& line, double column, double row,
                                                       const std::array<double, 2>& step,
                                                       Workspace& work) const {
@@ -232,7 +232,8 @@ class Outlines {
     work.near = scene_.field.faces_in(cell);
     const double place = line.place_of(column, row);
     const double end = std::min(line.length, place + 1.5 * scene_.field.cell_side());
-    if (end - place < 3 * scene_.longest_piece) return work.near;
+    constexpr std::size_t crowd = 512;
+    if (end - place < 3 * scene_.longest_piece || work.near.size() > crowd) return work.near;
     scene_.field.keep_near({column, row}, line.at(end), step, work.near, work.kept);
     return work.near = work.kept;
   }
