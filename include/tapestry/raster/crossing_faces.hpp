@@ -82,11 +82,13 @@ inline void keep_once(std::vector<FacePair>& pairs) {
 
 }  // namespace detail
 
-/// The pairs of faces that may cut through each other where one pixel shows both, or one pixel the one and a
-/// pixel beside it the other, in order: those without a corner in common of which each has points on both
-/// sides of the other one's plane. Where a line of intersection shows, samples on both sides of it see the
-/// two faces, and lie in one pixel or in neighbours, unless the line is shorter than samples are apart. The
-/// result is the same for any number of threads, and wherever the mesh lies, as far as doubles hold it there.
+/// The pairs of faces that may cut through each other where one pixel shows both, or one the one and a
+/// neighbour the other, in order: those without a corner in common of which each has points on both sides of
+/// the other one's plane. Where a line of intersection shows, samples on both sides of it see the two faces,
+/// unless it is shorter than they are apart. Those samples may lie in two pixels; such are compared where
+/// both show at most two faces, for a line between pixels that is not found there is one of many short ones.
+/// The result is the same for any number of threads, and wherever the mesh lies, as far as doubles hold it
+/// there.
 /// \param edges  of the same mesh
 [[nodiscard]] inline std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges& edges,
                                                           const SeenFaces& seen) {
@@ -99,20 +101,28 @@ inline void keep_once(std::vector<FacePair>& pairs) {
       const FacePair pair{std::min(one, other), std::max(one, other)};
       if (detail::may_cut(mesh, edges, pair)) pairs.push_back(pair);
     };
-    // Faces that both pixels show are compared within each of them.
+    // Faces that both pixels show are compared within each of them. Where pixels show more, faces are small.
     const auto compare_across = [&](std::span<const std::int32_t> faces,
                                     std::span<const std::int32_t> beside) {
+      constexpr std::size_t most_faces = 2;
+      if (faces.size() > most_faces || beside.size() > most_faces || std::ranges::equal(faces, beside))
+        return;
       for (const std::int32_t one : faces)
         if (std::ranges::find(beside, one) == beside.end())
           for (const std::int32_t other : beside)
             if (std::ranges::find(faces, other) == faces.end()) compare(one, other);
     };
+    std::size_t column = 0;
     for (std::size_t pixel = band.first_pixel(); pixel < band.end_pixel(); ++pixel) {
       const auto faces = band.at(pixel);
       for (std::size_t i = 1; i < faces.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) compare(faces[i], faces[j]);
-      if ((pixel + 1) % seen.width() != 0) compare_across(faces, seen.at(pixel + 1));
-      compare_across(faces, seen.at(pixel + seen.width()));
+      if (++column == seen.width())
+        column = 0;
+      else
+        compare_across(faces, band.at(pixel + 1));
+      const std::size_t below = pixel + seen.width();
+      compare_across(faces, below < band.end_pixel() ? band.at(below) : seen.at(below));
       if (pairs.size() < most) continue;
       detail::keep_once(pairs);
       most = std::max(most, 2 * pairs.size());
