@@ -13,6 +13,8 @@
 #include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
@@ -28,6 +30,7 @@
 #include "progress.hpp"
 #include "ranks.hpp"
 #include "report.hpp"
+#include "report_page.hpp"
 #include "reshaped_views.hpp"
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
@@ -248,11 +251,31 @@ class CamouflageRun {
     report.held_out = inputs_.frames.held_out;
     report.history = training.history();
     report.options = settings_json(options_);
-    write_text(path("report.html"), report_html(report));
+    write_text(path("report.html"),
+               report_html(report, page_of(report, watch.names(), before, after, textures)));
     write_text(path("metrics.csv"), metrics_csv(report));
     write_text(path("metrics.json"), report_text(metrics_json(report)));
     std::cout << summary_text(report);
     remark("report: " + path("report.html"));
+  }
+
+  [[nodiscard]] ReportPage page_of(const RunReport& report, std::vector<std::string> view_names,
+                                   std::vector<Bitmap> before, std::vector<Bitmap> after,
+                                   const evaluate::SurveyedTextures<float>& textures) const {
+    ReportPage page{"Camouflage run",
+                    repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
+                    std::move(view_names), std::move(before), std::move(after)};
+    const auto atlas = [&](const std::string& words, const camouflage::Paint<float>& paint) {
+      page.atlases.emplace_back(
+          words, image::to_bytes(camouflage::atlas_of<float>(inputs_.car.painted, paint.colours)));
+    };
+    atlas("optimised", *textures.adversarial);
+    for (const auto& [name, paint] : textures.controls)
+      if (name == evaluate::matched_noise_name || name == evaluate::shuffled_patches_name) atlas(name, paint);
+    page.glb = io::read_text_file(path("painted.glb"));
+    page.files = {"painted.glb", "painted.obj", "texture.npz",  "texture.png", "result.png",   "before.png",
+                  "after.png",   "metrics.csv", "metrics.json", "history.csv", "manifest.json"};
+    return page;
   }
 
   /// \param car  in the shape that it has in the end

@@ -54,8 +54,12 @@ class SurveyWatch {
     sheets_[texture] = {&sheet, pictures, std::min(pictures, most_on_a_sheet(side_)), 0};
   }
 
+  /// Of the views so far, in the order of the survey; once for each picture of one.
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
   void operator()(const evaluate::MeasuredPicture<float>& measured) {
     StopSignal::throw_if_arrived();
+    if (measured.texture == "clean") names_.push_back(measured.view.name);
     const auto found = sheets_.find(measured.texture);
     if (found != sheets_.end() && found->second.takes_next())
       found->second.sheet->push_back(annotated(measured, meter_));
@@ -76,6 +80,7 @@ class SurveyWatch {
   };
 
   const evaluate::Meter<float>& meter_;
+  std::vector<std::string> names_;
   MeasuringProgress progress_;
   std::size_t side_;
   std::map<std::string, Collected> sheets_;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "../base64.hpp"
 #include "../report.hpp"
 #include "../run_folder.hpp"
 #include "drawing.hpp"
@@ -162,20 +163,6 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
 }
 
 namespace detail {
-/// Bytes in letters (RFC 4648, section 4).
-inline std::string base64(const std::string& bytes) {
-  static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : letters[bits >> (18 - 6 * k) & 63U];
-  }
-  return text;
-}
-
 /// Pictures within the page, each under what it shows.
 inline std::string picture_html(const std::vector<std::pair<std::string, std::string>>& pictures) {
   std::string html;

@@ -1,0 +1,217 @@
+#pragma once
+
+/// \file
+/// What report_html() puts into a page beside its text: how it looks, and what it does. Nothing is fetched.
+
+namespace tapestry::shell {
+
+/// Light and dark by what the reader's system says; on paper without what needs a hand.
+inline constexpr const char* report_style = R"(:root { color-scheme: light dark;
+  --paper: #fff; --ink: #24292f; --muted: #57606a; --line: #d8dee4; --mark: #2f81c7; --shade: #f3f5f7 }
+@media (prefers-color-scheme: dark) { :root {
+  --paper: #0d1117; --ink: #e6edf3; --muted: #9da7b3; --line: #30363d; --mark: #58a6ff; --shade: #161b22 } }
+body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding: 0 1em;
+  background: var(--paper); color: var(--ink) }
+a { color: var(--mark) } img { max-width: 100%; height: auto }
+pre { background: var(--shade); padding: .8em; overflow: auto }
+.wide { overflow-x: auto } .muted { color: var(--muted) }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .8em 0 }
+caption { text-align: left; padding: .3em 0; color: var(--muted) }
+td, th { padding: .2em .8em .2em 0; text-align: right; white-space: nowrap }
+td:first-child, th:first-child { text-align: left }
+tr + tr, tbody tr { border-top: 1px solid var(--line) }
+.atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
+.atlases img { image-rendering: pixelated; width: 100% }
+.curves { display: flex; flex-wrap: wrap; gap: 1em } .curves svg { max-width: 100%; height: auto }
+svg text { font: 11px sans-serif; fill: var(--ink) } svg .curve { fill: none; stroke: var(--mark) }
+svg .frame { fill: none; stroke: var(--line) }
+.pair { position: relative; display: inline-block; max-width: 100% } .pair img { display: block }
+.pair .over { position: absolute; inset: 0; clip-path: inset(0 calc(100% - var(--cut, 50%)) 0 0) }
+.pair::after { content: ""; position: absolute; top: 0; bottom: 0; left: var(--cut, 50%); border-left: 2px solid #fff }
+#cut { display: block; width: 26em; max-width: 100% }
+#car { width: 100%; max-width: 48em; aspect-ratio: 16 / 9; touch-action: none; background: var(--shade);
+  cursor: grab; display: block }
+#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
+#views th[aria-sort=descending]::after { content: " \2193" }
+#views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .lost { color: #b35900 }
+.list { max-height: 30em; overflow: auto }
+@media (prefers-color-scheme: dark) { .lost { color: #ffa657 } }
+@media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
+)";
+
+/// Reads the page's data, a JSON text with the id `data`: a list of views that sorts and filters, two
+/// pictures of one view over each other, and the car, whose GLB file is drawn by WebGL and turned by hand.
+inline constexpr const char* report_script = R"('use strict';
+const data = JSON.parse(document.getElementById('data').textContent);
+const make = (name, words) => { const e = document.createElement(name); e.textContent = words ?? ''; return e; };
+
+// The list of views. A column is a texture; an entry [best confidence, share of its pictures found].
+function listViews() {
+  const table = document.getElementById('views'), head = table.createTHead().insertRow();
+  const body = table.createTBody(), search = document.getElementById('search'), only = document.getElementById('only');
+  let column = data.textures.indexOf('adversarial') + 1, sign = -1;
+  const titles = ['view', ...data.textures];
+  for (const texture of data.textures) only.append(new Option('lost in ' + texture, texture));
+  titles.forEach((title, i) => {
+    const th = make('th', title);
+    th.scope = 'col'; th.tabIndex = 0;
+    const sort = () => { sign = column === i ? -sign : i === 0 ? 1 : -1; column = i; fill(); };
+    th.onclick = sort; th.onkeydown = e => { if (e.key === 'Enter') sort(); };
+    head.append(th);
+  });
+  const key = view => column === 0 ? view.name : view.scores[column - 1][0];
+  function fill() {
+    [...head.cells].forEach((th, i) => i === column
+      ? th.setAttribute('aria-sort', sign > 0 ? 'ascending' : 'descending') : th.removeAttribute('aria-sort'));
+    const shown = data.views.filter(view => view.name.includes(search.value) &&
+      (only.value === '' || view.scores[data.textures.indexOf(only.value)][1] < 1));
+    shown.sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0) || a.index - b.index);
+    body.replaceChildren(...shown.map(view => {
+      const row = make('tr');
+      row.append(make('td', view.name + (view.picture < 0 ? ' (no picture)' : '')));
+      view.scores.forEach(([best, found]) => {
+        const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' lost' : ' ' + found.toFixed(2)));
+        if (found < 1) cell.className = 'lost';
+        row.append(cell);
+      });
+      row.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row); };
+      return row;
+    }));
+    document.getElementById('count').textContent = shown.length + ' of ' + data.views.length + ' views';
+  }
+  search.oninput = only.onchange = fill;
+  fill();
+  const first = data.views.filter(view => view.picture >= 0);
+  if (first.length) choose(first[0]);
+}
+
+// Two pictures of one view, the second uncovered from the left.
+function choose(view) {
+  if (view.picture < 0) return;
+  const png = 'data:image/png;base64,';
+  document.getElementById('below').src = png + data.before[view.picture];
+  document.getElementById('above').src = png + data.after[view.picture];
+  document.getElementById('chosen').textContent = view.name;
+}
+const cut = document.getElementById('cut');
+if (cut) cut.oninput = () => document.getElementById('pair').style.setProperty('--cut', cut.value + '%');
+
+// The parts of a binary glTF 2.0 file that io::write_glb() writes.
+function readGlb(letters) {
+  const bytes = Uint8Array.from(atob(letters), c => c.charCodeAt(0)), words = new DataView(bytes.buffer);
+  const length = words.getUint32(12, true), gltf = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + length)));
+  const start = 28 + length;
+  const range = i => { const v = gltf.bufferViews[i]; return [start + (v.byteOffset ?? 0), v.byteLength]; };
+  const read = i => {
+    const a = gltf.accessors[i], [from] = range(a.bufferView), size = {SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4}[a.type];
+    const kind = {5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array}[a.componentType];
+    const begin = from + (a.byteOffset ?? 0);
+    return new kind(bytes.buffer.slice(begin, begin + a.count * size * kind.BYTES_PER_ELEMENT));
+  };
+  return {gltf, read, picture: i => { const [from, size] = range(gltf.images[i].bufferView);
+    return new Blob([bytes.subarray(from, from + size)], {type: gltf.images[i].mimeType}); }};
+}
+
+async function showCar() {
+  const canvas = document.getElementById('car');
+  const gl = canvas.getContext('webgl2', {preserveDrawingBuffer: true});
+  if (!gl) { canvas.replaceWith(make('p', 'This browser draws no WebGL: open painted.glb in a viewer.')); return; }
+  const {gltf, read, picture} = readGlb(data.glb);
+  const shader = (type, text) => {
+    const s = gl.createShader(type);
+    gl.shaderSource(s, text); gl.compileShader(s);
+    if (!gl.getShaderParameter(s, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(s));
+    return s;
+  };
+  const program = gl.createProgram();
+  gl.attachShader(program, shader(gl.VERTEX_SHADER, `#version 300 es
+    in vec3 position; in vec3 normal; in vec2 uv; uniform mat4 view, projection; out vec3 n, p; out vec2 at;
+    void main() { vec4 e = view * vec4(position, 1.0); p = e.xyz; n = mat3(view) * normal; at = uv;
+      gl_Position = projection * e; }`));
+  gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `#version 300 es
+    precision highp float; in vec3 n, p; in vec2 at; uniform sampler2D paint; uniform vec4 colour; uniform bool painted;
+    out vec4 result;
+    void main() { vec3 base = painted ? texture(paint, at).rgb : pow(colour.rgb, vec3(1.0 / 2.2));
+      float facing = length(n) > 0.0 ? abs(dot(normalize(n), normalize(p))) : 1.0;
+      result = vec4(base * (0.45 + 0.55 * facing), 1.0); }`));
+  gl.linkProgram(program); gl.useProgram(program);
+  const place = name => gl.getUniformLocation(program, name);
+  let low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  const parts = gltf.meshes[0].primitives.map(part => {
+    const array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    const put = (name, accessor, size) => {
+      const at = gl.getAttribLocation(program, name);
+      if (at < 0 || accessor === undefined) return;
+      const values = read(accessor);
+      if (name === 'position') values.forEach((v, i) => {
+        low[i % 3] = Math.min(low[i % 3], v); high[i % 3] = Math.max(high[i % 3], v); });
+      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+      gl.enableVertexAttribArray(at); gl.vertexAttribPointer(at, size, gl.FLOAT, false, 0, 0);
+    };
+    put('position', part.attributes.POSITION, 3); put('normal', part.attributes.NORMAL, 3);
+    put('uv', part.attributes.TEXCOORD_0, 2);
+    const indices = read(part.indices);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
+    const surface = gltf.materials[part.material].pbrMetallicRoughness;
+    return {array, count: indices.length, painted: surface.baseColorTexture !== undefined,
+            type: indices instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT,
+            colour: surface.baseColorFactor ?? [1, 1, 1, 1]};
+  });
+  if (gltf.images) {
+    const bitmap = await createImageBitmap(picture(0));
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+  }
+  const [qx, qy, qz, qw] = gltf.nodes[0].rotation ?? [0, 0, 0, 1];  // to y up
+  const turn = [1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qz * qw), 2 * (qx * qz - qy * qw),
+                2 * (qx * qy - qz * qw), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qx * qw),
+                2 * (qx * qz + qy * qw), 2 * (qy * qz - qx * qw), 1 - 2 * (qx * qx + qy * qy)];
+  const middle = low.map((v, i) => (v + high[i]) / 2), radius = Math.hypot(...low.map((v, i) => high[i] - v)) / 2;
+  let azimuth = 0.7, elevation = 0.35, distance = 2.1;
+  function draw() {
+    const ratio = window.devicePixelRatio || 1;
+    canvas.width = canvas.clientWidth * ratio; canvas.height = canvas.clientHeight * ratio;
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.enable(gl.DEPTH_TEST); gl.clearColor(0, 0, 0, 0); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
+    const look = [ca, sa * se, -sa * ce, 0, ce, se, sa, -ca * se, ca * ce];  // about y, then about x; by columns
+    const m = new Float32Array(16);
+    for (let c = 0; c < 3; ++c) for (let r = 0; r < 3; ++r)
+      for (let k = 0; k < 3; ++k) m[4 * c + r] += look[3 * k + r] * turn[3 * c + k] / radius;
+    for (let r = 0; r < 3; ++r) m[12 + r] = -(m[r] * middle[0] + m[4 + r] * middle[1] + m[8 + r] * middle[2]);
+    m[14] -= distance; m[15] = 1;
+    const f = 1.8, near = 0.05, far = 20, wide = canvas.height / canvas.width;
+    gl.uniformMatrix4fv(place('view'), false, m);
+    gl.uniformMatrix4fv(place('projection'), false, new Float32Array([f * wide, 0, 0, 0, 0, f, 0, 0, 0, 0,
+      (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0]));
+    for (const part of parts) {
+      gl.bindVertexArray(part.array);
+      gl.uniform1i(place('painted'), part.painted ? 1 : 0); gl.uniform4fv(place('colour'), part.colour);
+      gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
+    }
+  }
+  const turnBy = (x, y) => { azimuth += x; elevation = Math.min(1.5, Math.max(-0.2, elevation + y)); draw(); };
+  canvas.onpointerdown = e => canvas.setPointerCapture(e.pointerId);
+  canvas.onpointermove = e => { if (e.buttons) turnBy(e.movementX * 0.01, e.movementY * 0.01); };
+  canvas.onwheel = e => { e.preventDefault(); distance = Math.min(6, Math.max(1.2, distance * Math.exp(e.deltaY * 1e-3))); draw(); };
+  canvas.onkeydown = e => { const by = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]}[e.key];
+    if (by) { e.preventDefault(); turnBy(...by); } };
+  window.addEventListener('resize', draw);
+  draw();
+  const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  let drawn = 0;
+  for (let i = 3; i < pixels.length; i += 4) drawn += pixels[i] > 0;
+  canvas.dataset.drawn = drawn;  // pixels of the car, for those who test the page
+}
+
+if (data.views.length) listViews();
+if (data.glb) showCar();
+)";
+
+}  // namespace tapestry::shell
