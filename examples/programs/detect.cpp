@@ -1,13 +1,16 @@
-// Finds objects in pictures with a Darknet detector.
+// Finds objects in pictures with a Darknet or ONNX detector.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <utility>
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
@@ -106,36 +109,19 @@ void require_own_names(const std::string& folder, const std::vector<std::string>
   }
 }
 
-/// Detects in one picture after the other, and goes on after one that cannot be read or detected in.
+/// Detects in pictures, some at a time, and goes on after one that cannot be read or detected in.
 class Detection {
  public:
   Detection(const Options& options, const Detector& detector)
       : options_(options), detector_(detector), heat_map_(heat_map_by_name(options.heat_map_kind)) {}
 
-  void detect_in(const std::string& path) {
-    try {
-      auto picture = read_picture(path);
-      const auto start = std::chrono::steady_clock::now();
-      const auto found = detections_in(path, picture, options_.detector, detector_, pass_);
-      seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      ++pictures_;
-      if (options_.json)
-        all_.push_back(json_of(path, found, detector_, options_.detector.precision));
-      else
-        print_table(path, found, detector_.names);
-      if (!options_.heat_map.empty())
-        io::write_image(annotated_path(options_.heat_map, path, "-heat_map.png"),
-                        found.empty()
-                            ? picture
-                            : heat_map_picture(picture, detector_, found.front().class_index, heat_map_));
-      if (options_.annotate.empty()) return;
-      for (const auto& detection : found) draw_box(picture, detection.box, {40, 220, 60});
-      io::write_image(annotated_path(options_.annotate, path), picture);
-    } catch (const Error& error) {
-      if (error.kind() == ErrorKind::write) throw;
-      std::cerr << "error: " << printable(error.what()) << '\n';
-      if (failures_++ == 0) code_ = static_cast<int>(error.kind());
-    }
+  /// \throws Error (write) when a copy cannot be written
+  void detect_in(const std::vector<std::string>& paths) {
+    const auto start = std::chrono::steady_clock::now();
+    for_each_in_order(
+        paths.size(), [&](std::size_t i) { return examine(paths[i]); },
+        [&](std::size_t i, const Examined& examined) { tell(paths[i], examined); });
+    seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
   /// \returns the exit code
@@ -152,10 +138,49 @@ class Detection {
   }
 
  private:
+  /// What is in a picture, or what went wrong with it.
+  struct Examined {
+    std::vector<detect::Detection> found{};
+    std::optional<Error> error{};
+  };
+
+  Examined examine(const std::string& path) {
+    try {
+      auto picture = read_picture(path);
+      auto found = detections_in(path, picture, options_.detector, detector_, *passes_.take());
+      if (!options_.heat_map.empty())
+        io::write_image(annotated_path(options_.heat_map, path, "-heat_map.png"),
+                        found.empty()
+                            ? picture
+                            : heat_map_picture(picture, detector_, found.front().class_index, heat_map_));
+      if (!options_.annotate.empty()) {
+        for (const auto& detection : found) draw_box(picture, detection.box, {40, 220, 60});
+        io::write_image(annotated_path(options_.annotate, path), picture);
+      }
+      return {std::move(found)};
+    } catch (const Error& error) {
+      if (error.kind() == ErrorKind::write) throw;
+      return {{}, error};
+    }
+  }
+
+  void tell(const std::string& path, const Examined& examined) {
+    if (examined.error) {
+      std::cerr << "error: " << printable(examined.error->what()) << '\n';
+      if (failures_++ == 0) code_ = static_cast<int>(examined.error->kind());
+      return;
+    }
+    ++pictures_;
+    if (options_.json)
+      all_.push_back(json_of(path, examined.found, detector_, options_.detector.precision));
+    else
+      print_table(path, examined.found, detector_.names);
+  }
+
   const Options& options_;
   const Detector& detector_;
   HeatMap heat_map_;
-  detect::Pass<float> pass_;
+  detect::PassPool<float> passes_;
   Json all_ = Json::array();
   double seconds_ = 0;
   std::size_t pictures_ = 0, failures_ = 0;
@@ -183,9 +208,7 @@ int run(Options& options) {
     make_writable_folder(folder);
   }
   Detection detection(options, detector);
-  for (const auto& path : pictures) {
-    detection.detect_in(path);
-  }
+  detection.detect_in(pictures);
   return detection.finish();
 }
 }  // namespace

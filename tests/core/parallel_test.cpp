@@ -1,8 +1,10 @@
 #include <tapestry/core/parallel.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -11,18 +13,11 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/threads.hpp"
+
+using tapestry::test::Threads;
 
 namespace {
-/// Caps the threads of this thread while it lives.
-class Threads {
- public:
-  explicit Threads(int count) : before_(tapestry::thread_count()) { tapestry::limit_threads(count); }
-  ~Threads() { tapestry::limit_threads(before_); }
-
- private:
-  int before_;
-};
-
 /// True if a loop of this length visits every index once.
 bool visits_each_once(std::size_t count) {
   std::vector<std::atomic<int>> visits(count);
@@ -118,6 +113,53 @@ TEST_CASE("thousands of short loops one after another lose no index", "[core][pa
   for (std::size_t round = 0; round < 20000; ++round)
     tapestry::parallel_for(totals.size(), [&](std::size_t i) { totals[i] += round; });
   CHECK(totals == std::vector<std::size_t>(8, 199990000));
+}
+
+TEST_CASE("results are used in order, whatever the number of threads that make them", "[core][parallel]") {
+  for (const int threads : {1, 2, 5, 100}) {
+    const Threads cap(threads);
+    for (const std::size_t count : {0U, 1U, 7U, 41U, 500U}) {
+      std::vector<std::size_t> used;
+      std::atomic<std::size_t> made{0};
+      std::size_t most_ahead = 0;
+      tapestry::for_each_in_order(
+          count,
+          [&](std::size_t i) {
+            ++made;
+            return std::make_unique<std::size_t>(i * i);
+          },
+          [&](std::size_t i, std::unique_ptr<std::size_t> square) {
+            CHECK(*square == i * i);
+            most_ahead = std::max(most_ahead, made - i);
+            used.push_back(i);
+          });
+      INFO(threads << " threads, " << count << " items");
+      REQUIRE(used.size() == count);
+      CHECK(std::is_sorted(used.begin(), used.end()));
+      CHECK(most_ahead <= tapestry::items_at_a_time());
+    }
+    CHECK(tapestry::items_at_a_time() >= static_cast<std::size_t>(threads));
+  }
+  const Threads cap(1);
+  CHECK(tapestry::items_at_a_time() == 1);
+}
+
+TEST_CASE("what was made before a failure is used, but for what was made together with it",
+          "[core][parallel]") {
+  const Threads cap(2);
+  const std::size_t together = tapestry::items_at_a_time();
+  std::size_t used = 0;
+  const auto make = [&](std::size_t i) {
+    if (i > together && i % 2 == 1) throw std::runtime_error(std::to_string(i));
+    return 0;
+  };
+  CHECK_THROWS_WITH(tapestry::for_each_in_order(100, make, [&](std::size_t, int) { ++used; }),
+                    std::to_string(together + 1));
+  CHECK(used == together);
+  CHECK_THROWS_WITH(
+      tapestry::for_each_in_order(
+          100, [](std::size_t) { return 0; }, [](std::size_t, int) { throw std::runtime_error("enough"); }),
+      "enough");
 }
 
 TEST_CASE("fewer threads than one are one", "[core][parallel]") {

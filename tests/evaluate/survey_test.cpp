@@ -9,6 +9,7 @@
 #include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"
+#include "../support/threads.hpp"
 #include "../support/tiny_scene.hpp"
 
 namespace camouflage = tapestry::camouflage;
@@ -257,6 +258,39 @@ TEST_CASE("views are photographed anew for each draw, in the same way for every 
   CHECK(unprinted.clean.best_confidence == unprinted.controls[0].best_confidence);
   photography.seed = 9;
   CHECK(survey().photo.best_confidence != first.photo.best_confidence);
+}
+
+TEST_CASE("a survey is the same on any number of threads, bit for bit and in order", "[evaluate][survey]") {
+  Fixture fixture;
+  auto store = test::tiny_store<float>(fixture.car, 7);
+  fixture.views = {6, 0, 1, 3, 5};
+  fixture.textures.controls.resize(2);
+  const evaluate::Photography photography{tapestry::image::physical_conditions, 3, 8};
+  std::vector<std::vector<std::string>> seen;
+  std::vector<std::vector<double>> confidences;
+  std::vector<std::vector<tapestry::Array<float, 3>>> pictures;
+  for (const int threads : {1, 2, 4, 2}) {
+    const test::Threads cap(threads);
+    seen.emplace_back();
+    pictures.emplace_back();
+    const auto survey = evaluate::survey(
+        fixture.meter, store, fixture.views, fixture.textures,
+        [&](const Measured& measured) {
+          seen.back().push_back(measured.texture + " " + measured.view.name);
+          pictures.back().push_back(measured.picture);
+        },
+        photography);
+    confidences.push_back(survey.controls[1].best_confidence);
+    confidences.back().insert(confidences.back().end(), survey.photo.best_confidence.begin(),
+                              survey.photo.best_confidence.end());
+  }
+  REQUIRE(seen[0].size() == 4 * 5 * 3);
+  CHECK(seen[0][3] == "photo frame0");
+  for (const std::size_t run : {1U, 2U, 3U}) {
+    CHECK(seen[run] == seen[0]);
+    CHECK(confidences[run] == confidences[0]);
+    CHECK((pictures[run] == pictures[0]));
+  }
 }
 
 TEST_CASE("an effect counts a view once, however often it was photographed", "[evaluate][conditions]") {

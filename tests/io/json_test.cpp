@@ -82,8 +82,7 @@ TEST_CASE("N17: read_json refuses what is not sound JSON", "[io][json][bad_input
   const auto malformed = ErrorKind::malformed;
   tapestry::test::check_bad_files(
       {
-          {"empty", "", malformed, "@8",
-           "unexpected end of input; expected '[', '{', or a literal; found the end"},
+          {"empty", "", malformed, "@8", "found the end"},
           {"cut", "{\"a\":[1,", malformed, "@16", "found the end"},
           {"no colon", "{\"a\" [1]}", malformed, "@13", "expected ':'; found '[1]}'"},
           {"no comma", "{\"a\":[1 2]}", malformed, "@16", "expected ']'"},

@@ -103,6 +103,17 @@ cp command.out folder.json
 printf '000.npz\n001.npz\n\n002.npz\r\nzz.png\n' >many/list.txt
 expect_exit 0 "a list" "$detect" --json many/list.txt
 expect_same command.out folder.json
+for i in {1..6}; do printf '00%d.npz\nabsent-%d.png\nzz.png\n' $((i % 3)) "$i"; done >many/mixed.txt
+for threads in 1 3; do
+  expect_exit 3 "a list with files that are not there" "$detect" --threads $threads --json many/mixed.txt
+  cp command.out mixed-$threads.json
+  cp command.err mixed-$threads.err
+done
+expect_same mixed-1.json mixed-3.json
+expect_same mixed-1.err mixed-3.err
+grep -o 'absent-.' mixed-3.err | tr -d '\n' | grep -qx 'absent-1absent-2absent-3absent-4absent-5absent-6' && pass ||
+  fail "errors are not in the order of the list"
+grep -q '^6 of 18 pictures failed$' mixed-3.err && pass || fail "no count of failures in a list"
 mkdir none && : >none.txt
 expect_exit 3 "a folder without pictures" "$detect" none
 expect_error_line '^error: none: no pictures in the folder'

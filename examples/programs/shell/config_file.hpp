@@ -33,10 +33,7 @@ class ConfigFile : public CLI::ConfigTOML {
       if (std::find(seen.begin(), seen.end(), item.name) != seen.end())
         refuse("option " + in_quotes(item.name) + " is given twice");
       seen.push_back(item.name);
-      for (const auto& value : item.inputs)
-        if (value.find('"') != std::string::npos)
-          refuse("option " + in_quotes(item.name) +
-                 ": a quotation mark within the value, or none at its end");
+      for (const auto& value : item.inputs) require_whole(item.name, value);
     }
     const auto is_flag_left_out = [&](const CLI::ConfigItem& item) {
       return app_.get_option("--" + item.name)->get_expected_min() == 0 && item.inputs.size() == 1 &&
@@ -49,6 +46,14 @@ class ConfigFile : public CLI::ConfigTOML {
  private:
   [[noreturn]] void refuse(const std::string& what, ErrorKind kind = ErrorKind::usage) const {
     throw FileError(kind, {app_.get_config_ptr()->results().front(), "", what});
+  }
+
+  /// Before 2.4, CLI11 ends a value at a # within its quotes.
+  void require_whole(const std::string& name, const std::string& value) const {
+    if (value.find('"') != std::string::npos)
+      refuse("option " + in_quotes(name) + ": a quotation mark within the value, or none at its end");
+    if (value.starts_with('\'') && !(value.size() > 1 && value.ends_with('\'')))
+      refuse("option " + in_quotes(name) + ": an apostrophe at the start of the value and none at its end");
   }
 
   /// What CLI11 takes as a flag that is off.

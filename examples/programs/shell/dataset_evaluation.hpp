@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 #include <tapestry/io/dataset/coco_file.hpp>
 #include <tapestry/io/dataset/voc_folder.hpp>
@@ -117,24 +118,24 @@ struct DatasetFindings {
   std::vector<evaluate::ScoredBox> detections{};
 };
 
-/// Adds what is in a picture and what is found there, most confident first, cut to the picture.
-inline void add_findings(const io::LabelledPicture& labelled, std::size_t index, std::size_t most,
-                         const DetectorSettings& settings, const Detector& detector,
-                         const ClassMatching& matching, detect::Pass<float>& pass,
-                         DatasetFindings& findings) {
+/// What is in a picture and what is found there, most confident first, cut to the picture.
+inline DatasetFindings findings_in(const io::LabelledPicture& labelled, std::size_t index, std::size_t most,
+                                   const DetectorSettings& settings, const Detector& detector,
+                                   const ClassMatching& matching, detect::PassPool<float>& passes) {
+  DatasetFindings findings;
   const auto picture = io::read_image(labelled.path);
   for (const auto& object : io::objects_in_pixels(labelled, picture.shape(0), picture.shape(1)))
     if (const auto k = matching.of_dataset[object.class_index])
       findings.truths.push_back({index, *k, object.box, object.area, object.is_crowd, object.is_difficult});
   const auto frame = detect::box_from_corners(0, 0, static_cast<double>(picture.shape(1)),
                                               static_cast<double>(picture.shape(0)));
-  const std::size_t full = findings.detections.size() + most;
-  for (const auto& found : detections_in(labelled.path, picture, settings, detector, pass)) {
+  for (const auto& found : detections_in(labelled.path, picture, settings, detector, *passes.take())) {
     const auto k = matching.of_detector[found.class_index];
     if (!k) continue;
-    if (findings.detections.size() == full) break;
+    if (findings.detections.size() == most) break;
     findings.detections.push_back({index, *k, detect::clipped(found.box, frame), found.confidence});
   }
+  return findings;
 }
 
 /// As COCO's results, with the pictures' names beside their ids.
@@ -175,13 +176,17 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   for (const auto& path : {s.results, s.csv, s.json})
     if (!path.empty()) require_writable_file(path);
   detail::DatasetFindings findings;
-  detect::Pass<float> pass;
+  detect::PassPool<float> passes;
   MeasuringProgress progress(dataset.pictures.size());
-  for (std::size_t i = 0; i < dataset.pictures.size(); ++i) {
-    detail::add_findings(dataset.pictures[i], i, s.most_detections, settings, detector, matching, pass,
-                         findings);
+  const auto find = [&](std::size_t i) {
+    return detail::findings_in(dataset.pictures[i], i, s.most_detections, settings, detector, matching,
+                               passes);
+  };
+  for_each_in_order(dataset.pictures.size(), find, [&](std::size_t, const detail::DatasetFindings& found) {
+    findings.truths.insert(findings.truths.end(), found.truths.begin(), found.truths.end());
+    findings.detections.insert(findings.detections.end(), found.detections.begin(), found.detections.end());
     progress.count("data set");
-  }
+  });
   const auto precision =
       evaluate::average_precision(findings.truths, findings.detections, matching.names.size());
   std::printf("pictures: %zu, fit %s, confidence above %g, suppression at IoU %g\n%s",

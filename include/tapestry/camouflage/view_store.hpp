@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -31,6 +33,7 @@ template <class T>
 class ViewStore {
  public:
   using Loader = std::function<io::Frame()>;
+  using ViewPointer = std::shared_ptr<const View<T>>;
 
   /// How views are made, and how many are kept.
   struct Settings {
@@ -51,31 +54,38 @@ class ViewStore {
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
   /// View number `index`; throws what its loader throws.
-  [[nodiscard]] std::shared_ptr<const View<T>> view(std::size_t index) {
+  [[nodiscard]] ViewPointer view(std::size_t index) {
     if (kept_[index].view) return unpacked(kept_[index]);
     auto made = make(index);
     keep(index, made);
     return made;
   }
 
+  /// Views of these numbers, prepared in parallel; throws what the first loader that fails throws.
+  [[nodiscard]] std::vector<ViewPointer> views(std::span<const std::size_t> indices) {
+    std::vector<ViewPointer> views(indices.size());
+    parallel_for(views.size(), [&](std::size_t i) {
+      const Kept& kept = kept_[indices[i]];
+      views[i] = kept.view ? unpacked(kept) : make(indices[i]);
+    });
+    for (std::size_t i = 0; i < views.size(); ++i)
+      if (!kept_[indices[i]].view) keep(indices[i], views[i]);
+    return views;
+  }
+
   /// Calls visit(index, view) for every view in order, preparing some at a time in parallel.
   template <class Visit>
   void for_each(Visit visit) {
+    std::vector<std::size_t> indices(size());
+    std::iota(indices.begin(), indices.end(), std::size_t{0});
     for (std::size_t block = 0; block < block_count(size(), views_at_a_time); ++block) {
       const auto [begin, end] = block_range(block, size(), views_at_a_time);
-      std::vector<ViewPointer> views(end - begin);
-      parallel_for(views.size(), [&, first = begin](std::size_t i) {
-        views[i] = kept_[first + i].view ? unpacked(kept_[first + i]) : make(first + i);
-      });
-      for (std::size_t i = begin; i < end; ++i) {
-        if (!kept_[i].view) keep(i, views[i - begin]);
-        visit(i, *views[i - begin]);
-      }
+      const auto prepared = views(std::span(indices).subspan(begin, end - begin));
+      for (std::size_t i = begin; i < end; ++i) visit(i, *prepared[i - begin]);
     }
   }
 
  private:
-  using ViewPointer = std::shared_ptr<const View<T>>;
   /// A view, without its background where bytes say the same.
   struct Kept {
     ViewPointer view{};

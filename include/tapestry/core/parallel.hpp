@@ -4,6 +4,9 @@
 #include <cstdlib>
 #include <tapestry/core/thread_pool.hpp>
 #include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace tapestry {
 namespace detail {
@@ -65,6 +68,29 @@ struct BlockRange {
 [[nodiscard]] constexpr BlockRange block_range(std::size_t index, std::size_t count, std::size_t size) {
   const std::size_t begin = index * size;
   return {begin, begin + size < count ? begin + size : count};
+}
+
+/// Items that are worth working on before any is used: enough that no thread waits long for another one, and
+/// few enough to hold. 1 on one thread.
+[[nodiscard]] inline std::size_t items_at_a_time() {
+  const auto threads = static_cast<std::size_t>(thread_count());
+  return threads == 1 ? 1 : std::max(threads, std::min<std::size_t>(4 * threads, 64));
+}
+
+/// Calls make(i) for i = 0 … count − 1 on up to thread_count() threads and use(i, result) with what each
+/// returned, in order, on the calling thread: of items_at_a_time() items after another. When make() throws,
+/// the exception of the smallest i reaches the caller, and nothing that was made together with it is used.
+template <class Make, class Use>
+void for_each_in_order(std::size_t count, Make make, Use use) {
+  const std::size_t size = items_at_a_time();
+  std::vector<std::invoke_result_t<Make&, std::size_t>> results;
+  for (std::size_t block = 0; block < block_count(count, size); ++block) {
+    const BlockRange items = block_range(block, count, size);
+    results.clear();
+    results.resize(items.end - items.begin);
+    parallel_for(results.size(), [&](std::size_t i) { results[i] = make(items.begin + i); });
+    for (std::size_t i = 0; i < results.size(); ++i) use(items.begin + i, std::move(results[i]));
+  }
 }
 
 }  // namespace tapestry

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <span>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
@@ -10,6 +11,7 @@
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
@@ -77,7 +79,8 @@ template <class T>
   return {image::transformed(std::move(picture), shot.chain), shot.target};
 }
 
-/// Measures one paint, or the untouched frames when `paint` is null, in some views.
+/// Measures one paint, or the untouched frames when `paint` is null, in some views: several pictures at once,
+/// each on a thread of its own.
 ///
 /// \param views        indices in the store
 /// \param visit        called with each MeasuredPicture in order, to show or keep it; may give up by an
@@ -91,16 +94,28 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
-  for (const std::size_t index : views) {
-    const auto view = store.view(index);
-    for (std::size_t draw = 0; draw < photography.draws; ++draw) {
-      const auto [picture, target] = photograph_of(*view, index, paint, photography, draw);
-      const ViewResult result = meter.examine(picture, view->name, target);
+  const std::size_t draws = photography.draws, pictures = views.size() * draws, size = items_at_a_time();
+  for (std::size_t block = 0; block < block_count(pictures, size); ++block) {
+    const BlockRange range = block_range(block, pictures, size);
+    const std::size_t first_view = range.begin / draws;
+    const auto shown =
+        store.views(std::span(views).subspan(first_view, (range.end - 1) / draws + 1 - first_view));
+    std::vector<Photograph<T>> photographs(range.end - range.begin);
+    std::vector<ViewResult> results(photographs.size());
+    parallel_for(photographs.size(), [&](std::size_t i) {
+      const std::size_t place = (range.begin + i) / draws;
+      const auto& view = *shown[place - first_view];
+      photographs[i] = photograph_of(view, views[place], paint, photography, (range.begin + i) % draws);
+      results[i] = meter.examine(photographs[i].picture, view.name, photographs[i].target);
+    });
+    for (std::size_t i = 0; i < photographs.size(); ++i) {
+      const ViewResult& result = results[i];
       measurement.found.push_back(result.found);
       measurement.best_confidence.push_back(result.best_confidence);
-      for (std::size_t i = 0; i < found_in_sweep.size(); ++i)
-        found_in_sweep[i].push_back(result.found_in_sweep[i]);
-      visit(MeasuredPicture<T>{name, picture, *view, target, result});
+      for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
+        found_in_sweep[k].push_back(result.found_in_sweep[k]);
+      visit(MeasuredPicture<T>{name, photographs[i].picture, *shown[(range.begin + i) / draws - first_view],
+                               photographs[i].target, result});
     }
   }
   measurement.rate = detection_rate(measurement.found, photography.draws);

@@ -8,6 +8,7 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/finite_logits.hpp>
+#include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/best_confidence.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
@@ -39,7 +40,8 @@ struct ViewResult {
 /// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
 ///
 /// The network runs once a picture. So does suppression: as it goes down in confidence, what it keeps above a
-/// threshold does not depend on what lies below.
+/// threshold does not depend on what lies below. Several threads may examine pictures at once, and each that
+/// does holds a pass of the network.
 template <std::floating_point T>
 class Meter {
  public:
@@ -61,11 +63,13 @@ class Meter {
   /// \param target  the car's box in it
   [[nodiscard]] ViewResult examine(const Array<T, 3>& picture, const std::string& name,
                                    const detect::Box& target) {
-    detector_.forward(image::batch_of(picture), pass_);
-    detect::require_finite_logits(pass_.logits, name);
+    const auto pass = passes_.take();
+    detector_.forward(image::batch_of(picture), *pass);
+    const auto& logits = pass->logits;
+    detect::require_finite_logits(logits, name);
     double least = settings_.confidence;
     for (const double threshold : settings_.sweep) least = std::min(least, threshold);
-    const auto kept = detect::suppress(detect::decode(detector_.heads(), pass_.logits, 0, least,
+    const auto kept = detect::suppress(detect::decode(detector_.heads(), logits, 0, least,
                                                       detector_.input_height(), detector_.input_width()),
                                        settings_.nms, true, detector_.suppression_measure());
     ViewResult result;
@@ -76,9 +80,9 @@ class Meter {
     result.found = result.found_confidence > settings_.confidence;
     for (const double threshold : settings_.sweep)
       result.found_in_sweep.push_back(result.found_confidence > threshold);
-    result.best_confidence = best_confidence<T>({detector_.heads(), loss::to_read(pass_.logits), 0,
-                                                 detector_.input_height(), detector_.input_width()},
-                                                {class_index_, target});
+    result.best_confidence = best_confidence<T>(
+        {detector_.heads(), loss::to_read(logits), 0, detector_.input_height(), detector_.input_width()},
+        {class_index_, target});
     return result;
   }
 
@@ -103,7 +107,7 @@ class Meter {
   const detect::Detector<T>& detector_;
   std::size_t class_index_;
   MeterSettings settings_;
-  detect::Pass<T> pass_;
+  detect::PassPool<T> passes_;
 };
 
 }  // namespace tapestry::evaluate

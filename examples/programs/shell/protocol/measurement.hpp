@@ -107,9 +107,10 @@ inline double car_share_of(const camouflage::View<float>& view) {
   return 3 * covered / static_cast<double>(view.background.size());
 }
 
-/// Measures the frames of a protocol one after the other, each with all textures, and saves what it has about
-/// once a second. It holds one view at a time. Of several ranks each takes the next frame, then all tell each
-/// other what they found, so that every rank has all outcomes, the same for any number of them.
+/// Measures the frames of a protocol one after the other, each with all textures, one a thread, and saves
+/// what it has about once a second. It holds one view at a time. Of several ranks each takes the next frame,
+/// then all tell each other what they found, so that every rank has all outcomes, the same for any number of
+/// them.
 class ProtocolMeasurement {
  public:
   /// \param textures  the clean one first; of one without texels the picture is the
@@ -181,18 +182,19 @@ class ProtocolMeasurement {
       outcomes_.hidden_share(frame) = change->hidden_share;
     }
     outcomes_.car_share(frame) = car_share_of(view);
-    for (std::size_t k = 0; k < textures_.size(); ++k) {
+    auto& meter = source.meter(frame);
+    parallel_for(textures_.size(), [&](std::size_t k) {
       const auto& paint = textures_[k].paint;
       auto [picture, target] = protocol_.photograph
                                    ? protocol_.photograph(view, frame, paint)
                                    : evaluate::Photograph<float>{picture_with(view, paint), view.target};
       if (change) change->apply(picture);
-      const auto result = source.meter(frame).examine(picture, view.name, target);
+      const auto result = meter.examine(picture, view.name, target);
       outcomes_.found(frame, k) = result.found ? 1 : 0;
       outcomes_.best_confidence(frame, k) = result.best_confidence;
       outcomes_.found_confidence(frame, k) = result.found_confidence;
       if (source.attention) outcomes_.attention(frame, k) = source.attention(picture, view, frame);
-    }
+    });
     return true;
   }
 
