@@ -1,6 +1,7 @@
 // Measures a finished camouflage with the detector it was made for or with another one, or a detector on
 // labelled pictures.
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -9,7 +10,11 @@
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/network_file.hpp>
+#include <utility>
+#include <vector>
 
 #include "shell/dataset_evaluation.hpp"
 #include "shell/inputs.hpp"
@@ -20,6 +25,7 @@
 #include "shell/reshaped_views.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
+#include "shell/run_page.hpp"
 #include "shell/settings.hpp"
 #include "shell/survey_watch.hpp"
 
@@ -42,6 +48,7 @@ struct Options {
   int threads = 0;
   bool clean_only = false;
   bool other_frames = false;  ///< than the run's
+  std::string command{};      ///< as it was given
 };
 
 void describe(CLI::App& app, Options& options) {
@@ -64,10 +71,10 @@ void describe(CLI::App& app, Options& options) {
       "physical for all; left out, they are measured as they are");
   app.add_option("--draws", options.draws, "photographs of each view under --conditions")
       ->capture_default_str();
-  app.add_option(
-      "--output", options.output,
-      "folder for metrics.json, metrics.csv and contact sheets, or for the files of --protocol, which goes "
-      "on there when it was interrupted; nothing is written when left out");
+  app.add_option("--output", options.output,
+                 "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for "
+                 "the files of --protocol, which goes "
+                 "on there when it was interrupted; nothing is written when left out");
   app.add_option("--seed", options.seed, "seed of the random controls; that of a run gives its own again")
       ->capture_default_str();
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
@@ -192,13 +199,18 @@ int run(const CLI::App& app, Options& options) {
   if (!options.output.empty()) make_writable_folder(options.output);
   evaluate::Meter<float> meter(network, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});
-  std::vector<Bitmap> sheet;
+  const char* const shown = options.clean_only ? "clean" : "adversarial";
+  PicturePairs pairs = options.clean_only ? PicturePairs{"the untouched frame", "the car in its own colours"}
+                                          : PicturePairs{"the car in its own colours", "the camouflage"};
+  const auto start = std::chrono::steady_clock::now();
   const auto photography = photography_of(options);
   SurveyWatch watch(meter, textures.pictures_a_view() * usable.size() * photography.draws,
                     std::max(network.input_height(), network.input_width()));
-  watch.collect(options.clean_only ? "clean" : "adversarial", sheet, usable.size() * photography.draws);
+  watch.collect(options.clean_only ? "photo" : "clean", pairs.below, usable.size() * photography.draws);
+  watch.collect(shown, pairs.above, usable.size() * photography.draws);
   RunReport report;
   report.survey = evaluate::survey(meter, store, usable, textures, watch, photography);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);
@@ -211,11 +223,22 @@ int run(const CLI::App& app, Options& options) {
   Json metrics = metrics_json(report);
   print_sweep(options.sweep, report, metrics);
   if (options.output.empty()) return 0;
-  io::write_image(options.output + (options.clean_only ? "/clean.png" : "/adversarial.png"),
-                  contact_sheet(sheet, sheet_columns(sheet.size())));
+  const std::string sheet = std::string(shown) + ".png";
+  io::write_image(options.output + "/" + sheet,
+                  contact_sheet(pairs.above, sheet_columns(pairs.above.size())));
   write_text(options.output + "/metrics.csv", metrics_csv(report));
+  write_text(options.output + "/views.csv", views_csv(watch.views(), named_rows(report)));
+  auto page = page_of(report, "Evaluation", options.command, watch.views());
+  page.pairs = std::move(pairs);
+  const auto& paint = textures.adversarial ? *textures.adversarial : textures.clean;
+  const auto atlas = camouflage::atlas_of<float>(car, paint.colours);
+  page.atlases = {{shown, image::to_bytes(atlas)}};
+  io::write_painted_glb(options.output + "/painted.glb", reshaped ? reshaped->car() : car, atlas);
+  page.glb = io::read_text_file(options.output + "/painted.glb");
+  page.files = {"painted.glb", sheet, "metrics.csv", "views.csv", "metrics.json"};
+  write_text(options.output + "/report.html", page_html(page));
   write_text(options.output + "/metrics.json", report_text(metrics));
-  remark("written: " + options.output + "/metrics.json");
+  remark("report: " + options.output + "/report.html");
   return 0;
 }
 }  // namespace
@@ -232,5 +255,8 @@ int main(int argc, char** argv) {
       "  evaluate --run runs/camouflage-001\n"
       "  evaluate --run runs/camouflage-001 --weights yolox_nano.onnx --class 2\n"
       "  evaluate --dataset labels/instances.json --weights yolox_nano.onnx");
+  std::vector<std::string> words{"evaluate"};
+  for (int i = 1; i < argc; ++i) words.emplace_back(argv[i]);
+  options.command = shell_line(words);
   return run_program(app, argc, argv, [&] { return run(app, options); });
 }

@@ -253,6 +253,39 @@ TEST_CASE("a car outside the frame, or behind an all-zero mask, is hidden", "[ca
   CHECK(camouflage::make_view<float>(frame, car, 48, 48).visible_pixels == 0);
 }
 
+TEST_CASE("a view knows from where it is taken and how much of the car the frame's mask hides",
+          "[camouflage][view]") {
+  const auto car = test::tiny_car();
+  const auto bounds = tapestry::geometry::bounds_of(car.mesh.positions);
+  auto frame = test::tiny_frame(0);
+  frame.camera = tapestry::geometry::orbit_camera(2, 0.3, 4 * bounds.half_length(), bounds.middle(), 0.9);
+  const auto bare = camouflage::make_view<double>(frame, car, 48, 48);
+  CHECK(bare.orbit.azimuth_rad == Approx(2));
+  CHECK(bare.orbit.elevation_rad == Approx(0.3));
+  CHECK(bare.orbit.distance == Approx(4));
+  CHECK(bare.hidden_share == 0);
+  frame.mask = tapestry::filled<std::uint8_t, 2>({48, 48}, std::uint8_t(0));
+  double left = 0, all = 0;
+  const auto& [top, from, height, width] = bare.window;
+  for (std::size_t y = 0; y < 48; ++y)
+    for (std::size_t x = 0; x < 48; ++x) {
+      (*frame.mask)(y, x) = x < from + width / 2 ? 1 : 0;
+      if (y < top || y >= top + height || x < from || x >= from + width) continue;
+      all += bare.paint_to_picture.coverage(y - top, x - from);
+      if (x < from + width / 2) left += bare.paint_to_picture.coverage(y - top, x - from);
+    }
+  REQUIRE(left < all);
+  CHECK(camouflage::make_view<double>(frame, car, 48, 48).hidden_share == Approx(1 - left / all));
+  frame.mask = std::nullopt;
+  frame.image = tapestry::filled<std::uint8_t, 3>({24, 48, 3}, std::uint8_t(9));
+  frame.camera->tan_half_fov_y /= 8;  // cuts the car, above and below
+  const auto wide = camouflage::make_view<double>(frame, car, 48, 48);
+  CHECK(wide.window.height == 24);
+  CHECK(wide.hidden_share == 0);
+  frame.camera = tapestry::geometry::look_along(bounds.middle(), {1, 0, 0}, {0, 0, 1});
+  CHECK(camouflage::make_view<double>(frame, car, 48, 48).orbit.distance == 0);
+}
+
 TEST_CASE("a target that touches the border ends there", "[camouflage][view]") {
   const auto car = test::tiny_car();
   auto frame = test::tiny_frame(0);

@@ -9,7 +9,7 @@ expect_exit 0 "a short run" "$camouflage" "${quick[@]}" --threads 2 --output two
 grep -Eq '^measuring blue: picture ([0-9]+) of \1, ' command.err && pass || fail "no word on how far the measurement is"
 grep -q $'\r' command.err && fail "a line is rewritten where there is no terminal" || pass
 for file in manifest.json history.csv texture.png matched_noise.png shuffled.png texture.npz painted.obj painted.glb \
-  before.png after.png checkpoint.npz metrics.json metrics.csv report.html; do expect_file "two/$file"; done
+  before.png after.png checkpoint.npz metrics.json metrics.csv views.csv report.html; do expect_file "two/$file"; done
 for key in photo clean adversarial controls "matched noise" shuffled random blue mean_best_confidence asr effect beyond \
   seconds peak_mib seed options; do
   grep -q "\"$key\"" two/metrics.json && pass || fail "metrics.json lacks $key"
@@ -31,8 +31,10 @@ expect_exit 0 "the same seed again, one thread" "$camouflage" "${quick[@]}" --th
 expect_same one/texture.npz two/texture.npz
 expect_same one/history.csv two/history.csv
 expect_same one/metrics.csv two/metrics.csv
+expect_same one/views.csv two/views.csv
 expect_exit 0 "evaluate gives the run's figures again" "$programs/evaluate" --run two --output again
 expect_same again/metrics.csv two/metrics.csv
+expect_same again/views.csv two/views.csv
 expect_exit 0 "evaluate without a camouflage" "$programs/evaluate" --clean-only --output plain
 [ "$(tail -n +2 plain/metrics.csv | cut -d, -f1 | listed)" = "photo clean random white grey black red green blue" ] && pass ||
   fail "controls of nothing"

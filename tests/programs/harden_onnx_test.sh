@@ -9,7 +9,7 @@ assets=$sources/examples/assets
 mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 tiny=(--frames frames --scenes 8 --texels 16 --rounds 2 --attack-steps 3 --steps 3 --pictures 4 --epochs 1 --batch 4
   --checkpoint-steps 2 --class 0)
-results="hardened.onnx history.csv metrics.csv report.md report.txt transfer.png adaptive_undefended.png
+results="hardened.onnx history.csv metrics.csv views.csv report.md report.txt transfer.png adaptive_undefended.png
   adaptive_hardened.png"
 
 expect_exit 0 "a short run" "$harden" "${tiny[@]}" --weights yolox.onnx --threads 2 --output two

@@ -8,7 +8,7 @@ mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 budget=(--frames frames --scenes 12 --texels 16 --attack-steps 4 --steps 5 --pictures 4 --clean-scenes 8
   --test-scenes 4 --epochs 2 --batch 4 --checkpoint-steps 3)
 tiny=("${budget[@]}" --rounds 2)
-results="hardened.safetensors history.csv metrics.csv report.md report.txt transfer.png adaptive_undefended.png
+results="hardened.safetensors history.csv metrics.csv views.csv report.md report.txt transfer.png adaptive_undefended.png
   adaptive_hardened.png"
 
 expect_exit 0 "a short run" "$harden" "${tiny[@]}" --threads 2 --output two

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The page of a run in a browser, as wide as a screen and as a telephone: drawn, listed, without an error, and with nothing
+# The pages of a run, of its evaluation and of a hardening in a browser, as wide as a screen and as a telephone: drawn, listed, without an error, and with nothing
 # fetched from beside it. Skipped where there is no Chromium.
 source "$(dirname "$0")/support.sh"
 camouflage=$programs/camouflage
@@ -11,32 +11,56 @@ command -v "$browser" >/dev/null || { echo "no Chromium: the page is not opened"
 
 mkdir frames && cp "$sources"/examples/assets/frames/test/00[0-3].npz frames
 expect_exit 0 "a short run" "$camouflage" --frames frames --texels 16 --epochs 1 --output run
-mkdir alone && cp run/report.html alone/page.html
-grep -Eo '(src|href)="[^"]{0,24}' alone/page.html | grep -Ev '^(src="data:|href="data:|href="[a-z_]+\.(glb|obj|npz|png|csv|json)$)' &&
-  fail "the page needs other files" || pass
-# What a script of the test's adds once the page has settled.
-cat >>alone/page.html <<'END'
+mkdir alone && cp run/report.html alone/run.html
+if [ -x "$programs/evaluate" ]; then
+  expect_exit 0 "its evaluation" "$programs/evaluate" --run run --conditions noise --draws 2 --output evaluation
+  cp evaluation/report.html alone/evaluation.html
+fi
+if [ -x "$programs/harden" ]; then
+  expect_exit 0 "a short hardening" "$programs/harden" --frames frames --scenes 4 --texels 16 --attack-steps 1 --steps 1 --rounds 1 \
+    --pictures 2 --clean-scenes 2 --test-scenes 2 --epochs 1 --output hardening
+  cp hardening/report.html alone/hardening.html
+fi
+
+# open_page NAME WIDTH: what a script of the test's says of the page once it has settled.
+open_page() {
+  cat "alone/$1.html" - >alone/page.html <<'END'
 <script>setTimeout(() => {
   document.body.dataset.rows = document.querySelectorAll('#views tbody tr').length;
   document.body.dataset.beyond = document.documentElement.scrollWidth - document.documentElement.clientWidth;
   const search = document.getElementById('search'); search.value = '002'; search.oninput();
   document.body.dataset.searched = document.getElementById('count').textContent;
+  document.body.dataset.cells = document.querySelectorAll('#views tbody td').length;
+  document.body.dataset.headings = document.querySelectorAll('#views th').length;
   document.querySelectorAll('#views th')[0].click();
   document.body.dataset.sorted = document.querySelector('#views th').getAttribute('aria-sort');
 }, 2000);</script>
 END
-for width in 1280 400; do
   timeout 100 "$browser" --headless --no-sandbox --no-first-run --disable-background-networking --disable-sync \
     --disable-component-update --disable-quic --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
-    --user-data-dir="$PWD/profile-$width" --virtual-time-budget=6000 --enable-logging=stderr --window-size="$width,900" \
+    --user-data-dir="$PWD/profile-$1-$2" --virtual-time-budget=6000 --enable-logging=stderr --window-size="$2,900" \
     --dump-dom "file://$PWD/alone/page.html" >dom 2>log
+  local name="$1 at $2 px"
   attribute() { grep -oE "data-$1=\"[^\"]*\"" dom | cut -d'"' -f2; }
-  [ "$(attribute rows)" = 4 ] && pass || fail "$width px: '$(attribute rows)' views are listed, not 4"
-  [ "$(attribute searched)" = '1 of 4 views' ] && pass || fail "$width px: the search finds '$(attribute searched)'"
-  [ "$(attribute sorted)" = ascending ] && pass || fail "$width px: the heading does not sort"
-  [ "$(attribute beyond)" = 0 ] && pass || fail "$width px: the page is wider by '$(attribute beyond)' px"
-  [ "$(attribute drawn || echo 0)" -gt 1000 ] && pass || fail "$width px: the car covers '$(attribute drawn)' pixels"
-  grep -q 'id="below"[^>]*src="data:image/png' dom && pass || fail "$width px: no picture of a view"
-  grep -E 'CONSOLE.*(rror|arning)' log && fail "$width px: errors in the browser" || pass
+  [ "$(attribute rows)" = 4 ] && pass || fail "$name: '$(attribute rows)' views are listed, not 4"
+  [ "$(attribute searched)" = '1 of 4 views' ] && pass || fail "$name: the search finds '$(attribute searched)'"
+  [ "$(attribute headings)" -gt 5 ] && [ "$(attribute cells)" = "$(attribute headings)" ] && pass ||
+    fail "$name: '$(attribute cells)' cells under '$(attribute headings)' headings"
+  [ "$(attribute sorted)" = ascending ] && pass || fail "$name: the heading does not sort"
+  [ "$(attribute beyond)" = 0 ] && pass || fail "$name: the page is wider by '$(attribute beyond)' px"
+  [ "$(attribute drawn || echo 0)" -gt 1000 ] && pass || fail "$name: the car covers '$(attribute drawn)' pixels"
+  grep -q 'id="below"[^>]*src="data:image/png' dom && pass || fail "$name: no picture of a view"
+  grep -E 'CONSOLE.*(rror|arning)' log && fail "$name: errors in the browser" || pass
+}
+for page in alone/*.html; do
+  page=$(basename "$page" .html)
+  grep -Eo '(src|href)="[^"]{0,40}' "alone/$page.html" |
+    grep -Ev '^(src="data:|href="data:|href="[a-z_]+\.(glb|obj|npz|png|csv|json|md|txt|safetensors)$)' &&
+    fail "the page of $page needs other files" || pass
+done
+open_page run 1280
+open_page run 400
+for page in evaluation hardening; do
+  [ ! -e "alone/$page.html" ] || open_page "$page" 400
 done
 finish

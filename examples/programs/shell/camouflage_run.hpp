@@ -30,10 +30,10 @@
 #include "progress.hpp"
 #include "ranks.hpp"
 #include "report.hpp"
-#include "report_page.hpp"
 #include "reshaped_views.hpp"
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
+#include "run_page.hpp"
 #include "step_log.hpp"
 #include "stop_signal.hpp"
 #include "survey_watch.hpp"
@@ -251,20 +251,21 @@ class CamouflageRun {
     report.held_out = inputs_.frames.held_out;
     report.history = training.history();
     report.options = settings_json(options_);
-    write_text(path("report.html"),
-               report_html(report, page_of(report, watch.names(), before, after, textures)));
+    write_text(path("views.csv"), views_csv(watch.views(), named_rows(report)));
+    auto page = page_of(report, "Camouflage run",
+                        repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
+                        watch.views());
+    page.pairs = {"the car in its own colours", "the camouflage", std::move(before), std::move(after)};
+    add_paint(page, textures);
+    write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), metrics_csv(report));
     write_text(path("metrics.json"), report_text(metrics_json(report)));
     std::cout << summary_text(report);
     remark("report: " + path("report.html"));
   }
 
-  [[nodiscard]] ReportPage page_of(const RunReport& report, std::vector<std::string> view_names,
-                                   std::vector<Bitmap> before, std::vector<Bitmap> after,
-                                   const evaluate::SurveyedTextures<float>& textures) const {
-    ReportPage page{"Camouflage run",
-                    repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
-                    std::move(view_names), std::move(before), std::move(after)};
+  /// What the folder has, for the page.
+  void add_paint(ReportPage& page, const evaluate::SurveyedTextures<float>& textures) const {
     const auto atlas = [&](const std::string& words, const camouflage::Paint<float>& paint) {
       page.atlases.emplace_back(
           words, image::to_bytes(camouflage::atlas_of<float>(inputs_.car.painted, paint.colours)));
@@ -273,9 +274,9 @@ class CamouflageRun {
     for (const auto& [name, paint] : textures.controls)
       if (name == evaluate::matched_noise_name || name == evaluate::shuffled_patches_name) atlas(name, paint);
     page.glb = io::read_text_file(path("painted.glb"));
-    page.files = {"painted.glb", "painted.obj", "texture.npz",  "texture.png", "result.png",   "before.png",
-                  "after.png",   "metrics.csv", "metrics.json", "history.csv", "manifest.json"};
-    return page;
+    page.files = {"painted.glb", "painted.obj",  "texture.npz", "texture.png",
+                  "result.png",  "before.png",   "after.png",   "metrics.csv",
+                  "views.csv",   "metrics.json", "history.csv", "manifest.json"};
   }
 
   /// \param car  in the shape that it has in the end

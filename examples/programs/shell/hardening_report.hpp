@@ -1,14 +1,19 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <optional>
 #include <string>
 #include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/measurement.hpp>
+#include <utility>
 #include <vector>
 
+#include "hardening_state.hpp"
 #include "report.hpp"
+#include "report_page.hpp"
+#include "word_table.hpp"
 
 namespace tapestry::shell {
 
@@ -108,24 +113,64 @@ inline std::string hardening_text(const HardeningReport& report) {
   return text;
 }
 
-inline std::string hardening_markdown(const HardeningReport& report) {
-  std::string text = "# Hardening a detector\n\nMeasured on " + views_text(report) +
-                     ". P@0.5 with its 95 % interval (Wilson), and the mean best confidence.\n\n"
-                     "| picture | undefended | | hardened | |\n|---|---|---|---|---|\n";
+/// The table for Markdown and the page.
+inline WordTable hardening_table(const HardeningReport& report) {
+  WordTable table{"P@0.5 with its 95 % interval (Wilson), and the mean best confidence",
+                  {"picture", "undefended", "confidence", "hardened", "confidence"}};
   for (const auto& [name, what] : hardening_rows()) {
-    text += "| " + name + ": " + what;
+    std::vector<std::string> words{name + ": " + what};
     for (const auto* detector : {&report.undefended, &report.hardened}) {
       const auto& row = row_of(*detector, name);
-      char cells[96];
-      std::snprintf(cells, sizeof cells, " | %.1f %% [%.1f, %.1f] | %.3f", 100 * row.rate.p_at_50,
-                    100 * row.rate.interval[0], 100 * row.rate.interval[1], row.mean_best_confidence);
-      text += cells;
+      words.push_back(percent_text(row.rate.p_at_50) + " [" + detail::fixed(100 * row.rate.interval[0], 1) +
+                      ", " + detail::fixed(100 * row.rate.interval[1], 1) + "]");
+      words.push_back(decimal_text(row.mean_best_confidence));
     }
-    text += " |\n";
+    table.rows.push_back(std::move(words));
   }
-  text += "\n" + gain_text(report) + " (paired bootstrap over the views).\n";
-  if (const auto precision = precision_text(report); !precision.empty()) text += "\n" + precision + ".\n";
+  return table;
+}
+
+/// What the table means, sentence by sentence.
+inline std::vector<std::string> hardening_findings(const HardeningReport& report) {
+  std::vector<std::string> sentences{gain_text(report) + " (paired bootstrap over the views)."};
+  if (const auto precision = precision_text(report); !precision.empty()) sentences.push_back(precision + ".");
+  return sentences;
+}
+
+inline std::string hardening_markdown(const HardeningReport& report) {
+  std::string text = "# Hardening a detector\n\nMeasured on " + views_text(report) + ".\n\n" +
+                     markdown_of(hardening_table(report));
+  for (const auto& sentence : hardening_findings(report)) text += sentence + "\n\n";
+  text.pop_back();
   return text;
+}
+
+/// Every row of both detectors, by its detector.
+inline std::vector<NamedMeasurement> named_rows(const HardeningReport& report) {
+  std::vector<NamedMeasurement> rows;
+  for (const auto* detector : {&report.undefended, &report.hardened})
+    for (const auto& row : detector->rows) rows.emplace_back(detector->name + ": " + row.name, &row);
+  return rows;
+}
+
+/// The page of a hardening, but for its pictures, paint, car and files.
+/// \param report  must outlive the page
+inline ReportPage page_of(const HardeningReport& report, std::string command, std::vector<ViewFacts> views,
+                          const std::vector<HardeningStep>& history) {
+  ReportPage page{"Hardening a detector", std::move(command), report.options.value("seed", std::uint64_t(0)),
+                  report.seconds};
+  page.findings = "<p>Measured on " + views_text(report) + ".</p>\n" + html_of(hardening_table(report));
+  for (const auto& sentence : hardening_findings(report))
+    page.findings += "<p>" + escaped(sentence) + "</p>\n";
+  page.views = std::move(views);
+  page.measurements = named_rows(report);
+  page.sorted_by = "hardened: adaptive";
+  for (const auto& [name, term] : HardeningStep::all) {
+    page.curves.push_back({name, {}});
+    for (const auto& step : history) page.curves.back().values.push_back(step.*term);
+  }
+  page.options = report.options;
+  return page;
 }
 
 /// One line a detector and picture, for other programs: shares and confidences in 0 to 1.

@@ -9,6 +9,8 @@
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <utility>
 #include <vector>
@@ -20,6 +22,7 @@
 #include "learning_detector.hpp"
 #include "program.hpp"
 #include "progress.hpp"
+#include "report_page.hpp"
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
 #include "scene_precision.hpp"
@@ -122,7 +125,8 @@ class HardeningRun {
       hardening.restore(checkpoint, read_hardening(checkpoint, identity_, hardening.state()));
     const auto save = [&] { write_hardening(checkpoint, hardening.state(), identity_); };
     take_steps(hardening, save, [&] { return "hardening: " + hardening.progress_text(); });
-    write_text(path("history.csv"), hardening_history(hardening.history()));
+    history_ = hardening.history();
+    write_text(path("history.csv"), history_csv(history_));
     hardened_->save(hardened_path());
   }
 
@@ -174,13 +178,24 @@ class HardeningRun {
           return std::string(text);
         });
     auto colours = camouflage::texture_colours(training.parameter());
-    io::write_image(path(name + ".png"), camouflage::atlas_of<float>(inputs_.car.painted, colours));
+    io::write_image(path(name + ".png"), atlas_of(colours));
     return colours;
   }
 
-  [[nodiscard]] DetectorFindings findings(const std::string& name, const detect::Detector<float>& detector,
-                                          const Colours& transfer, const Colours& adaptive,
-                                          const std::vector<scenes::LabelledScene>& test_scenes) {
+  [[nodiscard]] Array<float, 3> atlas_of(const Colours& colours) const {
+    return camouflage::atlas_of<float>(inputs_.car.painted, colours);
+  }
+
+  /// What a detector finds, the views that were shown to it, and pictures of them under its adaptive attack.
+  struct Examined {
+    DetectorFindings found;
+    std::vector<ViewFacts> views;
+    std::vector<Bitmap> attacked;
+  };
+
+  [[nodiscard]] Examined examined(const std::string& name, const detect::Detector<float>& detector,
+                                  const Colours& transfer, const Colours& adaptive,
+                                  const std::vector<scenes::LabelledScene>& test_scenes) {
     auto& store = inputs_.frames.held_out ? test_ : train_;
     const auto& car = inputs_.car.painted;
     const std::uint64_t seed = options_.harden.seed;
@@ -198,20 +213,25 @@ class HardeningRun {
                                  {options_.detector.confidence, options_.detector.nms});
     SurveyWatch watch(meter, shown.size() * usable_test_.size(),
                       std::max(detector.input_height(), detector.input_width()));
-    DetectorFindings found{name, {}, {}};
+    Examined result{{name, {}, {}}, {}, {}};
+    watch.collect("adaptive", result.attacked, usable_test_.size());
     for (std::size_t i = 0; i < shown.size(); ++i)
-      found.rows.push_back(
+      result.found.rows.push_back(
           evaluate::measure(hardening_rows()[i].first, meter, store, usable_test_, shown[i], watch));
-    if (!test_scenes.empty()) found.ap50 = scene_precision(detector, options_.detector.nms, test_scenes);
-    return found;
+    if (!test_scenes.empty())
+      result.found.ap50 = scene_precision(detector, options_.detector.nms, test_scenes);
+    result.views = watch.views();
+    return result;
   }
 
   void report(const Colours& transfer, const Colours& on_undefended, const Colours& on_hardened,
               Clock::time_point start) {
     const auto test_scenes = scenes_of(0x74657374ULL, options_.harden.test_scenes);
     HardeningReport report;
-    report.undefended = findings("undefended", undefended_, transfer, on_undefended, test_scenes);
-    report.hardened = findings("hardened", hardened_->detector(), transfer, on_hardened, test_scenes);
+    auto before = examined("undefended", undefended_, transfer, on_undefended, test_scenes);
+    auto after = examined("hardened", hardened_->detector(), transfer, on_hardened, test_scenes);
+    report.undefended = std::move(before.found);
+    report.hardened = std::move(after.found);
     report.views = usable_test_.size();
     report.test_scenes = test_scenes.size();
     report.held_out = inputs_.frames.held_out;
@@ -220,11 +240,31 @@ class HardeningRun {
     const std::string text = hardening_text(report);
     write_text(path("report.txt"), text);
     write_text(path("report.md"), hardening_markdown(report));
+    write_text(path("views.csv"), views_csv(before.views, named_rows(report)));
+    auto page = page_of(report, repeating_line("harden", report.options, settings_json(HardenOptions{})),
+                        std::move(before.views), history_);
+    page.pairs = {"the undefended detector under its adaptive attack", "the hardened one under its own",
+                  std::move(before.attacked), std::move(after.attacked)};
+    page.atlases = {{"transfer", image::to_bytes(atlas_of(transfer))},
+                    {"adaptive, undefended", image::to_bytes(atlas_of(on_undefended))},
+                    {"adaptive, hardened", image::to_bytes(atlas_of(on_hardened))}};
+    io::write_painted_glb(path("adaptive_hardened.glb"), inputs_.car.painted, atlas_of(on_hardened));
+    page.glb = io::read_text_file(path("adaptive_hardened.glb"));
+    page.files = {hardened_path().substr(options_.output.size() + 1),
+                  "adaptive_hardened.glb",
+                  "report.md",
+                  "report.txt",
+                  "metrics.csv",
+                  "views.csv",
+                  "metrics.json",
+                  "history.csv",
+                  "manifest.json"};
+    write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), hardening_csv(report));
     write_text(path("metrics.json"), report_text(hardening_json(report)));
     std::cout << text;
     remark("hardened detector: " + hardened_path());
-    remark("report: " + path("report.md"));
+    remark("report: " + path("report.html"));
   }
 
   HardenOptions options_;
@@ -234,6 +274,7 @@ class HardeningRun {
   std::unique_ptr<LearningDetector> hardened_;
   camouflage::ViewStore<float> train_, test_;
   std::vector<std::size_t> usable_train_, usable_test_;
+  std::vector<HardeningStep> history_;
   std::string identity_;
 };
 

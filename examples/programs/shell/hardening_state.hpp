@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +20,16 @@ namespace tapestry::shell {
 /// round's paint had reached.
 struct HardeningStep {
   double box = 0, objectness = 0, classification = 0, total = 0, attack = 0;
+
+  /// Of each its name and its place, in this order.
+  static const std::array<std::pair<const char*, double HardeningStep::*>, 5> all;
 };
+inline constexpr std::array<std::pair<const char*, double HardeningStep::*>, 5> HardeningStep::all{
+    {{"box", &HardeningStep::box},
+     {"objectness", &HardeningStep::objectness},
+     {"classification", &HardeningStep::classification},
+     {"total", &HardeningStep::total},
+     {"attack", &HardeningStep::attack}}};
 
 /// Everything that changes while a detector is hardened. Two runs that agree in it and in their settings go
 /// on to the same bits.
@@ -84,10 +94,8 @@ inline void write_hardening(const std::string& path, const HardeningState& state
     std::copy_n(state.paints[i].data(), state.paint.size(), paints.data() + i * state.paint.size());
   Array<double, 2> history(Extents<2>{state.history.size(), 5});
   for (std::size_t i = 0; i < state.history.size(); ++i) {
-    const HardeningStep& step = state.history[i];
     std::size_t column = 0;
-    for (const double value : {step.box, step.objectness, step.classification, step.total, step.attack})
-      history(i, column++) = value;
+    for (const auto& [name, term] : HardeningStep::all) history(i, column++) = state.history[i].*term;
   }
   io::NpzWriter file;
   file.add("format", detail::hardening_format);
@@ -139,18 +147,6 @@ inline HardeningState read_hardening(const std::string& path, const std::string&
   for (std::size_t i = 0; i < history.shape(0); ++i)
     state.history.push_back({history(i, 0), history(i, 1), history(i, 2), history(i, 3), history(i, 4)});
   return state;
-}
-
-inline std::string hardening_history(const std::vector<HardeningStep>& history) {
-  std::string text = "step,box,objectness,classification,total,attack\n";
-  char line[200];
-  for (std::size_t i = 0; i < history.size(); ++i) {
-    const HardeningStep& step = history[i];
-    std::snprintf(line, sizeof line, "%zu,%.9g,%.9g,%.9g,%.9g,%.9g\n", i + 1, step.box, step.objectness,
-                  step.classification, step.total, step.attack);
-    text += line;
-  }
-  return text;
 }
 
 }  // namespace tapestry::shell

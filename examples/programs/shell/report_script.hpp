@@ -1,26 +1,13 @@
 #pragma once
 
 /// \file
-/// What report_html() puts into a page beside its text: how it looks, and what it does. Nothing is fetched.
+/// What page_html() puts into a page beside its text: how it looks, and what it does. Nothing is fetched.
 
 namespace tapestry::shell {
 
-/// Light and dark by what the reader's system says; on paper without what needs a hand.
-inline constexpr const char* report_style = R"(:root { color-scheme: light dark;
-  --paper: #fff; --ink: #24292f; --muted: #57606a; --line: #d8dee4; --mark: #2f81c7; --shade: #f3f5f7 }
-@media (prefers-color-scheme: dark) { :root {
-  --paper: #0d1117; --ink: #e6edf3; --muted: #9da7b3; --line: #30363d; --mark: #58a6ff; --shade: #161b22 } }
-body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding: 0 1em;
-  background: var(--paper); color: var(--ink) }
-a { color: var(--mark) } img { max-width: 100%; height: auto }
-pre { background: var(--shade); padding: .8em; overflow: auto }
-.wide { overflow-x: auto } .muted { color: var(--muted) }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .8em 0 }
-caption { text-align: left; padding: .3em 0; color: var(--muted) }
-td, th { padding: .2em .8em .2em 0; text-align: right; white-space: nowrap }
-td:first-child, th:first-child { text-align: left }
-tr + tr, tbody tr { border-top: 1px solid var(--line) }
-.atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
+/// Of a run's page, after page_style; on paper without what needs a hand.
+inline constexpr const char* report_style =
+    R"(.atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
 .atlases img { image-rendering: pixelated; width: 100% }
 .curves { display: flex; flex-wrap: wrap; gap: 1em } .curves svg { max-width: 100%; height: auto }
 svg text { font: 11px sans-serif; fill: var(--ink) } svg .curve { fill: none; stroke: var(--mark) }
@@ -45,21 +32,22 @@ inline constexpr const char* report_script = R"('use strict';
 const data = JSON.parse(document.getElementById('data').textContent);
 const make = (name, words) => { const e = document.createElement(name); e.textContent = words ?? ''; return e; };
 
-// The list of views. A column is a texture; an entry [best confidence, share of its pictures found].
+// The list of views: name, place, then for each texture [best confidence, share of its pictures found].
 function listViews() {
   const table = document.getElementById('views'), head = table.createTHead().insertRow();
   const body = table.createTBody(), search = document.getElementById('search'), only = document.getElementById('only');
-  let column = data.textures.indexOf('adversarial') + 1, sign = -1;
-  const titles = ['view', ...data.textures];
+  const places = ['azimuth', 'elevation', 'distance', 'hidden'], digits = [1, 1, 2, 0], unit = ['\u00b0', '\u00b0', '', ' %'];
+  const titles = ['view', ...places, ...data.textures], first = 1 + places.length;
+  let column = data.textures.indexOf(data.sorted) + first, sign = -1;
   for (const texture of data.textures) only.append(new Option('lost in ' + texture, texture));
   titles.forEach((title, i) => {
     const th = make('th', title);
     th.scope = 'col'; th.tabIndex = 0;
-    const sort = () => { sign = column === i ? -sign : i === 0 ? 1 : -1; column = i; fill(); };
+    const sort = () => { sign = column === i ? -sign : i < first ? 1 : -1; column = i; fill(); };
     th.onclick = sort; th.onkeydown = e => { if (e.key === 'Enter') sort(); };
     head.append(th);
   });
-  const key = view => column === 0 ? view.name : view.scores[column - 1][0];
+  const key = view => column === 0 ? view.name : column < first ? view.place[column - 1] : view.scores[column - first][0];
   function fill() {
     [...head.cells].forEach((th, i) => i === column
       ? th.setAttribute('aria-sort', sign > 0 ? 'ascending' : 'descending') : th.removeAttribute('aria-sort'));
@@ -69,6 +57,7 @@ function listViews() {
     body.replaceChildren(...shown.map(view => {
       const row = make('tr');
       row.append(make('td', view.name + (view.picture < 0 ? ' (no picture)' : '')));
+      view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
         const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' lost' : ' ' + found.toFixed(2)));
         if (found < 1) cell.className = 'lost';
@@ -81,16 +70,16 @@ function listViews() {
   }
   search.oninput = only.onchange = fill;
   fill();
-  const first = data.views.filter(view => view.picture >= 0);
-  if (first.length) choose(first[0]);
+  const shown = data.views.find(view => view.picture >= 0);
+  if (shown) choose(shown);
 }
 
 // Two pictures of one view, the second uncovered from the left.
 function choose(view) {
   if (view.picture < 0) return;
   const png = 'data:image/png;base64,';
-  document.getElementById('below').src = png + data.before[view.picture];
-  document.getElementById('above').src = png + data.after[view.picture];
+  document.getElementById('below').src = png + data.below[view.picture];
+  document.getElementById('above').src = png + data.above[view.picture];
   document.getElementById('chosen').textContent = view.name;
 }
 const cut = document.getElementById('cut');

@@ -33,8 +33,10 @@ inline std::string step_text(const camouflage::Training<float>& training, std::u
   return text;
 }
 
-inline std::string history_csv(const std::vector<camouflage::ObjectiveTerms>& history) {
-  constexpr auto& terms = camouflage::ObjectiveTerms::all;
+/// \tparam Step  whose terms Step::all lists
+template <class Step>
+std::string history_csv(const std::vector<Step>& history) {
+  constexpr auto& terms = Step::all;
   std::string text = "step";
   for (const auto& [name, term] : terms) text += std::string(",") + name;
   text += '\n';

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "contact_sheet.hpp"
+#include "measured_views.hpp"
 #include "progress.hpp"
 #include "stop_signal.hpp"
 
@@ -55,11 +56,11 @@ class SurveyWatch {
   }
 
   /// Of the views so far, in the order of the survey; once for each picture of one.
-  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  [[nodiscard]] const std::vector<ViewFacts>& views() const { return views_; }
 
   void operator()(const evaluate::MeasuredPicture<float>& measured) {
     StopSignal::throw_if_arrived();
-    if (measured.texture == "clean") names_.push_back(measured.view.name);
+    if (measured.texture == "clean") views_.push_back(facts_of(measured.view));
     const auto found = sheets_.find(measured.texture);
     if (found != sheets_.end() && found->second.takes_next())
       found->second.sheet->push_back(annotated(measured, meter_));
@@ -80,7 +81,7 @@ class SurveyWatch {
   };
 
   const evaluate::Meter<float>& meter_;
-  std::vector<std::string> names_;
+  std::vector<ViewFacts> views_;
   MeasuringProgress progress_;
   std::size_t side_;
   std::map<std::string, Collected> sheets_;

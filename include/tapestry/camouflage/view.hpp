@@ -11,6 +11,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/geometry/bounds.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour.hpp>
@@ -23,6 +24,7 @@
 #include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::camouflage {
@@ -49,6 +51,10 @@ struct View {
   Array<T, 2> interior;            ///< [h, w], 1 where a pixel and those right and below are all car
   detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels in which the car shows
+  double hidden_share = 0;         ///< of the car's silhouette in the picture, by the frame's mask
+  /// Of the camera around the middle of the car, whose longest half is the unit of distance; all 0 for a
+  /// camera right there.
+  geometry::Orbit orbit{};
   image::ColourSpace space =
       image::ColourSpace::encoded;                      ///< in which the car is lit and laid over the frame
   std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< of a filtered atlas, else null
@@ -103,6 +109,26 @@ Array<T, 2> interior_of(const Array<T, 2>& coverage) {
   return interior;
 }
 
+/// See View::orbit.
+inline geometry::Orbit orbit_around(const geometry::Mesh& car, const geometry::Camera& camera) {
+  const auto bounds = geometry::bounds_of(car.positions);
+  const auto offset = geometry::subtract(geometry::eye_of(camera), bounds.middle());
+  if (!(geometry::length(offset) > 0) || !geometry::is_finite(offset)) return {};
+  auto orbit = geometry::orbit_of(camera, bounds.middle());
+  if (bounds.half_length() > 0) orbit.distance /= bounds.half_length();
+  return orbit;
+}
+
+/// Pixels of coverage where the frame lies.
+template <class T>
+double covered_in(const Array<T, 2>& coverage, const image::Placement& place) {
+  double sum = 0;
+  for (std::size_t y = place.top; y < place.top + place.height; ++y)
+    for (std::size_t x = place.left; x < place.left + place.width; ++x)
+      sum += static_cast<double>(coverage(y, x));
+  return sum;
+}
+
 inline detect::Box box_around(const image::PixelWindow& window) {
   const auto height = static_cast<double>(window.height), width = static_cast<double>(window.width);
   return {static_cast<double>(window.left) + width / 2, static_cast<double>(window.top) + height / 2, width,
@@ -139,12 +165,16 @@ template <class T>
   if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
     throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
   const Sight<T> sight = sight_of<T>(frame, car.space, height, width, samples_per_axis, fit.kind);
+  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
+  double silhouette = 0;  // pixels
   const auto lit = [&](const auto& light) {
-    return raster::masked(
-        raster::texture_operator<T>(car, sight.camera, height, width, light, samples_per_axis), sight.mask);
+    auto bare = raster::texture_operator<T>(car, sight.camera, height, width, light, samples_per_axis);
+    silhouette = detail::covered_in(bare.coverage, place);
+    return raster::masked(std::move(bare), sight.mask);
   };
   auto estimate = photo ? photo_light(frame, car, *photo) : std::nullopt;
   const auto whole = estimate ? lit(estimate->light) : lit(sight.light);
+  const double shown = detail::covered_in(whole.coverage, place);
   View<T> view;
   if (estimate) {
     estimate->light.shadow = nullptr;  // a view is small
@@ -161,6 +191,8 @@ template <class T>
   view.interior = detail::interior_of(coverage);
   view.visible_pixels = static_cast<std::size_t>(
       std::count_if(coverage.begin(), coverage.end(), [](T share) { return share > T(0); }));
+  if (silhouette > 0) view.hidden_share = 1 - shown / silhouette;
+  view.orbit = detail::orbit_around(car.mesh, io::camera_of(frame));
   if (view.visible_pixels > 0) view.target = detail::box_around(view.window);
   return view;
 }

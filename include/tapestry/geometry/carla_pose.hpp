@@ -1,8 +1,8 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <tapestry/geometry/bounds.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -64,22 +64,13 @@ struct CarlaPose {
 /// Renderer, load_obj: subtract the minimum, divide by the largest coordinate, times 2, minus half of
 /// the maximum of each axis.
 [[nodiscard]] inline Mesh normalise_mesh(Mesh mesh) {
-  Vector3 low{}, high{};
-  bool any = false;
-  for (const Vector3& position : mesh.positions) {
-    if (!is_finite(position)) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = any ? std::min(low[axis], position[axis]) : position[axis];
-      high[axis] = any ? std::max(high[axis], position[axis]) : position[axis];
-    }
-    any = true;
-  }
-  const Vector3 extent = subtract(high, low);
-  const double longest = std::max({extent[0], extent[1], extent[2]});
+  const Bounds bounds = bounds_of(mesh.positions);
+  const Vector3 extent = subtract(bounds.high, bounds.low);
+  const double longest = 2 * bounds.half_length();
   if (!(longest > 0)) return mesh;
   for (Vector3& position : mesh.positions) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      position[axis] = (position[axis] - low[axis]) / longest * 2 - extent[axis] / longest;
+      position[axis] = (position[axis] - bounds.low[axis]) / longest * 2 - extent[axis] / longest;
     }
   }
   return mesh;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../base64.hpp"
+#include "../page.hpp"
 #include "../report.hpp"
 #include "../run_folder.hpp"
 #include "drawing.hpp"
@@ -173,31 +174,18 @@ inline std::string picture_html(const std::vector<std::pair<std::string, std::st
 }
 }  // namespace detail
 
+inline constexpr const char* protocol_style = R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
+svg, img { max-width: 100%; height: auto; display: block }
+caption { font-weight: bold; color: inherit }
+)";
+
 /// A page with figure and tables that needs nothing else.
 inline std::string protocol_html(const Protocol& protocol, const ProtocolResult& result,
                                  const std::vector<std::string>& notes) {
   const Figure figure = protocol.figure(protocol, result);
-  std::string page =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-      escaped(protocol.title) + "</title>\n<style>\n" + figure_style +
-      R"(body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding: 0 1em }
-body { background: #fff; color: #24292f }
-.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
-svg, img { max-width: 100%; height: auto; display: block }
-.wide { overflow-x: auto; margin: 1em 0 }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums }
-caption { text-align: left; font-weight: bold; padding: .3em 0 }
-td, th { padding: .15em .7em .15em 0; text-align: right; white-space: nowrap }
-td:first-child, th:first-child { text-align: left }
-tr + tr { border-top: 1px solid #d8dee4 }
-@media (prefers-color-scheme: dark) {
-body { background: #0d1117; color: #e6edf3 } tr + tr { border-color: #30363d }
-}
-</style></head><body>
-<h1>)" +
-      escaped(protocol.title) + "</h1>\n<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
-      detail::picture_html(result.pictures) + "<h2>Tables</h2>\n";
+  std::string page = page_begin(protocol.title, figure_style + std::string(protocol_style)) + "<h2>" +
+                     escaped(figure.title) + "</h2>\n" + figure_html(figure) +
+                     detail::picture_html(result.pictures) + "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
   for (const auto& words : findings(protocol, result)) page += "<p><b>" + escaped(words) + "</b></p>\n";
   page += "<ul>\n";

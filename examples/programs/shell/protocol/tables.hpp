@@ -8,63 +8,11 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <vector>
 
+#include "../word_table.hpp"
 #include "drawing.hpp"
 #include "protocol.hpp"
 
 namespace tapestry::shell {
-
-/// A table of words, to be shown as text, Markdown or HTML; its first column is on the left, others on the
-/// right.
-struct WordTable {
-  std::string title;
-  std::vector<std::string> header;
-  std::vector<std::vector<std::string>> rows{};
-};
-
-inline std::string text_of(const WordTable& table) {
-  std::vector<std::size_t> widths(table.header.size());
-  const auto widen = [&](const std::vector<std::string>& row) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  };
-  widen(table.header);
-  for (const auto& row : table.rows) widen(row);
-  std::string text = table.title + "\n";
-  const auto add = [&](const std::vector<std::string>& row) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string space(widths[i] - row[i].size(), ' ');
-      text += "  " + (i == 0 ? row[i] + space : space + row[i]);
-    }
-    text += "\n";
-  };
-  add(table.header);
-  for (const auto& row : table.rows) add(row);
-  return text;
-}
-
-inline std::string markdown_of(const WordTable& table) {
-  std::string text = "**" + table.title + "**\n\n";
-  const auto add = [&](const std::vector<std::string>& row) {
-    for (const auto& word : row) text += "| " + word + " ";
-    text += "|\n";
-  };
-  add(table.header);
-  for (std::size_t i = 0; i < table.header.size(); ++i) text += i == 0 ? "|---" : "|---:";
-  text += "|\n";
-  for (const auto& row : table.rows) add(row);
-  return text + "\n";
-}
-
-inline std::string html_of(const WordTable& table) {
-  std::string text = "<div class=\"wide\"><table><caption>" + escaped(table.title) + "</caption>\n";
-  const auto add = [&](const std::vector<std::string>& row, const std::string& tag) {
-    text += "<tr>";
-    for (const auto& word : row) text += "<" + tag + ">" + escaped(word) + "</" + tag + ">";
-    text += "</tr>\n";
-  };
-  add(table.header, "th");
-  for (const auto& row : table.rows) add(row, "td");
-  return text + "</table></div>\n";
-}
 
 /// What a row of a grid is called, and its columns.
 inline std::vector<std::string> grid_header(const Protocol& protocol) {

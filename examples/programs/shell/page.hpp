@@ -1,0 +1,35 @@
+#pragma once
+#include <string>
+
+#include "protocol/drawing.hpp"
+
+namespace tapestry::shell {
+
+/// How every page looks: light and dark by what the reader's system says.
+inline constexpr const char* page_style = R"(:root { color-scheme: light dark;
+  --paper: #fff; --ink: #24292f; --muted: #57606a; --line: #d8dee4; --mark: #2f81c7; --shade: #f3f5f7 }
+@media (prefers-color-scheme: dark) { :root {
+  --paper: #0d1117; --ink: #e6edf3; --muted: #9da7b3; --line: #30363d; --mark: #58a6ff; --shade: #161b22 } }
+body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding: 0 1em;
+  background: var(--paper); color: var(--ink) }
+a { color: var(--mark) } img { max-width: 100%; height: auto }
+pre { background: var(--shade); padding: .8em; overflow: auto }
+.wide { overflow-x: auto } .muted { color: var(--muted) }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .8em 0 }
+caption { text-align: left; padding: .3em 0; color: var(--muted) }
+td, th { padding: .2em .8em .2em 0; text-align: right; white-space: nowrap }
+td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 7em }
+tr + tr, tbody tr { border-top: 1px solid var(--line) }
+)";
+
+/// A page up to its heading.
+/// \param style  beside page_style
+inline std::string page_begin(const std::string& title, const std::string& style) {
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+         "<link rel=\"icon\" href=\"data:,\">\n<title>" +
+         escaped(title) + "</title>\n<style>\n" + page_style + style + "</style></head><body>\n<h1>" +
+         escaped(title) + "</h1>\n";
+}
+
+}  // namespace tapestry::shell
