@@ -16,7 +16,8 @@ class CellGrid {
     std::array<std::int32_t, 2> first, last;
   };
 
-  /// Half a cell a face, were the faces spread evenly.
+  /// Half a cell a face, were the faces spread evenly; fewer where they lie in more than about 16 layers, so
+  /// that the faces of all cells together stay a few times as many as the faces.
   explicit CellGrid(const FacesInView::Extent& extent) {
     std::array<double, 2> low{0, 0}, size{0, 0};
     for (std::size_t axis = 0; extent.count > 0 && axis < 2; ++axis) {
@@ -26,7 +27,8 @@ class CellGrid {
     const double margin = 2e-3;  // so that points just beside an edge have a cell
     const double across = size[0] + 2 * margin, down = size[1] + 2 * margin;
     const auto count = static_cast<double>(std::max<std::size_t>(extent.count, 1));
-    side_ = std::max(std::sqrt(2 * across * down / count), 1e-3 * std::max(across, down));
+    const double least = std::max(2 * across * down, extent.area / 8) / count;  // px²
+    side_ = std::max(std::sqrt(least), 1e-3 * std::max(across, down));
     cells_per_px_ = 1 / side_;
     origin_ = {low[0] - margin, low[1] - margin};
     columns_ = static_cast<std::int32_t>(across / side_) + 1;

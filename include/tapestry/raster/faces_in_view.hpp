@@ -23,12 +23,16 @@ class FacesInView {
     std::array<float, 2> low{1, 1};
     std::array<float, 2> high{0, 0};
     [[nodiscard]] bool is_empty() const { return !(low[0] <= high[0] && low[1] <= high[1]); }
+    [[nodiscard]] double area() const {  ///< unless empty
+      return static_cast<double>(high[0] - low[0]) * static_cast<double>(high[1] - low[1]);
+    }
   };
 
-  /// The part of the picture that faces may touch, and how many they are.
+  /// The part of the picture that faces may touch, how many they are, and the areas of their boxes together.
   struct Extent {
     Box box;
     std::size_t count = 0;
+    double area = 0;  ///< px²
   };
 
   /// \param mesh            must outlive this, as must positions_view
@@ -48,10 +52,10 @@ class FacesInView {
         const Box own = box(face);
         if (own.is_empty()) continue;
         winding_[face] = winding_of(face);
-        add(extents[index], own, 1);
+        add(extents[index], {own, 1, own.area()});
       }
     });
-    for (const Extent& part : extents) add(extent_, part.box, part.count);
+    for (const Extent& part : extents) add(extent_, part);
   }
 
   [[nodiscard]] const geometry::Mesh& mesh() const { return mesh_; }
@@ -131,13 +135,15 @@ class FacesInView {
     return volume > 0 ? 1 : -1;
   }
 
-  static void add(Extent& sum, const Box& box, std::size_t count) {
-    if (count == 0) return;
+  static void add(Extent& sum, const Extent& part) {
+    if (part.count == 0) return;
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      sum.box.low[axis] = sum.count == 0 ? box.low[axis] : std::min(sum.box.low[axis], box.low[axis]);
-      sum.box.high[axis] = sum.count == 0 ? box.high[axis] : std::max(sum.box.high[axis], box.high[axis]);
+      const float low = part.box.low[axis], high = part.box.high[axis];
+      sum.box.low[axis] = sum.count == 0 ? low : std::min(sum.box.low[axis], low);
+      sum.box.high[axis] = sum.count == 0 ? high : std::max(sum.box.high[axis], high);
     }
-    sum.count += count;
+    sum.count += part.count;
+    sum.area += part.area;
   }
 
   const geometry::Mesh& mesh_;
