@@ -149,6 +149,7 @@
 #include <tapestry/evaluate/shuffled_patches.hpp>
 #include <tapestry/evaluate/survey.hpp>
 #include <tapestry/evaluate/views.hpp>
+#include <tapestry/geometry/bounds.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>
@@ -261,6 +262,7 @@
 #include <tapestry/loss/smoothness_variable.hpp>
 #include <tapestry/loss/total_variation.hpp>
 #include <tapestry/loss/total_variation_variable.hpp>
+#include <tapestry/loss/training_terms.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolo_training_variable.hpp>
 #include <tapestry/loss/yolox_training.hpp>

@@ -8,6 +8,7 @@
 #include <tapestry/loss/anchor_match.hpp>
 #include <tapestry/loss/class_entropy.hpp>
 #include <tapestry/loss/prediction.hpp>
+#include <tapestry/loss/training_terms.hpp>
 #include <tuple>
 #include <vector>
 
@@ -19,12 +20,6 @@ struct YoloTrainingOptions {
   double match_iou =
       1.0;  ///< anchors whose shape overlaps the truth's by more are matched beside the best one
   double box = 1.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
-};
-
-/// The terms before weighting, and their weighted sum.
-struct YoloTrainingTerms {
-  double box = 0, objectness = 0, classification = 0;
-  double total = 0;
 };
 
 namespace detail {
@@ -232,21 +227,10 @@ template <class T>
                                               std::size_t input_height, std::size_t input_width,
                                               const YoloTrainingOptions& options = {}) {
   detail::require_training("yolo_training", heads, logits, truths, input_height, input_width);
-  std::vector<YoloTrainingTerms> per_image(truths.size());
-  parallel_for(truths.size(), [&](std::size_t n) {
-    per_image[n] =
-        detail::image_terms(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n], options);
+  return detail::batch_terms(truths.size(), static_cast<double>(truths.size()), options, [&](std::size_t n) {
+    return detail::image_terms(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n],
+                               options);
   });
-  YoloTrainingTerms mean;
-  const auto count = static_cast<double>(truths.size());
-  for (const auto& terms : per_image) {
-    mean.box += terms.box / count;
-    mean.objectness += terms.objectness / count;
-    mean.classification += terms.classification / count;
-  }
-  mean.total = options.box * mean.box + options.objectness * mean.objectness +
-               options.classification * mean.classification;
-  return mean;
 }
 
 /// Adds total_adjoint · ∂total/∂logits; arguments otherwise as in yolo_training().

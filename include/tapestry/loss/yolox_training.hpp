@@ -6,7 +6,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/dynamic_match.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <tapestry/loss/yolo_training.hpp>  // YoloTrainingTerms
+#include <tapestry/loss/training_terms.hpp>
 #include <vector>
 
 namespace tapestry::loss {
@@ -164,21 +164,9 @@ template <class T>
                                                std::size_t input_height, std::size_t input_width,
                                                const YoloxTrainingOptions& options = {}) {
   detail::require_matches("yolox_training", heads, logits, matches, input_height, input_width);
-  std::vector<YoloTrainingTerms> per_image(matches.size());
-  parallel_for(matches.size(), [&](std::size_t n) {
-    per_image[n] =
-        detail::yolox_sums(Predictions<T>{heads, logits, n, input_height, input_width}, matches[n]);
+  return detail::batch_terms(matches.size(), detail::match_count(matches), options, [&](std::size_t n) {
+    return detail::yolox_sums(Predictions<T>{heads, logits, n, input_height, input_width}, matches[n]);
   });
-  YoloTrainingTerms terms;
-  const double count = detail::match_count(matches);
-  for (const auto& sums : per_image) {
-    terms.box += sums.box / count;
-    terms.objectness += sums.objectness / count;
-    terms.classification += sums.classification / count;
-  }
-  terms.total = options.box * terms.box + options.objectness * terms.objectness +
-                options.classification * terms.classification;
-  return terms;
 }
 
 /// Adds total_adjoint · ∂total/∂logits; arguments otherwise as in yolox_training(). A box that does not meet
