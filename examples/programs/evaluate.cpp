@@ -227,8 +227,9 @@ int run(const CLI::App& app, Options& options) {
   io::write_image(options.output + "/" + sheet,
                   contact_sheet(pairs.above, sheet_columns(pairs.above.size())));
   write_text(options.output + "/metrics.csv", metrics_csv(report));
-  write_text(options.output + "/views.csv", views_csv(watch.views(), named_rows(report)));
-  auto page = page_of(report, "Evaluation", options.command, watch.views());
+  auto list = list_of(report, watch.views());
+  write_text(options.output + "/views.csv", views_csv(list));
+  auto page = page_of(report, "Evaluation", options.command, std::move(list));
   page.pairs = std::move(pairs);
   const auto& paint = textures.adversarial ? *textures.adversarial : textures.clean;
   const auto atlas = camouflage::atlas_of<float>(car, paint.colours);

@@ -23,7 +23,7 @@ mkdir frames && cp "$assets"/frames/test/00[01].npz frames
 small=(--protocol views --run run --quick --controls matched --size 64 --background 0.5 0.5 0.5)
 expect_same_report() { # expect_same_report FOLDER FOLDER
   local file
-  for file in views.{csv,json,md,svg,html} outcomes.npz settings.json; do
+  for file in views.{csv,json,md,svg,html} frames.csv outcomes.npz settings.json; do
     expect_file "$1/$file"
     expect_same "$1/$file" "$2/$file"
   done

@@ -15,6 +15,8 @@ mkdir alone && cp run/report.html alone/run.html
 if [ -x "$programs/evaluate" ]; then
   expect_exit 0 "its evaluation" "$programs/evaluate" --run run --conditions noise --draws 2 --output evaluation
   cp evaluation/report.html alone/evaluation.html
+  expect_exit 0 "a protocol" "$programs/evaluate" --protocol views --quick --run run --controls matched --size 64 --output protocol
+  cp protocol/views.html alone/protocol.html
 fi
 if [ -x "$programs/harden" ]; then
   expect_exit 0 "a short hardening" "$programs/harden" --frames frames --scenes 4 --texels 16 --attack-steps 1 --steps 1 --rounds 1 \
@@ -22,13 +24,13 @@ if [ -x "$programs/harden" ]; then
   cp hardening/report.html alone/hardening.html
 fi
 
-# open_page NAME WIDTH: what a script of the test's says of the page once it has settled.
+# open_page NAME WIDTH VIEWS SEARCH FOUND: what a script of the test's says of the page once it has settled.
 open_page() {
-  cat "alone/$1.html" - >alone/page.html <<'END'
+  cat "alone/$1.html" - >alone/page.html <<END
 <script>setTimeout(() => {
   document.body.dataset.rows = document.querySelectorAll('#views tbody tr').length;
   document.body.dataset.beyond = document.documentElement.scrollWidth - document.documentElement.clientWidth;
-  const search = document.getElementById('search'); search.value = '002'; search.oninput();
+  const search = document.getElementById('search'); search.value = '$4'; search.oninput();
   document.body.dataset.searched = document.getElementById('count').textContent;
   document.body.dataset.cells = document.querySelectorAll('#views tbody td').length;
   document.body.dataset.headings = document.querySelectorAll('#views th').length;
@@ -42,15 +44,16 @@ END
     --dump-dom "file://$PWD/alone/page.html" >dom 2>log
   local name="$1 at $2 px"
   attribute() { grep -oE "data-$1=\"[^\"]*\"" dom | cut -d'"' -f2; }
-  [ "$(attribute rows)" = 4 ] && pass || fail "$name: '$(attribute rows)' views are listed, not 4"
-  [ "$(attribute searched)" = '1 of 4 views' ] && pass || fail "$name: the search finds '$(attribute searched)'"
-  [ "$(attribute headings)" -gt 5 ] && [ "$(attribute cells)" = "$(attribute headings)" ] && pass ||
+  [ "$(attribute rows)" = "$3" ] && pass || fail "$name: '$(attribute rows)' views are listed, not $3"
+  [ "$(attribute searched)" = "$5 of $3 views" ] && pass || fail "$name: the search finds '$(attribute searched)'"
+  [ "$(attribute headings)" -gt 5 ] && [ "$(attribute cells)" = $(($(attribute headings) * $5)) ] && pass ||
     fail "$name: '$(attribute cells)' cells under '$(attribute headings)' headings"
   [ "$(attribute sorted)" = ascending ] && pass || fail "$name: the heading does not sort"
   [ "$(attribute beyond)" = 0 ] && pass || fail "$name: the page is wider by '$(attribute beyond)' px"
+  grep -E 'CONSOLE.*(rror|arning)' log && fail "$name: errors in the browser" || pass
+  [ "$1" != protocol ] || return 0 # which has tables and figures alone
   [ "$(attribute drawn || echo 0)" -gt 1000 ] && pass || fail "$name: the car covers '$(attribute drawn)' pixels"
   grep -q 'id="below"[^>]*src="data:image/png' dom && pass || fail "$name: no picture of a view"
-  grep -E 'CONSOLE.*(rror|arning)' log && fail "$name: errors in the browser" || pass
 }
 for page in alone/*.html; do
   page=$(basename "$page" .html)
@@ -58,9 +61,10 @@ for page in alone/*.html; do
     grep -Ev '^(src="data:|href="data:|href="[a-z_]+\.(glb|obj|npz|png|csv|json|md|txt|safetensors)$)' &&
     fail "the page of $page needs other files" || pass
 done
-open_page run 1280
-open_page run 400
+open_page run 1280 4 002 1
+open_page run 400 4 002 1
 for page in evaluation hardening; do
-  [ ! -e "alone/$page.html" ] || open_page "$page" 400
+  [ ! -e "alone/$page.html" ] || open_page "$page" 400 4 002 1
 done
+[ ! -e alone/protocol.html ] || open_page protocol 400 432 '0-45, 1.5' 9
 finish

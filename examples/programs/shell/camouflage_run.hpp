@@ -251,10 +251,11 @@ class CamouflageRun {
     report.held_out = inputs_.frames.held_out;
     report.history = training.history();
     report.options = settings_json(options_);
-    write_text(path("views.csv"), views_csv(watch.views(), named_rows(report)));
+    auto list = list_of(report, watch.views());
+    write_text(path("views.csv"), views_csv(list));
     auto page = page_of(report, "Camouflage run",
                         repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
-                        watch.views());
+                        std::move(list));
     page.pairs = {"the car in its own colours", "the camouflage", std::move(before), std::move(after)};
     add_paint(page, textures);
     write_text(path("report.html"), page_html(page));

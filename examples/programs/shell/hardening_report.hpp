@@ -146,25 +146,25 @@ inline std::string hardening_markdown(const HardeningReport& report) {
 }
 
 /// Every row of both detectors, by its detector.
-inline std::vector<NamedMeasurement> named_rows(const HardeningReport& report) {
-  std::vector<NamedMeasurement> rows;
+/// \param report  must outlive the list
+inline ViewList list_of(const HardeningReport& report, std::vector<ViewFacts> views) {
+  ViewList list{std::move(views), {}, "hardened: adaptive"};
   for (const auto* detector : {&report.undefended, &report.hardened})
-    for (const auto& row : detector->rows) rows.emplace_back(detector->name + ": " + row.name, &row);
-  return rows;
+    for (const auto& row : detector->rows)
+      list.measurements.emplace_back(detector->name + ": " + row.name, &row);
+  return list;
 }
 
 /// The page of a hardening, but for its pictures, paint, car and files.
 /// \param report  must outlive the page
-inline ReportPage page_of(const HardeningReport& report, std::string command, std::vector<ViewFacts> views,
+inline ReportPage page_of(const HardeningReport& report, std::string command, ViewList list,
                           const std::vector<HardeningStep>& history) {
   ReportPage page{"Hardening a detector", std::move(command), report.options.value("seed", std::uint64_t(0)),
                   report.seconds};
   page.findings = "<p>Measured on " + views_text(report) + ".</p>\n" + html_of(hardening_table(report));
   for (const auto& sentence : hardening_findings(report))
     page.findings += "<p>" + escaped(sentence) + "</p>\n";
-  page.views = std::move(views);
-  page.measurements = named_rows(report);
-  page.sorted_by = "hardened: adaptive";
+  page.list = std::move(list);
   for (const auto& [name, term] : HardeningStep::all) {
     page.curves.push_back({name, {}});
     for (const auto& step : history) page.curves.back().values.push_back(step.*term);

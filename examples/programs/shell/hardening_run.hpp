@@ -240,9 +240,10 @@ class HardeningRun {
     const std::string text = hardening_text(report);
     write_text(path("report.txt"), text);
     write_text(path("report.md"), hardening_markdown(report));
-    write_text(path("views.csv"), views_csv(before.views, named_rows(report)));
+    auto list = list_of(report, std::move(before.views));
+    write_text(path("views.csv"), views_csv(list));
     auto page = page_of(report, repeating_line("harden", report.options, settings_json(HardenOptions{})),
-                        std::move(before.views), history_);
+                        std::move(list), history_);
     page.pairs = {"the undefended detector under its adaptive attack", "the hardened one under its own",
                   std::move(before.attacked), std::move(after.attacked)};
     page.atlases = {{"transfer", image::to_bytes(atlas_of(transfer))},

@@ -14,11 +14,11 @@
 #include "base64.hpp"
 #include "command_line.hpp"
 #include "contact_sheet.hpp"
-#include "measured_views.hpp"
 #include "page.hpp"
 #include "protocol/drawing.hpp"
 #include "report_script.hpp"
 #include "run_folder.hpp"
+#include "view_list.hpp"
 
 namespace tapestry::shell {
 
@@ -40,10 +40,8 @@ struct ReportPage {
   std::string command;  ///< that repeats it
   std::uint64_t seed = 0;
   double seconds = 0;
-  std::string findings{};                        ///< HTML
-  std::vector<ViewFacts> views{};                ///< one entry a picture of a measurement
-  std::vector<NamedMeasurement> measurements{};  ///< of these views; must outlive the page
-  std::string sorted_by{};                       ///< the measurement that the list begins with
+  std::string findings{};  ///< HTML
+  ViewList list{};
   PicturePairs pairs{};
   std::vector<std::pair<std::string, Array<std::uint8_t, 3>>> atlases{};  ///< each with its words
   std::string glb{};                                                      ///< the bytes of a painted.glb
@@ -132,43 +130,18 @@ inline std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::
   return -1;
 }
 
-/// What the page's script reads: of each view its name, place and picture, and how it fared in each
-/// measurement.
+/// What the page's script reads: the list, with the picture of each view, pictures and the car.
 inline Json page_data(const ReportPage& page) {
-  Json data = {{"textures", Json::array()}, {"views", Json::array()}, {"sorted", page.sorted_by}};
-  for (const auto& [name, measurement] : page.measurements) data["textures"].push_back(name);
-  const std::size_t draws = page.measurements.empty() ? 1 : page.measurements.front().second->draws;
+  Json data = list_json(page.list);
   const std::size_t shown = std::min(page.pairs.below.size(), page.pairs.above.size());
-  for (std::size_t i = 0; i < page.views.size() / draws; ++i) {
-    const ViewFacts& facts = page.views[i * draws];
-    Json view = {
-        {"index", i},
-        {"name", facts.name},
-        {"place", {facts.azimuth_deg, facts.elevation_deg, facts.distance, 100 * facts.hidden_share}},
-        {"picture", picture_of_view(i, draws, page.views.size(), shown)},
-        {"scores", Json::array()}};
-    for (const auto& [name, measurement] : page.measurements) {
-      double best = 0, found = 0;
-      for (std::size_t k = i * draws; k < (i + 1) * draws; ++k) {
-        best += measurement->best_confidence[k] / static_cast<double>(draws);
-        found += measurement->found[k] ? 1 / static_cast<double>(draws) : 0;
-      }
-      view["scores"].push_back({best, found});
-    }
-    data["views"].push_back(view);
-  }
+  const std::size_t pictures = page.list.views.size(), views = data["views"].size();
+  for (std::size_t i = 0; i < views; ++i)
+    data["views"][i]["picture"] = picture_of_view(i, pictures / views, pictures, shown);
   constexpr std::size_t most_pixels = 6'000'000;
   data["below"] = pictures_json(page.pairs.below, most_pixels);
   data["above"] = pictures_json(page.pairs.above, most_pixels);
   data["glb"] = base64(page.glb);
   return data;
-}
-
-/// Text that ends no script, whatever it holds.
-inline std::string within_script(std::string text) {
-  std::string safe;
-  for (const char c : text) safe += c == '<' ? "\\u003c" : std::string(1, c);
-  return safe;
 }
 
 }  // namespace detail
@@ -177,10 +150,11 @@ inline std::string within_script(std::string text) {
 /// each view in a list that sorts and filters, the car to turn, the paint, curves, links to the files beside
 /// it, and the options.
 inline std::string page_html(const ReportPage& page) {
-  std::string html =
-      page_begin(page.title, report_style) + "<p class=\"muted\">Tapestry " TAPESTRY_VERSION_TEXT ", seed " +
-      std::to_string(page.seed) + ", " + std::to_string(static_cast<long>(page.seconds + 0.5)) +
-      " s. Repeated by:</p>\n<pre>" + escaped(page.command) + "</pre>\n" + page.findings;
+  std::string html = page_begin(page.title, std::string(list_style) + report_style) +
+                     "<p class=\"muted\">Tapestry " TAPESTRY_VERSION_TEXT ", seed " +
+                     std::to_string(page.seed) + ", " +
+                     std::to_string(static_cast<long>(page.seconds + 0.5)) + " s. Repeated by:</p>\n<pre>" +
+                     escaped(page.command) + "</pre>\n" + page.findings;
   if (!page.pairs.below.empty() && !page.pairs.above.empty())
     html += "<h2>Two pictures of a view</h2>\n<p>Left of the line: " + escaped(page.pairs.above_words) +
             ". Right of it: " + escaped(page.pairs.below_words) +
@@ -190,14 +164,7 @@ inline std::string page_html(const ReportPage& page) {
             escaped(page.pairs.above_words) +
             "\"></div>\n<input class=\"hands\" id=\"cut\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
             "aria-label=\"how far the line is to the right\">\n";
-  html +=
-      "<h2>Views</h2>\n<p>Best confidence of each view; a heading sorts, a row shows its pictures. Azimuth "
-      "of "
-      "the camera: 0 in front of the car, 90 at its left. Distance: from the middle of the car, in halves of "
-      "its length. Hidden: of the car's silhouette, by what stands before it.</p>\n<p "
-      "class=\"hands\"><label>name <input id=\"search\" type=\"search\"></label> <label>show <select "
-      "id=\"only\"><option value=\"\">all</option></select></label> <span id=\"count\"></span></p>\n<div "
-      "class=\"wide list\"><table id=\"views\"></table></div>\n";
+  html += list_html(page.list, ", a row shows its pictures");
   if (!page.glb.empty())
     html +=
         "<h2>The car</h2>\n<canvas id=\"car\" tabindex=\"0\" aria-label=\"the painted car; drag it or use "
@@ -218,10 +185,8 @@ inline std::string page_html(const ReportPage& page) {
       html += "<a href=\"" + escaped(file) + "\">" + escaped(file) + "</a> ";
     html += "</p>\n";
   }
-  return html + "<h2>Options</h2>\n<pre>" + escaped(report_text(page.options)) +
-         "</pre>\n<script type=\"application/json\" id=\"data\">" +
-         detail::within_script(detail::page_data(page).dump()) + "</script>\n<script>\n" + report_script +
-         "</script>\n</body></html>\n";
+  return html + "<h2>Options</h2>\n<pre>" + escaped(report_text(page.options)) + "</pre>\n" +
+         page_end(detail::page_data(page));
 }
 
 }  // namespace tapestry::shell

@@ -1,13 +1,27 @@
 #pragma once
+#include <string>
+
+#include "run_folder.hpp"
 
 /// \file
 /// What page_html() puts into a page beside its text: how it looks, and what it does. Nothing is fetched.
 
 namespace tapestry::shell {
 
-/// Of a run's page, after page_style; on paper without what needs a hand.
+/// Of a list of views; on paper without what needs a hand.
+inline constexpr const char* list_style =
+    R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
+#views th[aria-sort=descending]::after { content: " \2193" }
+#views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .lost { color: #b35900 }
+.list { max-height: 30em; overflow: auto }
+@media (prefers-color-scheme: dark) { .lost { color: #ffa657 } }
+@media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
+)";
+
+/// Of a run's page, after page_style and list_style.
 inline constexpr const char* report_style =
-    R"(.atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
+    R"(
+.atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
 .atlases img { image-rendering: pixelated; width: 100% }
 .curves { display: flex; flex-wrap: wrap; gap: 1em } .curves svg { max-width: 100%; height: auto }
 svg text { font: 11px sans-serif; fill: var(--ink) } svg .curve { fill: none; stroke: var(--mark) }
@@ -18,12 +32,6 @@ svg .frame { fill: none; stroke: var(--line) }
 #cut { display: block; width: 26em; max-width: 100% }
 #car { width: 100%; max-width: 48em; aspect-ratio: 16 / 9; touch-action: none; background: var(--shade);
   cursor: grab; display: block }
-#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
-#views th[aria-sort=descending]::after { content: " \2193" }
-#views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .lost { color: #b35900 }
-.list { max-height: 30em; overflow: auto }
-@media (prefers-color-scheme: dark) { .lost { color: #ffa657 } }
-@media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
 )";
 
 /// Reads the page's data, a JSON text with the id `data`: a list of views that sorts and filters, two
@@ -56,7 +64,7 @@ function listViews() {
     shown.sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0) || a.index - b.index);
     body.replaceChildren(...shown.map(view => {
       const row = make('tr');
-      row.append(make('td', view.name + (view.picture < 0 ? ' (no picture)' : '')));
+      row.append(make('td', view.name + (view.picture < 0 && data.below ? ' (no picture)' : '')));
       view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
         const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' lost' : ' ' + found.toFixed(2)));
@@ -202,5 +210,12 @@ async function showCar() {
 if (data.views.length) listViews();
 if (data.glb) showCar();
 )";
+
+/// The end of a page: what its script reads, and the script.
+inline std::string page_end(const Json& data) {
+  std::string text = "<script type=\"application/json\" id=\"data\">";
+  for (const char c : data.dump()) text += c == '<' ? "\\u003c" : std::string(1, c);  // which ends no script
+  return text + "</script>\n<script>\n" + report_script + "</script>\n</body></html>\n";
+}
 
 }  // namespace tapestry::shell

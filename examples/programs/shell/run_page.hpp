@@ -55,22 +55,20 @@ inline std::string findings_html(const RunReport& report) {
 }
 }  // namespace detail
 
-inline std::vector<NamedMeasurement> named_rows(const RunReport& report) {
-  std::vector<NamedMeasurement> rows;
-  for (const auto* row : rows_of(report)) rows.emplace_back(row->name, row);
-  return rows;
+/// \param report  must outlive the list
+inline ViewList list_of(const RunReport& report, std::vector<ViewFacts> views) {
+  ViewList list{std::move(views), {}, report.survey.adversarial ? "adversarial" : "clean"};
+  for (const auto* row : rows_of(report)) list.measurements.emplace_back(row->name, row);
+  return list;
 }
 
 /// The page of a run or of its evaluation, but for its pictures, paint, car and files.
 /// \param report  must outlive the page
-inline ReportPage page_of(const RunReport& report, std::string title, std::string command,
-                          std::vector<ViewFacts> views) {
+inline ReportPage page_of(const RunReport& report, std::string title, std::string command, ViewList list) {
   ReportPage page{std::move(title), std::move(command), report.options.value("seed", std::uint64_t(0)),
                   report.seconds};
   page.findings = detail::findings_html(report);
-  page.views = std::move(views);
-  page.measurements = named_rows(report);
-  page.sorted_by = report.survey.adversarial ? "adversarial" : "clean";
+  page.list = std::move(list);
   for (const auto& [name, term] : camouflage::ObjectiveTerms::all) {
     page.curves.push_back({name, {}});
     for (const auto& terms : report.history) page.curves.back().values.push_back(terms.*term);

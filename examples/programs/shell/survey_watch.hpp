@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "contact_sheet.hpp"
-#include "measured_views.hpp"
 #include "progress.hpp"
 #include "stop_signal.hpp"
+#include "view_list.hpp"
 
 namespace tapestry::shell {
 

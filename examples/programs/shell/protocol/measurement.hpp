@@ -22,6 +22,7 @@
 #include "../progress.hpp"
 #include "../ranks.hpp"
 #include "../stop_signal.hpp"
+#include "../view_list.hpp"
 #include "protocol.hpp"
 
 namespace tapestry::shell {
@@ -98,13 +99,6 @@ struct ProtocolSource {
 inline Array<float, 3> picture_with(const camouflage::View<float>& view,
                                     const camouflage::Paint<float>& paint) {
   return paint.colours.size() > 0 ? camouflage::picture_of(view, paint.colours) : view.background;
-}
-
-/// The share of a view's picture that the car covers.
-inline double car_share_of(const camouflage::View<float>& view) {
-  double covered = 0;
-  for (const float coverage : view.paint_to_picture.coverage) covered += static_cast<double>(coverage);
-  return 3 * covered / static_cast<double>(view.background.size());
 }
 
 /// Measures the frames of a protocol one after the other, each with all textures, one a thread, and saves

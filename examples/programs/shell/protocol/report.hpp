@@ -11,7 +11,9 @@
 #include "../base64.hpp"
 #include "../page.hpp"
 #include "../report.hpp"
+#include "../report_script.hpp"
 #include "../run_folder.hpp"
+#include "../view_list.hpp"
 #include "drawing.hpp"
 #include "protocol.hpp"
 #include "tables.hpp"
@@ -179,18 +181,20 @@ svg, img { max-width: 100%; height: auto; display: block }
 caption { font-weight: bold; color: inherit }
 )";
 
-/// A page with figure and tables that needs nothing else.
+/// A page with figure, tables and each frame, that needs nothing else.
+/// \param list  the frames with the textures that figures show; without any it is left out
 inline std::string protocol_html(const Protocol& protocol, const ProtocolResult& result,
-                                 const std::vector<std::string>& notes) {
+                                 const std::vector<std::string>& notes, const ViewList& list) {
   const Figure figure = protocol.figure(protocol, result);
-  std::string page = page_begin(protocol.title, figure_style + std::string(protocol_style)) + "<h2>" +
-                     escaped(figure.title) + "</h2>\n" + figure_html(figure) +
+  std::string page = page_begin(protocol.title, std::string(list_style) + figure_style + protocol_style) +
+                     "<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
                      detail::picture_html(result.pictures) + "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
   for (const auto& words : findings(protocol, result)) page += "<p><b>" + escaped(words) + "</b></p>\n";
   page += "<ul>\n";
   for (const auto& note : notes) page += "<li>" + escaped(note) + "</li>\n";
-  return page + "</ul>\n</body></html>\n";
+  page += "</ul>\n";
+  return page + (list.views.empty() ? "</body></html>\n" : list_html(list, "") + page_end(list_json(list)));
 }
 
 }  // namespace tapestry::shell

@@ -6,9 +6,11 @@
 #include <string>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <vector>
 
+#include "../view_list.hpp"
 #include "protocol.hpp"
 
 namespace tapestry::shell::detail {
@@ -71,6 +73,42 @@ inline ProtocolResult result_of(const Protocol& protocol,
     result.sections.push_back(section_of(protocol, protocol.table.columns[column], result, outcomes,
                                          [&](std::size_t i) { return protocol.frames[i].column == column; }));
   return result;
+}
+
+/// The renders that were measured, each with every texture; views of photographs are not kept.
+struct MeasuredFrames {
+  std::vector<ViewFacts> views;
+  std::vector<evaluate::Measurement> textures;
+
+  /// \param shown  numbers of textures
+  [[nodiscard]] ViewList list(const std::vector<std::size_t>& shown) const {
+    ViewList list{views, {}, textures.at(shown.at(shown.size() > 1 ? 1 : 0)).name};
+    for (const std::size_t k : shown) list.measurements.emplace_back(textures[k].name, &textures[k]);
+    return list;
+  }
+  [[nodiscard]] ViewList list() const {
+    std::vector<std::size_t> all(textures.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return list(all);
+  }
+};
+
+inline MeasuredFrames measured_frames(const Protocol& protocol, const ProtocolResult& result,
+                                      const evaluate::ProtocolOutcomes& outcomes) {
+  MeasuredFrames measured;
+  for (const auto& name : result.textures) measured.textures.push_back({name});
+  for (std::size_t i = 0; i < protocol.frames.size(); ++i) {
+    if (outcomes.state_of(i) != evaluate::FrameState::measured) continue;
+    const auto& frame = protocol.frames[i];
+    measured.views.push_back({protocol.table.rows[frame.row] + ", " + protocol.table.columns[frame.column],
+                              frame.azimuth_deg, frame.elevation_deg, frame.distance,
+                              outcomes.hidden_share(i), outcomes.car_share(i)});
+    for (std::size_t k = 0; k < result.textures.size(); ++k) {
+      measured.textures[k].found.push_back(outcomes.found(i, k) != 0);
+      measured.textures[k].best_confidence.push_back(outcomes.best_confidence(i, k));
+    }
+  }
+  return measured;
 }
 
 }  // namespace tapestry::shell::detail

@@ -102,13 +102,21 @@ inline void settle_folder(const std::string& folder, const Json& settings) {
 }
 
 inline void write_report(const std::string& folder, const Protocol& protocol, const ProtocolResult& result,
-                         const std::vector<std::string>& notes, const Json& settings) {
+                         const std::vector<std::string>& notes, const Json& settings,
+                         const evaluate::ProtocolOutcomes& outcomes) {
   const std::string stem = folder + "/" + protocol.name;
+  MeasuredFrames frames;
+  ViewList shown;
+  if (!protocol.on_photographs) {
+    frames = measured_frames(protocol, result, outcomes);
+    shown = frames.list(result.shown_textures());
+    write_text(folder + "/frames.csv", views_csv(frames.list()));
+  }
   write_text(stem + ".csv", protocol_csv(protocol, result));
   write_text(stem + ".json", report_text(protocol_json(protocol, result, notes, settings)));
   write_text(stem + ".md", protocol_markdown(protocol, result, notes));
   write_text(stem + ".svg", figure_svg(protocol.figure(protocol, result)));
-  write_text(stem + ".html", protocol_html(protocol, result, notes));
+  write_text(stem + ".html", protocol_html(protocol, result, notes, shown));
 }
 
 /// Prints what it took, and writes it beside the report, whose files are the same for every run.
@@ -191,9 +199,9 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
 
 }  // namespace detail
 
-/// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html, and
-/// of photographs photographs.csv. Killed at any moment, the same command goes on where it was. Under
-/// mpirun the frames are dealt to the ranks; the files are the same for any number of them.
+/// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html, of
+/// renders frames.csv and of photographs photographs.csv. Killed at any moment, the same command goes on where
+/// it was. Under mpirun the frames are dealt to the ranks; the files are the same for any number of them.
 ///
 /// \returns  the exit code
 inline int evaluate_protocol(ProtocolRequest request) {
@@ -250,7 +258,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   const auto notes = detail::notes_of(protocol, result, request, inputs);
   std::cout << protocol_text(protocol, result, notes);
   if (!folder.empty()) {
-    detail::write_report(folder, protocol, result, notes, settings);
+    detail::write_report(folder, protocol, result, notes, settings, measurement.outcomes());
     if (protocol.on_photographs)
       write_text(folder + "/photographs.csv",
                  detail::photographs_csv(protocol, inputs, result, measurement.outcomes()));
