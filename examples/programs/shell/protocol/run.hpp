@@ -200,8 +200,9 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
 }  // namespace detail
 
 /// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html, of
-/// renders frames.csv and of photographs photographs.csv. Killed at any moment, the same command goes on where
-/// it was. Under mpirun the frames are dealt to the ranks; the files are the same for any number of them.
+/// renders frames.csv and of photographs photographs.csv. Killed at any moment, the same command goes on
+/// where it was. Under mpirun the frames are dealt to the ranks; the files are the same for any number of
+/// them.
 ///
 /// \returns  the exit code
 inline int evaluate_protocol(ProtocolRequest request) {
