@@ -5,7 +5,9 @@
 #include <iostream>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <system_error>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/image/letterbox.hpp>
@@ -93,19 +95,33 @@ void print_table(const std::string& path, const std::vector<detect::Detection>& 
   if (detections.empty()) std::printf("  nothing found\n");
 }
 
-std::string annotated_path(const std::string& folder, const std::string& image,
-                           const char* ending = "-detections.png") {
+constexpr const char* annotated_ending = "-detections.png";
+constexpr const char* heat_map_ending = "-heat_map.png";
+
+std::string annotated_path(const std::string& folder, const std::string& image, const char* ending) {
   return folder + "/" + std::filesystem::path(image).stem().string() + ending;
 }
 
-/// Pictures of one name in two folders would become one in the folder of copies.
-void require_own_names(const std::string& folder, const std::vector<std::string>& pictures) {
+/// Pictures of one name in two folders would become one in the folder of copies, and a copy there could be
+/// written over another picture.
+void require_own_names(const std::string& folder, const std::vector<std::string>& pictures,
+                       const char* ending) {
+  std::set<std::filesystem::path> inputs;
+  const auto place = [](const std::string& path) {
+    std::error_code unreadable;
+    return std::filesystem::weakly_canonical(path, unreadable);
+  };
+  for (const auto& picture : pictures) inputs.insert(place(picture));
   std::map<std::string, std::string> taken;
   for (const auto& picture : pictures) {
-    const auto [first, is_free] = taken.emplace(annotated_path(folder, picture), picture);
+    const std::string copy = annotated_path(folder, picture, ending);
+    const auto [first, is_free] = taken.emplace(copy, picture);
     if (!is_free && first->second != picture)
       throw Error(ErrorKind::usage,
-                  folder + ": " + first->second + " and " + picture + " would both become " + first->first);
+                  folder + ": " + first->second + " and " + picture + " would both become " + copy);
+    if (inputs.contains(place(copy)))
+      throw Error(ErrorKind::usage, folder + ": the copy of " + picture + " would be written over " + copy +
+                                        ", which is one of the pictures; give another folder");
   }
 }
 
@@ -129,7 +145,7 @@ class Detection {
     if (options_.json)
       std::cout << report_text(all_);
     else if (pictures_ > 0 && verbosity() != Verbosity::quiet)
-      std::printf("fit %s, %.1f ms an image, %.0f MiB at most\n",
+      std::printf("fit %s, %.1f ms an image from file to result, %.0f MiB at most\n",
                   std::string(image::name_of(detector_.fit.kind)).c_str(),
                   1e3 * seconds_ / static_cast<double>(pictures_), peak_mib());
     if (failures_ > 0 && failures_ + pictures_ > 1)
@@ -149,13 +165,13 @@ class Detection {
       auto picture = read_picture(path);
       auto found = detections_in(path, picture, options_.detector, detector_, *passes_.take());
       if (!options_.heat_map.empty())
-        io::write_image(annotated_path(options_.heat_map, path, "-heat_map.png"),
+        io::write_image(annotated_path(options_.heat_map, path, heat_map_ending),
                         found.empty()
                             ? picture
                             : heat_map_picture(picture, detector_, found.front().class_index, heat_map_));
       if (!options_.annotate.empty()) {
         for (const auto& detection : found) draw_box(picture, detection.box, {40, 220, 60});
-        io::write_image(annotated_path(options_.annotate, path), picture);
+        io::write_image(annotated_path(options_.annotate, path, annotated_ending), picture);
       }
       return {std::move(found)};
     } catch (const Error& error) {
@@ -202,9 +218,10 @@ int run(Options& options) {
       settings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
   print_warnings(detector.warnings);
   const auto pictures = pictures_named(options.images);
-  for (const std::string& folder : {options.annotate, options.heat_map}) {
+  for (const auto& [folder, ending] :
+       {std::pair(options.annotate, annotated_ending), std::pair(options.heat_map, heat_map_ending)}) {
     if (folder.empty()) continue;
-    require_own_names(folder, pictures);
+    require_own_names(folder, pictures, ending);
     make_writable_folder(folder);
   }
   Detection detection(options, detector);

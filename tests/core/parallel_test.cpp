@@ -144,22 +144,25 @@ TEST_CASE("results are used in order, whatever the number of threads that make t
   CHECK(tapestry::items_at_a_time() == 1);
 }
 
-TEST_CASE("what was made before a failure is used, but for what was made together with it",
-          "[core][parallel]") {
-  const Threads cap(2);
-  const std::size_t together = tapestry::items_at_a_time();
-  std::size_t used = 0;
-  const auto make = [&](std::size_t i) {
-    if (i > together && i % 2 == 1) throw std::runtime_error(std::to_string(i));
-    return 0;
+TEST_CASE("what was made before the first failure is used, on any number of threads", "[core][parallel]") {
+  const int threads = GENERATE(1, 2, 8);
+  const Threads cap(threads);
+  std::vector<std::size_t> used;
+  const auto use = [&](std::size_t i, bool is_even) {
+    CHECK(is_even == (i % 2 == 0));
+    used.push_back(i);
   };
-  CHECK_THROWS_WITH(tapestry::for_each_in_order(100, make, [&](std::size_t, int) { ++used; }),
-                    std::to_string(together + 1));
-  CHECK(used == together);
-  CHECK_THROWS_WITH(
-      tapestry::for_each_in_order(
-          100, [](std::size_t) { return 0; }, [](std::size_t, int) { throw std::runtime_error("enough"); }),
-      "enough");
+  const auto make = [](std::size_t i) {
+    if (i >= 13 && i % 3 == 1) throw std::runtime_error(std::to_string(i));
+    return i % 2 == 0;
+  };
+  CHECK_THROWS_WITH(tapestry::for_each_in_order(100, make, use), "13");
+  CHECK(used.size() == 13);
+  CHECK(std::is_sorted(used.begin(), used.end()));
+  const auto refuse = [](std::size_t i, bool) {
+    if (i == 5) throw std::runtime_error("enough");
+  };
+  CHECK_THROWS_WITH(tapestry::for_each_in_order(14, make, refuse), "enough");  // before the 13th is asked for
 }
 
 TEST_CASE("fewer threads than one are one", "[core][parallel]") {

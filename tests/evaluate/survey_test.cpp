@@ -4,6 +4,7 @@
 #include <tapestry/camouflage/shape_parameter.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <stdexcept>
 
 #include "../support/catch.hpp"
@@ -300,4 +301,48 @@ TEST_CASE("an effect counts a view once, however often it was photographed", "[e
   CHECK(effect.best_confidence.pairs == 2);
   CHECK(effect.best_confidence.mean == Approx(0.35));
   CHECK(effect.p_at_50.mean == Approx(0.5));
+}
+
+TEST_CASE("a view is prepared once for all its photographs, on any number of threads", "[evaluate][survey]") {
+  const int threads = GENERATE(1, 2, 8);
+  const test::Threads cap(threads);
+  Fixture fixture;
+  std::atomic<int> loads{0};
+  std::vector<camouflage::ViewStore<float>::Loader> loaders;
+  for (std::size_t i = 0; i < 5; ++i)
+    loaders.emplace_back([&loads, i] {
+      ++loads;
+      return test::tiny_frame(i);
+    });
+  auto settings = fixture.store.settings();
+  settings.keep_bytes = 0;
+  camouflage::ViewStore<float> store(fixture.car, settings, loaders);
+  const evaluate::Photography photography{tapestry::image::conditions_by_names({"noise"}), 20, 3};
+  const auto measured = evaluate::measure(
+      "clean", fixture.meter, store, {0, 1, 2, 3, 4}, &fixture.textures.clean, [](const Measured&) {},
+      photography);
+  CHECK(measured.found.size() == 100);
+  CHECK(loads == 5);
+}
+
+TEST_CASE(
+    "pictures before a view that cannot be read are measured, and its error is told, on any number of "
+    "threads",
+    "[evaluate][survey][bad_input]") {
+  const int threads = GENERATE(1, 2, 8);
+  const test::Threads cap(threads);
+  Fixture fixture;
+  std::vector<camouflage::ViewStore<float>::Loader> loaders;
+  for (std::size_t i = 0; i < 5; ++i)
+    loaders.emplace_back([i] {
+      if (i >= 3) throw std::runtime_error("frame " + std::to_string(i) + " cannot be read");
+      return test::tiny_frame(i);
+    });
+  camouflage::ViewStore<float> store(fixture.car, fixture.store.settings(), loaders);
+  std::size_t seen = 0;
+  const camouflage::Paint<float>* const untouched = nullptr;
+  CHECK_THROWS_WITH(evaluate::measure("photo", fixture.meter, store, {0, 1, 2, 3, 4}, untouched,
+                                      [&](const Measured&) { ++seen; }),
+                    "frame 3 cannot be read");
+  CHECK(seen == 3);
 }

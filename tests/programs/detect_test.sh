@@ -123,6 +123,13 @@ expect_exit 3 "a list that is not there" "$detect" absent.txt
 mkdir other && cp "$frame" other
 expect_exit 2 "two pictures of one name" "$detect" --annotate untouched "$frame" "other/$(basename "$frame")"
 [ -e untouched ] && fail "a refused command left a folder behind" || pass
+# A copy is never written over a picture that is to be read: another thread might read either of them.
+mkdir into_itself && cp "drawn/$(basename "$frame" .npz)-detections.png" into_itself/street.png
+expect_exit 0 "copies beside the pictures" "$detect" --annotate into_itself into_itself
+cp into_itself/street-detections.png copy_before.png
+expect_exit 2 "copies over pictures" "$detect" --annotate ./into_itself "$PWD/into_itself"
+expect_error_line '^error: ./into_itself: the copy of .*/street.png would be written over ./into_itself/street-detections.png, which is one'
+expect_same into_itself/street-detections.png copy_before.png
 picture=$'not utf-8 \xff.png'
 cp "drawn/$(basename "$frame" .npz)-detections.png" "$picture"
 expect_exit 0 "a name that is not UTF-8" "$detect" --json "$picture"  # F21

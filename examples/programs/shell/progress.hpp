@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <tapestry/core/parallel.hpp>
 
 #include "verbosity.hpp"
 
@@ -57,13 +58,15 @@ class ProgressLine {
   Clock::time_point shown_{};
 };
 
-/// Says how far a measurement of many pictures is.
+/// Says how far a measurement of many pictures is, of which for_each_in_order() counts some at once: between
+/// those it says nothing, for then it would take what is done for what is to come.
 class MeasuringProgress {
  public:
   explicit MeasuringProgress(std::size_t pictures) : pictures_(pictures) {}
 
   void count(const std::string& texture) {
     ++done_;
+    if (done_ % items_at_a_time() != 0 && done_ != pictures_) return;
     const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
     const double left = seconds / static_cast<double>(done_) * static_cast<double>(pictures_ - done_);
     line_.show("measuring " + texture + ": picture " + std::to_string(done_) + " of " +

@@ -3,9 +3,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <numeric>
+#include <mutex>
 #include <optional>
-#include <span>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -53,36 +52,21 @@ class ViewStore {
   [[nodiscard]] std::size_t size() const { return loaders_.size(); }
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
-  /// View number `index`; throws what its loader throws.
+  /// View number `index`; throws what its loader throws. Threads may ask at once.
   [[nodiscard]] ViewPointer view(std::size_t index) {
-    if (kept_[index].view) return unpacked(kept_[index]);
+    const Kept& kept = kept_[index];  // which does not change once it is there
+    if (locked([&] { return kept.view != nullptr; })) return unpacked(kept);
     auto made = make(index);
     keep(index, made);
     return made;
   }
 
-  /// Views of these numbers, prepared in parallel; throws what the first loader that fails throws.
-  [[nodiscard]] std::vector<ViewPointer> views(std::span<const std::size_t> indices) {
-    std::vector<ViewPointer> views(indices.size());
-    parallel_for(views.size(), [&](std::size_t i) {
-      const Kept& kept = kept_[indices[i]];
-      views[i] = kept.view ? unpacked(kept) : make(indices[i]);
-    });
-    for (std::size_t i = 0; i < views.size(); ++i)
-      if (!kept_[indices[i]].view) keep(indices[i], views[i]);
-    return views;
-  }
-
   /// Calls visit(index, view) for every view in order, preparing some at a time in parallel.
   template <class Visit>
   void for_each(Visit visit) {
-    std::vector<std::size_t> indices(size());
-    std::iota(indices.begin(), indices.end(), std::size_t{0});
-    for (std::size_t block = 0; block < block_count(size(), views_at_a_time); ++block) {
-      const auto [begin, end] = block_range(block, size(), views_at_a_time);
-      const auto prepared = views(std::span(indices).subspan(begin, end - begin));
-      for (std::size_t i = begin; i < end; ++i) visit(i, *prepared[i - begin]);
-    }
+    for_each_in_order(
+        size(), [&](std::size_t index) { return view(index); },
+        [&](std::size_t index, const ViewPointer& prepared) { visit(index, *prepared); });
   }
 
  private:
@@ -91,7 +75,6 @@ class ViewStore {
     ViewPointer view{};
     Array<std::uint8_t, 3> background{};
   };
-  static constexpr std::size_t views_at_a_time = 16;
 
   [[nodiscard]] ViewPointer make(std::size_t index) const {
     const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn] = settings_;
@@ -104,15 +87,24 @@ class ViewStore {
   }
 
   void keep(std::size_t index, const ViewPointer& view) {
-    if (kept_bytes_ >= settings_.keep_bytes) return;
+    if (locked([&] { return kept_bytes_ >= settings_.keep_bytes; })) return;
     Kept kept = packed(view);
     const std::size_t bytes = view_bytes(*kept.view) + kept.background.size();
-    if (kept_bytes_ + bytes > settings_.keep_bytes) {
-      kept_bytes_ = settings_.keep_bytes;  // full from now on
-      return;
-    }
-    kept_bytes_ += bytes;
-    kept_[index] = std::move(kept);
+    locked([&] {
+      if (kept_[index].view) return;  // another thread was quicker
+      if (kept_bytes_ + bytes > settings_.keep_bytes) {
+        kept_bytes_ = settings_.keep_bytes;  // full from now on
+        return;
+      }
+      kept_bytes_ += bytes;
+      kept_[index] = std::move(kept);
+    });
+  }
+
+  template <class Body>
+  decltype(auto) locked(Body body) const {
+    const std::lock_guard lock(*keeping_);
+    return body();
   }
 
   [[nodiscard]] static Kept packed(const ViewPointer& view) {
@@ -135,6 +127,7 @@ class ViewStore {
   std::vector<Loader> loaders_;
   std::vector<Kept> kept_;
   std::size_t kept_bytes_ = 0;
+  std::unique_ptr<std::mutex> keeping_ = std::make_unique<std::mutex>();
 };
 
 }  // namespace tapestry::camouflage

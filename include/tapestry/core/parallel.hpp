@@ -1,7 +1,10 @@
 #pragma once
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdlib>
+#include <exception>
+#include <optional>
 #include <tapestry/core/thread_pool.hpp>
 #include <thread>
 #include <type_traits>
@@ -79,17 +82,35 @@ struct BlockRange {
 
 /// Calls make(i) for i = 0 … count − 1 on up to thread_count() threads and use(i, result) with what each
 /// returned, in order, on the calling thread: of items_at_a_time() items after another. When make() throws,
-/// the exception of the smallest i reaches the caller, and nothing that was made together with it is used.
+/// what was made of smaller i is used, then the exception of the smallest i reaches the caller, as on one
+/// thread.
 template <class Make, class Use>
 void for_each_in_order(std::size_t count, Make make, Use use) {
+  using Result = std::invoke_result_t<Make&, std::size_t>;
   const std::size_t size = items_at_a_time();
-  std::vector<std::invoke_result_t<Make&, std::size_t>> results;
   for (std::size_t block = 0; block < block_count(count, size); ++block) {
     const BlockRange items = block_range(block, count, size);
-    results.clear();
-    results.resize(items.end - items.begin);
-    parallel_for(results.size(), [&](std::size_t i) { results[i] = make(items.begin + i); });
-    for (std::size_t i = 0; i < results.size(); ++i) use(items.begin + i, std::move(results[i]));
+    std::vector<std::optional<Result>> results(items.end - items.begin);
+    std::atomic<std::size_t> failed_at = results.size();
+    std::exception_ptr failure;
+    const auto make_result = [&](std::size_t i) {
+      if (i > failed_at) return;  // nobody would use it
+      try {
+        results[i].emplace(make(items.begin + i));
+      } catch (...) {
+        std::size_t least = failed_at;
+        while (i < least && !failed_at.compare_exchange_weak(least, i)) {
+        }
+        throw;
+      }
+    };
+    try {
+      parallel_for(results.size(), make_result);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    for (std::size_t i = 0; i < failed_at; ++i) use(items.begin + i, std::move(*results[i]));
+    if (failure) std::rethrow_exception(failure);
   }
 }
 

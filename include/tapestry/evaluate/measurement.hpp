@@ -2,8 +2,9 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <numeric>
-#include <span>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
@@ -94,30 +95,37 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
-  const std::size_t draws = photography.draws, pictures = views.size() * draws, size = items_at_a_time();
-  for (std::size_t block = 0; block < block_count(pictures, size); ++block) {
-    const BlockRange range = block_range(block, pictures, size);
-    const std::size_t first_view = range.begin / draws;
-    const auto shown =
-        store.views(std::span(views).subspan(first_view, (range.end - 1) / draws + 1 - first_view));
-    std::vector<Photograph<T>> photographs(range.end - range.begin);
-    std::vector<ViewResult> results(photographs.size());
-    parallel_for(photographs.size(), [&](std::size_t i) {
-      const std::size_t place = (range.begin + i) / draws;
-      const auto& view = *shown[place - first_view];
-      photographs[i] = photograph_of(view, views[place], paint, photography, (range.begin + i) % draws);
-      results[i] = meter.examine(photographs[i].picture, view.name, photographs[i].target);
-    });
-    for (std::size_t i = 0; i < photographs.size(); ++i) {
-      const ViewResult& result = results[i];
-      measurement.found.push_back(result.found);
-      measurement.best_confidence.push_back(result.best_confidence);
-      for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
-        found_in_sweep[k].push_back(result.found_in_sweep[k]);
-      visit(MeasuredPicture<T>{name, photographs[i].picture, *shown[(range.begin + i) / draws - first_view],
-                               photographs[i].target, result});
-    }
-  }
+  const std::size_t draws = photography.draws;
+  using ViewPointer = typename camouflage::ViewStore<T>::ViewPointer;
+  std::vector<ViewPointer> shown(views.size());  // those whose pictures are being made
+  const auto making = std::make_unique<std::mutex[]>(views.size());
+  const auto view_of = [&](std::size_t place) {
+    const std::lock_guard lock(making[place]);
+    if (!shown[place]) shown[place] = store.view(views[place]);
+    return shown[place];
+  };
+  struct Examined {
+    ViewPointer view;
+    Photograph<T> photograph;
+    ViewResult result;
+  };
+  const auto examine = [&](std::size_t i) {
+    const std::size_t place = i / draws;
+    Examined examined{view_of(place), {}, {}};
+    examined.photograph = photograph_of(*examined.view, views[place], paint, photography, i % draws);
+    examined.result =
+        meter.examine(examined.photograph.picture, examined.view->name, examined.photograph.target);
+    return examined;
+  };
+  for_each_in_order(views.size() * draws, examine, [&](std::size_t i, const Examined& examined) {
+    const auto& [view, photograph, result] = examined;
+    measurement.found.push_back(result.found);
+    measurement.best_confidence.push_back(result.best_confidence);
+    for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
+      found_in_sweep[k].push_back(result.found_in_sweep[k]);
+    visit(MeasuredPicture<T>{name, photograph.picture, *view, photograph.target, result});
+    if ((i + 1) % draws == 0) shown[i / draws].reset();
+  });
   measurement.rate = detection_rate(measurement.found, photography.draws);
   const auto& confidences = measurement.best_confidence;
   if (!confidences.empty())
