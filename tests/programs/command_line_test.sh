@@ -69,6 +69,7 @@ refused 2 '^error: ' 'azimuth = 3' 'azimuth = 4'
 refused 2 '^error: refused.toml: has a section' '[render]' 'azimuth = 3'
 refused 2 "^error: refused.toml: option 'mesh': a quotation mark" 'mesh = "car.obj'
 refused 2 "^error: refused.toml: option 'mesh': an apostrophe at the start" "mesh = 'car.obj"
+refused 3 "^error: 'tis.obj: cannot open" "mesh = \"'tis.obj\""
 for name in '"car #1.obj"' "'car #1.obj'"; do # CLI11 2.3 ends the value at the #, 2.4 does not
   printf 'mesh = %s\n' "$name" >refused.toml
   if "$programs/render" --config refused.toml --output refused.png >command.out 2>command.err; then

@@ -25,7 +25,8 @@ class ConfigFile : public CLI::ConfigTOML {
 
   /// \throws FileError usage for what is no option, limit for a file beyond most_bytes
   [[nodiscard]] std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
-    std::istringstream lines(plain_lines(input));
+    const std::string text = plain_lines(input);
+    std::istringstream lines(text);
     auto given = CLI::ConfigTOML::from_config(lines);
     std::vector<std::string> seen;
     for (const auto& item : given) {
@@ -33,7 +34,7 @@ class ConfigFile : public CLI::ConfigTOML {
       if (std::find(seen.begin(), seen.end(), item.name) != seen.end())
         refuse("option " + in_quotes(item.name) + " is given twice");
       seen.push_back(item.name);
-      for (const auto& value : item.inputs) require_whole(item.name, value);
+      for (const auto& value : item.inputs) require_whole(item.name, value, text);
     }
     const auto is_flag_left_out = [&](const CLI::ConfigItem& item) {
       return app_.get_option("--" + item.name)->get_expected_min() == 0 && item.inputs.size() == 1 &&
@@ -48,11 +49,12 @@ class ConfigFile : public CLI::ConfigTOML {
     throw FileError(kind, {app_.get_config_ptr()->results().front(), "", what});
   }
 
-  /// Before 2.4, CLI11 ends a value at a # within its quotes.
-  void require_whole(const std::string& name, const std::string& value) const {
+  /// Before 2.4, CLI11 ends a value at a # within its quotes. An apostrophe may begin what stands in `"`.
+  void require_whole(const std::string& name, const std::string& value, const std::string& text) const {
     if (value.find('"') != std::string::npos)
       refuse("option " + in_quotes(name) + ": a quotation mark within the value, or none at its end");
-    if (value.starts_with('\'') && !(value.size() > 1 && value.ends_with('\'')))
+    if (value.starts_with('\'') && !(value.size() > 1 && value.ends_with('\'')) &&
+        text.find('"' + value + '"') == std::string::npos)
       refuse("option " + in_quotes(name) + ": an apostrophe at the start of the value and none at its end");
   }
 
