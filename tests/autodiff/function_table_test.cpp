@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 
 // Every function, and its derivatives up to the third, against reference/function_table.txt, which
 // reference/make_function_table.py computed with many digits and without a formula of ours. The bounds here
@@ -29,7 +30,7 @@ using Row = std::vector<double>;
 const std::map<std::string, std::vector<Row>>& table() {
   static const auto rows = [] {
     std::map<std::string, std::vector<Row>> all;
-    std::ifstream file(TAPESTRY_SOURCE "/tests/autodiff/reference/function_table.txt");
+    std::ifstream file(tapestry::test::in_sources("tests/autodiff/reference/function_table.txt"));
     std::string line, name;
     while (std::getline(file, line)) {
       std::istringstream words(line);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 #include "../support/pipeline_gradient.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
@@ -23,7 +24,7 @@ namespace loss = tapestry::loss;
 using tapestry::Array;
 
 namespace {
-const std::string assets = TAPESTRY_SOURCE "/examples/assets/";
+const std::string assets = tapestry::test::in_sources("examples/assets/");
 
 raster::PaintedMesh sedan() {
   raster::PaintedMesh car;

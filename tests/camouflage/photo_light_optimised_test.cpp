@@ -20,6 +20,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/paint.hpp"
+#include "../support/paths.hpp"
 #include "../support/tiny_scene.hpp"
 
 namespace camouflage = tapestry::camouflage;
@@ -202,7 +203,7 @@ TEST_CASE("light from no points, of black paint, or from points that are not fin
 
 TEST_CASE("the car of the real frames looks more like its photograph under the photograph's light",
           "[camouflage][light][carla]") {
-  const std::string shared = std::string(TAPESTRY_SHARED) + "/data/";
+  const std::string shared = tapestry::test::in_shared("data/");
   if (!std::filesystem::exists(shared + "mesh/audi_et_te.obj")) {
     WARN("skipped: no real frames in TAPESTRY_SHARED");
     return;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 
 namespace detect = tapestry::detect;
 
@@ -29,7 +30,7 @@ struct Row {
   std::array<Expected, 6> cars;
 };
 
-const std::string data = std::string(TAPESTRY_SHARED) + "/data/";
+const std::string data = tapestry::test::in_shared("data/");
 constexpr std::size_t car = 2;
 
 const std::array<Row, 4> table = {{

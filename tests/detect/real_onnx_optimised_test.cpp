@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 
 namespace detect = tapestry::detect;
 namespace nn = tapestry::nn;
@@ -28,7 +29,7 @@ struct Expected {
   double confidence, cx, cy, w, h;
 };
 
-const std::string data = std::string(TAPESTRY_SHARED) + "/data/";
+const std::string data = tapestry::test::in_shared("data/");
 constexpr std::size_t car = 2, size = 416;
 
 const std::vector<std::pair<std::string, std::vector<Expected>>> table = {

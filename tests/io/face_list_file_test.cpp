@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
@@ -52,7 +53,7 @@ TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30,
 }
 
 TEST_CASE("the published face list is read", "[io][face_list]") {
-  const std::string path = TAPESTRY_SHARED "/data/mesh/exterior_face.txt";
+  const std::string path = tapestry::test::in_shared("data/mesh/exterior_face.txt");
   if (!std::filesystem::exists(path)) {
     WARN("skipped: " << path << " is absent");
     return;

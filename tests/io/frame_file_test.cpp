@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
@@ -187,7 +188,7 @@ TEST_CASE("frames are listed by the numbers in their names", "[io][frame]") {
 }
 
 TEST_CASE("the real frames are read without a warning", "[io][frame]") {
-  const std::string real = TAPESTRY_SHARED "/data/carla";
+  const std::string real = tapestry::test::in_shared("data/carla");
   if (!std::filesystem::exists(real)) {
     WARN("skipped: " << real << " is absent");
     return;

@@ -11,6 +11,7 @@
 
 #include "../support/bmp_builder.hpp"
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 #include "../support/png_builder.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
@@ -463,7 +464,7 @@ TEST_CASE("a picture with a value that is not finite is not written", "[io][imag
 }
 
 TEST_CASE("the real masks are read", "[io][image]") {
-  const std::string path = TAPESTRY_SHARED "/data/carla/mask1.png";
+  const std::string path = tapestry::test::in_shared("data/carla/mask1.png");
   if (!std::filesystem::exists(path)) {
     WARN("skipped: " << path << " is absent");
     return;

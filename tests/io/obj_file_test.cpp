@@ -11,6 +11,7 @@
 
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
@@ -352,7 +353,7 @@ TEST_CASE("numbers do not depend on the locale", "[io][obj]") {  // O33
 }
 
 TEST_CASE("the real car is read as tinyobjloader reads it", "[io][obj]") {
-  const std::string path = TAPESTRY_SHARED "/data/mesh/audi_et_te.obj";
+  const std::string path = tapestry::test::in_shared("data/mesh/audi_et_te.obj");
   if (!std::filesystem::exists(path)) {
     WARN("skipped: " << path << " is absent");
     return;

@@ -11,6 +11,7 @@
 #include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 
 using tapestry::Array;
 
@@ -42,16 +43,16 @@ double overlap(const Array<float, 2>& a, const Array<float, 2>& b) {
 }  // namespace
 
 TEST_CASE("the CARLA camera reproduces the published masks", "[raster][carla]") {
-  const std::string shared = TAPESTRY_SHARED;
-  const std::string mesh_path = shared + "/data/mesh/audi_et_te.obj";
+  const std::string shared = tapestry::test::in_shared("");
+  const std::string mesh_path = shared + "data/mesh/audi_et_te.obj";
   if (!std::filesystem::exists(mesh_path)) {
     WARN("skipped: " << mesh_path << " is absent");
     return;
   }
   const auto mesh = tapestry::geometry::normalise_mesh(tapestry::io::read_obj(mesh_path).mesh);
   for (const char* number : {"1", "12501", "12502", "12503", "12504", "12505"}) {
-    const auto frame = tapestry::io::read_frame(shared + "/data/carla/data" + number + ".npz");
-    const auto mask = tapestry::io::read_mask(shared + "/data/carla/mask" + number + ".png");
+    const auto frame = tapestry::io::read_frame(shared + "data/carla/data" + number + ".npz");
+    const auto mask = tapestry::io::read_mask(shared + "data/carla/mask" + number + ".png");
     const auto camera = tapestry::io::camera_of(frame);
     const auto silhouette = tapestry::raster::coverage_of(
         tapestry::raster::visibility(mesh, camera, mask.shape(0), mask.shape(1), 2));

@@ -13,6 +13,7 @@
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/gradient_scoring.hpp"
+#include "../support/paths.hpp"
 
 namespace raster = tapestry::raster;
 namespace geometry = tapestry::geometry;
@@ -28,7 +29,7 @@ constexpr double distance = 1.5;
 
 Mesh sedan() {
   return geometry::normalise_mesh(
-      tapestry::io::read_obj(TAPESTRY_SOURCE "/examples/assets/car_sedan.obj").mesh);
+      tapestry::io::read_obj(tapestry::test::in_sources("examples/assets/car_sedan.obj")).mesh);
 }
 
 geometry::Camera camera() {

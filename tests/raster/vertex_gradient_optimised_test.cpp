@@ -14,6 +14,7 @@
 #include "../support/brute_force_render.hpp"
 #include "../support/catch.hpp"
 #include "../support/gradient_scoring.hpp"
+#include "../support/paths.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 namespace raster = tapestry::raster;
@@ -274,12 +275,12 @@ void check_car(const std::string& path) {
 
 TEST_CASE("the bundled car's gradient is that of a supersampled picture",
           "[raster][vertex_gradient][gradient]") {
-  check_car(TAPESTRY_SOURCE "/examples/assets/car_sedan.obj");
+  check_car(tapestry::test::in_sources("examples/assets/car_sedan.obj"));
 }
 
 TEST_CASE("the real car's gradient is that of a supersampled picture",
           "[raster][vertex_gradient][gradient]") {
-  const std::string path = TAPESTRY_SHARED "/data/mesh/audi_et_te.obj";
+  const std::string path = tapestry::test::in_shared("data/mesh/audi_et_te.obj");
   if (!std::filesystem::exists(path)) {
     WARN("skipped: " << path << " is not there");
     return;

@@ -13,6 +13,7 @@
 
 #include "../../examples/scenes/segmented_scene.hpp"
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 
 // What the bundled network finds: in scenes that it was not trained on, and in photographs of a simulator.
 
@@ -22,7 +23,8 @@ using tapestry::Array;
 
 namespace {
 segment::U2Net<float> bundled() {
-  return segment::U2Net<float>(tapestry::io::read_onnx(TAPESTRY_SOURCE "/examples/assets/segmenter.onnx"));
+  return segment::U2Net<float>(
+      tapestry::io::read_onnx(tapestry::test::in_sources("examples/assets/segmenter.onnx")));
 }
 
 double mean(const std::vector<double>& values) {
@@ -34,7 +36,7 @@ double mean(const std::vector<double>& values) {
 
 TEST_CASE("the bundled network finds cars in scenes that are new to it", "[segment][bundled]") {
   const auto network = bundled();
-  CHECK(std::filesystem::file_size(TAPESTRY_SOURCE "/examples/assets/segmenter.onnx") <= 300000);
+  CHECK(std::filesystem::file_size(tapestry::test::in_sources("examples/assets/segmenter.onnx")) <= 300000);
   scenes::SceneOptions options;
   options.occluder_chance = 0;
   const tapestry::Random source(0x5E6E57);
@@ -50,7 +52,7 @@ TEST_CASE("the bundled network finds cars in scenes that are new to it", "[segme
 
 TEST_CASE("what the bundled network finds in the frames of a simulator is told",
           "[segment][bundled][carla]") {
-  const std::string folder = TAPESTRY_SHARED "/data/carla/";
+  const std::string folder = tapestry::test::in_shared("data/carla/");
   if (!std::filesystem::exists(folder)) {
     WARN("skipped: " << folder << " is absent");
     return;

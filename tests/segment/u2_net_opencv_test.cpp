@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
@@ -25,7 +26,7 @@ TEST_CASE("OpenCV computes the same masks from the files that are written", "[se
   std::map<std::string, nn::Shape> shapes;
   for (const std::string& output : small.outputs) shapes[output] = {1, 1, 64, 64};
   tapestry::io::write_onnx(random, small, shapes);
-  for (const std::string& path : {random, std::string(TAPESTRY_SOURCE "/examples/assets/segmenter.onnx")}) {
+  for (const std::string& path : {random, tapestry::test::in_sources("examples/assets/segmenter.onnx")}) {
     INFO(path);
     const auto description = tapestry::io::read_onnx(path);
     const nn::Network<float> network(description);

@@ -4,10 +4,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "paths.hpp"
+
 namespace tapestry::test {
 /// The text of tests/detect/cfg/<name>.cfg, which says at its top what it is for.
 inline std::string cfg_text(const std::string& name) {
-  std::ifstream file(TAPESTRY_SOURCE "/tests/detect/cfg/" + name + ".cfg");
+  std::ifstream file(in_sources("tests/detect/cfg/") + name + ".cfg");
   if (!file) throw std::runtime_error("tests/detect/cfg/" + name + ".cfg is missing");
   return {std::istreambuf_iterator<char>(file), {}};
 }

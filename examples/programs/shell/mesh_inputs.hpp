@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/geometry/mesh.hpp>
@@ -13,17 +11,8 @@
 
 namespace tapestry::shell {
 
-#ifndef TAPESTRY_INSTALLED_ASSETS  // as CMake says it of the folders that it installs to
-#define TAPESTRY_INSTALLED_ASSETS "../share/tapestry/assets"
-#endif
-
 /// Where the bundled files lie: beside an installed program, else in the sources.
-inline std::string bundled_folder() {
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  const auto installed = program.parent_path() / TAPESTRY_INSTALLED_ASSETS;
-  return !error && std::filesystem::is_directory(installed, error) ? installed.string() : TAPESTRY_ASSETS;
-}
+std::string bundled_folder();
 
 /// The files that stand in for inputs the user leaves out.
 struct BundledAssets {

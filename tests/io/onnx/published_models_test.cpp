@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../../support/catch.hpp"
+#include "../../support/paths.hpp"
 
 namespace fs = std::filesystem;
 namespace io = tapestry::io;
@@ -59,7 +60,7 @@ TEST_CASE("detectors that others trained are read", "[io][onnx]") {
       {"nanodet_m", 225, {"792", "814", "836", "795", "817", "839"}, {1, 3, 416, 416}},
   };
   for (const Row& row : rows) {
-    const std::string path = std::string(TAPESTRY_SHARED) + "/data/detectors/" + row.name + ".onnx";
+    const std::string path = tapestry::test::in_shared("data/detectors/" + row.name + ".onnx");
     if (!is_there(path)) continue;
     const nn::NetworkDescription network = io::read_onnx(path);
     CHECK(network.nodes.size() == row.nodes);

@@ -1,0 +1,21 @@
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "mesh_inputs.hpp"
+
+// Only this file knows where the sources lie, so that ccache finds all others whatever their folder.
+namespace tapestry::shell {
+
+#ifndef TAPESTRY_INSTALLED_ASSETS  // CMake gives it for the folders that it installs to
+#define TAPESTRY_INSTALLED_ASSETS "../share/tapestry/assets"
+#endif
+
+std::string bundled_folder() {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto installed = program.parent_path() / TAPESTRY_INSTALLED_ASSETS;
+  return !error && std::filesystem::is_directory(installed, error) ? installed.string() : TAPESTRY_ASSETS;
+}
+
+}  // namespace tapestry::shell
