@@ -14,13 +14,13 @@ with_fault() {
   if [ -e mark ]; then has_failed=true; fi
 }
 # until_success CALL ERRNO EXITS CHECK COMMAND...: one fault after the other; CHECK looks at what is there. EXITS are
-# the exit statuses that may be; 0 is for faults that a program can do without. Of allocations, which are many, further
-# ones are left out: the n-th of them, n grows by half.
+# the exit statuses that may be; 0 is for faults that a program can do without. From the eighth on, n grows by half: of
+# allocations, which are many, and without the rare tests of all calls.
 until_success() {
   local call=$1 errno=$2 exits=$3 check=$4 n=0 count=0 harmless=0
   shift 4
   while [ "$count" -lt 400 ]; do
-    if [ "$call" = allocation ] && [ "$n" -gt 8 ]; then n=$((n + n / 2)); else n=$((n + 1)); fi
+    if [ "$n" -gt 8 ] && { [ "$call" = allocation ] || [ "${TAPESTRY_TESTS_RARE:-}" != ON ]; }; then n=$((n + n / 2)); else n=$((n + 1)); fi
     prepare
     with_fault "$call" "$n" "$errno" "$@"
     "$has_failed" || break
