@@ -58,7 +58,9 @@ class DifferentialRun {
 
   /// What to put before the test's command line to run this case alone.
   [[nodiscard]] std::string repeat() const {
-    return std::string(seed_variable) + "=" + std::to_string(seed());
+    std::string text(seed_variable);
+    text += '=';
+    return text += std::to_string(seed());
   }
 
  private:
