@@ -11,6 +11,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
+#include "../support/kept_pass.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_detector.hpp"
 
@@ -19,71 +20,18 @@ namespace io = tapestry::io;
 namespace nn = tapestry::nn;
 using tapestry::Array;
 using tapestry::image::PixelWindow;
+using tapestry::test::adjoint_differences;
+using tapestry::test::differences;
+using tapestry::test::is_inside;
 using tapestry::test::random_array;
+using tapestry::test::repaint;
+using tapestry::test::weighting_of;
 
 namespace {
 template <class T>
 detect::Network<T> random_network(const std::string& name, std::size_t size) {
   return tapestry::test::random_detector<T>(
       io::parse_network_config(tapestry::test::cfg_text(name), "some.cfg"), 1, size);
-}
-
-template <class T>
-bool is_same(T a, T b) {
-  return a == b || (std::isnan(a) && std::isnan(b));
-}
-
-template <class T>
-std::size_t differences(const std::vector<Array<T, 4>>& a, const std::vector<Array<T, 4>>& b) {
-  std::size_t count = a.size() == b.size() ? 0 : 1;
-  for (std::size_t h = 0; h < a.size(); ++h) {
-    REQUIRE(a[h].shape() == b[h].shape());
-    for (std::size_t i = 0; i < a[h].size(); ++i)
-      if (!is_same(a[h].data()[i], b[h].data()[i])) ++count;
-  }
-  return count;
-}
-
-bool is_inside(const PixelWindow& window, std::size_t y, std::size_t x) {
-  return y >= window.top && y < window.top + window.height && x >= window.left &&
-         x < window.left + window.width;
-}
-
-template <class T>
-void repaint(Array<T, 4>& images, std::size_t image, const PixelWindow& window, tapestry::Random& random) {
-  for (std::size_t y = window.top; y < window.top + window.height; ++y)
-    for (std::size_t x = window.left; x < window.left + window.width; ++x)
-      for (std::size_t c = 0; c < 3; ++c) images(image, y, x, c) = static_cast<T>(random.uniform(-1, 1));
-}
-
-template <class T>
-std::vector<Array<T, 4>> weighting_of(const detect::Pass<T>& pass, tapestry::Random& random) {
-  auto weighting = pass.logits;
-  for (auto& array : weighting)
-    for (T& value : array.storage()) value = static_cast<T>(random.uniform(-1, 1));
-  return weighting;
-}
-
-/// Values of the adjoint of a kept pass that differ from those of a whole one: within the window they are
-/// added, elsewhere nothing is.
-template <class T>
-std::size_t adjoint_differences(const detect::Network<T>& network, detect::Pass<T>& kept_pass,
-                                detect::Pass<T>& whole_pass, const PixelWindow& window,
-                                tapestry::Random& random) {
-  const auto weighting = weighting_of(whole_pass, random);
-  const std::size_t height = network.input_height(), width = network.input_width();
-  const auto before = random_array<T>({1, height, width, 3}, 5);
-  auto gradient = before, expected = before;
-  network.input_adjoint(kept_pass, weighting, gradient);
-  network.input_adjoint(whole_pass, weighting, expected);
-  std::size_t count = 0;
-  for (std::size_t y = 0; y < height; ++y)
-    for (std::size_t x = 0; x < width; ++x)
-      for (std::size_t c = 0; c < 3; ++c)
-        if (!is_same(gradient(0, y, x, c),
-                     is_inside(window, y, x) ? expected(0, y, x, c) : before(0, y, x, c)))
-          ++count;
-  return count;
 }
 
 /// A picture is repainted within a window three times; each time logits and adjoint must be a whole pass's.
@@ -101,7 +49,7 @@ void require_same_bits(const detect::Network<T>& network, const PixelWindow& win
     network.forward(images, whole_pass, mode);
     REQUIRE(differences(kept_pass.logits, whole_pass.logits) == 0);
     if (mode == detect::Mode::input_gradient)
-      REQUIRE(adjoint_differences(network, kept_pass, whole_pass, window, random) == 0);
+      REQUIRE(adjoint_differences(network, kept_pass, whole_pass, {window}, random) == 0);
   }
 }
 
@@ -144,6 +92,16 @@ TEMPLATE_TEST_CASE("whatever the layers, a window has the bits of a whole pass",
   INFO(name);
   const auto network = random_network<TestType>(name, 64);
   for (const auto& window : windows_in(64, 64))
+    require_same_bits(network, window, detect::Mode::input_gradient, 3);
+}
+
+TEST_CASE("whatever the activation, a window has the bits of a whole pass", "[detect][kept]") {
+  auto config = io::parse_network_config(tapestry::test::cfg_text("window_layers"), "some.cfg");
+  const auto activation = GENERATE(from_range(nn::activations));
+  CAPTURE(nn::name_of(activation));
+  for (auto& layer : config.layers) layer.activation = activation;
+  const auto network = tapestry::test::random_detector<float>(config, 1, 96);
+  for (const auto& window : windows_in(96, 96))
     require_same_bits(network, window, detect::Mode::input_gradient, 3);
 }
 
@@ -231,18 +189,7 @@ TEST_CASE("each image of a batch has a window of its own, or none", "[detect][ke
     network.forward_within(images, kept, pass, detect::Mode::input_gradient);
     network.forward(images, whole, detect::Mode::input_gradient);
     REQUIRE(differences(pass.logits, whole.logits) == 0);
-    const auto weighting = weighting_of(whole, random);
-    auto gradient = tapestry::zeros<float, 4>({3, 224, 224, 3});
-    auto expected = gradient;
-    network.input_adjoint(pass, weighting, gradient);
-    network.input_adjoint(whole, weighting, expected);
-    std::size_t wrong = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t y = 0; y < 224; ++y)
-        for (std::size_t x = 0; x < 224; ++x)
-          for (std::size_t c = 0; c < 3; ++c)
-            if (gradient(i, y, x, c) != (is_inside(windows[i], y, x) ? expected(i, y, x, c) : 0)) ++wrong;
-    REQUIRE(wrong == 0);
+    REQUIRE(adjoint_differences(network, pass, whole, windows, random) == 0);
   }
 }
 

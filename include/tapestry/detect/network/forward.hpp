@@ -70,10 +70,14 @@ class ForwardPass {
   }
 
   [[nodiscard]] const T* output_of(std::size_t value) const { return pass_.layers[value].output.data(); }
-  [[nodiscard]] T* make_output(std::size_t value) {
+  [[nodiscard]] T* take_output(std::size_t value) {
     pass_.layers[value].output = pass_.workspace.take(own_.size_of(value));
-    restore(value);
     return pass_.layers[value].output.data();
+  }
+  [[nodiscard]] T* make_output(std::size_t value) {
+    T* const output = take_output(value);
+    restore(value);
+    return output;
   }
 
   void restore(std::size_t value) {
@@ -156,8 +160,7 @@ class ForwardPass {
     activate(i, to);
   }
 
-  /// A shortcut, unless a convolution has made it, in place of its first input where nobody needs that any
-  /// more.
+  /// A shortcut, unless a convolution has made it; in place of its first input where nobody else reads that.
   void add_up(std::size_t i) {
     if (!pass_.layers[i].output.empty()) return;
     const auto& inputs = graph_.inputs[i];
@@ -214,8 +217,9 @@ class ForwardPass {
       const std::size_t made = keeps_signs(i) && !fuses ? i : shortcut_of(i);
       if (fuses) end.positive = make_signs(i);
       if (made != i) end.addend = output_of(addend_of(i, made));
-      nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, end, make_output(made),
+      nn::convolve<T>(engine_, weights_.convolutions[i], pass_.images, from, end, take_output(made),
                       graph_.shapes[i].size(), own_.window_of(made));
+      restore(made);  // over sums that share a tile with the window: no activation follows there
       if (fuses || made != i) return;
     }
     if (is_leaky) return keep_signs(i, output_of(i));
