@@ -1,0 +1,412 @@
+#include <tapestry/core/random.hpp>
+#include <tapestry/detect/kept_picture.hpp>
+#include <tapestry/detect/network.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/differential.hpp"
+#include "../support/finite_difference.hpp"
+#include "../support/kept_pass.hpp"
+#include "../support/random_array.hpp"
+#include "../support/random_cfg.hpp"
+#include "../support/random_detector.hpp"
+#include "../support/threads.hpp"
+
+namespace detect = tapestry::detect;
+namespace nn = tapestry::nn;
+using tapestry::Array;
+using tapestry::Random;
+using tapestry::image::PixelWindow;
+using tapestry::test::differences;
+using tapestry::test::DifferentialRun;
+using tapestry::test::random_array;
+
+namespace {
+constexpr nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
+                                  nn::Engine::winograd_f4, nn::Engine::bfloat16};
+
+/// A random network, its engine and a batch of pictures.
+struct Case {
+  tapestry::test::RandomCfg cfg;
+  Random random;
+  detect::Network<double> network;
+  Array<double, 4> images;
+
+  explicit Case(std::uint64_t seed)
+      : cfg(seed), random(seed), network(tapestry::test::random_detector<double>(cfg.config(), seed)) {
+    network.set_engine(engines[random.index(std::size(engines))]);
+    images =
+        random_array<double>({1 + random.index(3), network.input_height(), network.input_width(), 3}, seed);
+  }
+
+  /// What repeats it, with or without this generator.
+  [[nodiscard]] std::string text() const {
+    return cfg.text() + "# engine " + std::string(nn::name_of(network.engine())) + ", " +
+           std::to_string(images.shape(0)) + " images";
+  }
+};
+
+// ---- windows
+
+PixelWindow random_window(std::size_t height, std::size_t width, Random& random) {
+  PixelWindow window;
+  window.top = random.index(height);
+  window.left = random.index(width);
+  window.height = random.index(std::min(height - window.top, 1 + height / 2) + 1);
+  window.width = random.index(std::min(width - window.left, 1 + width / 2) + 1);
+  return window;
+}
+
+template <class T>
+void require_same_bits(const detect::Network<T>& network, Array<T, 4> images, Random& random) {
+  const auto mode = random.chance(0.8) ? detect::Mode::input_gradient : detect::Mode::inference;
+  const std::size_t height = network.input_height(), width = network.input_width();
+  std::vector<PixelWindow> windows;
+  std::vector<detect::KeptPicture<T>> pictures;
+  std::vector<bool> is_kept;
+  for (std::size_t i = 0; i < images.shape(0); ++i) {
+    is_kept.push_back(random.chance(0.85));
+    windows.push_back(is_kept[i] ? random_window(height, width, random) : PixelWindow{0, 0, height, width});
+    pictures.emplace_back(windows[i]);
+  }
+  std::vector<detect::KeptPicture<T>*> kept;
+  for (std::size_t i = 0; i < pictures.size(); ++i) kept.push_back(is_kept[i] ? &pictures[i] : nullptr);
+  detect::Pass<T> kept_pass, whole_pass;
+  for (int step = 0; step < 3; ++step) {
+    for (std::size_t i = 0; i < windows.size(); ++i) tapestry::test::repaint(images, i, windows[i], random);
+    network.forward_within(images, kept, kept_pass, mode);
+    network.forward(images, whole_pass, mode);
+    CAPTURE(step);
+    REQUIRE(differences(kept_pass.logits, whole_pass.logits) == 0);
+    if (mode == detect::Mode::input_gradient)
+      REQUIRE(tapestry::test::adjoint_differences(network, kept_pass, whole_pass, windows, random) == 0);
+  }
+}
+
+// ---- differences
+
+using Weighting = std::vector<Array<double, 4>>;
+
+double weighted(const detect::Pass<double>& pass, const Weighting& weighting) {
+  double sum = 0;
+  for (std::size_t h = 0; h < weighting.size(); ++h) sum += tapestry::test::dot(pass.logits[h], weighting[h]);
+  return sum;
+}
+
+/// Σ |weight · logit|, whose multiple of ε bounds the rounding of their sum.
+double magnitude(const detect::Pass<double>& pass, const Weighting& weighting) {
+  double sum = 0;
+  for (std::size_t h = 0; h < weighting.size(); ++h)
+    for (std::size_t i = 0; i < weighting[h].size(); ++i)
+      sum += std::abs(pass.logits[h].data()[i] * weighting[h].data()[i]);
+  return sum;
+}
+
+/// Derivative at 0 of a function of the step, and how far it may be off.
+struct Slope {
+  double value, tolerance;
+};
+
+/// Central differences at two steps, of the largest pair that agrees; nothing where kinks or rounding leave
+/// none. With a kink in reach the two differ but for chance, and so they do where a step is too long.
+template <class Function>
+std::optional<Slope> central_slope(Function f, double rounding) {
+  for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) {
+    const double far = (f(h) - f(-h)) / (2 * h), near = (f(h / 4) - f(-h / 4)) / (h / 2);
+    const double tolerance = 1e-6 * std::max(std::abs(far), std::abs(near)) + 4 * rounding / h;
+    if (std::abs(far - near) < tolerance / 2) return Slope{near, tolerance};
+  }
+  return std::nullopt;
+}
+
+/// A direction of length one within the values [begin, end), few or all of them.
+template <std::size_t Rank>
+Array<double, Rank> direction_within(Array<double, Rank> direction, std::size_t begin, std::size_t end,
+                                     Random& random) {
+  std::fill_n(direction.data(), direction.size(), 0.0);
+  const double share = random.chance(0.5) ? 1 : 0.05;
+  double squares = 0;
+  const std::size_t one = begin + random.index(end - begin);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (i != one && !random.chance(share)) continue;
+    direction.data()[i] = random.uniform(-1, 1);
+    squares += direction.data()[i] * direction.data()[i];
+  }
+  for (double& value : direction.storage()) value /= std::sqrt(squares);
+  return direction;
+}
+
+struct Counts {
+  std::size_t compared = 0, kinked = 0;
+};
+
+/// Compares the adjoints of a pass with differences of its values.
+class DifferenceCheck {
+ public:
+  DifferenceCheck(Case& drawn, detect::Mode mode) : case_(drawn), network_(drawn.network), mode_(mode) {
+    network_.forward(case_.images, pass_, mode_);
+    weighting_ = tapestry::test::weighting_of(pass_, case_.random);
+    for (auto& head : weighting_) {
+      if (weighting_.size() > 1 && case_.random.chance(0.2)) std::fill_n(head.data(), head.size(), 0.0);
+      pointers_.push_back(std::ranges::all_of(head.storage(), [](double w) { return w == 0; }) ? nullptr
+                                                                                               : &head);
+    }
+    const double value = weighted(pass_, weighting_);
+    rounding_ = 64 * epsilon * magnitude(pass_, weighting_);
+    for (int trial = 0; trial < 2; ++trial) {  // what rounding the first layer's input does to the result
+      auto moved = case_.images;
+      for (double& x : moved.storage()) x *= 1 + 8 * epsilon * case_.random.uniform(-1, 1);
+      rounding_ += std::abs(value_at(moved) - value);
+    }
+  }
+
+  void check_images(Counts& counts) {
+    auto gradient = tapestry::zeros<double, 4>(case_.images.shape());
+    for (int half = 0; half < 2; ++half) network_.pull_back(pass_, pointers_, &gradient);  // adjoints add
+    for (int trial = 0; trial < 3; ++trial) {
+      const auto direction = direction_within(case_.images, 0, case_.images.size(), case_.random);
+      const auto value = [&](double step) { return value_at(moved(case_.images, direction, step)); };
+      INFO("images");
+      compare(0.5 * tapestry::test::dot(gradient, direction), value, counts);
+    }
+  }
+
+  void check_parameters(Counts& counts) {
+    const Array<double, 1> start = std::as_const(network_).parameters();
+    auto gradient = tapestry::zeros<double, 1>({start.size()});
+    for (int half = 0; half < 2; ++half) network_.pull_back(pass_, pointers_, nullptr, &gradient);
+    for (const auto& block : network_.layout().blocks) {
+      const auto direction = direction_within(start, block.offset, block.offset + block.count, case_.random);
+      const auto value = [&](double step) {
+        network_.parameters() = moved(start, direction, step);
+        return value_at(case_.images);
+      };
+      INFO(name_of(block.role) << " of layer " << block.layer);
+      compare(0.5 * tapestry::test::dot(gradient, direction), value, counts);
+      network_.parameters() = start;
+    }
+  }
+
+ private:
+  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+  template <class Array>
+  [[nodiscard]] static Array moved(Array at, const Array& direction, double step) {
+    for (std::size_t i = 0; i < at.size(); ++i) at.data()[i] += step * direction.data()[i];
+    return at;
+  }
+
+  [[nodiscard]] double value_at(const Array<double, 4>& images) {
+    network_.forward(images, other_, mode_);
+    return weighted(other_, weighting_);
+  }
+
+  template <class Function>
+  void compare(double derivative, Function value, Counts& counts) {
+    const auto slope = central_slope(value, rounding_);
+    ++(slope ? counts.compared : counts.kinked);
+    if (!slope) return;
+    CAPTURE(derivative, slope->value, slope->tolerance, rounding_);
+    REQUIRE(std::abs(derivative - slope->value) <= slope->tolerance);
+  }
+
+  Case& case_;
+  detect::Network<double>& network_;
+  detect::Mode mode_;
+  detect::Pass<double> pass_, other_;
+  Weighting weighting_;
+  std::vector<const Array<double, 4>*> pointers_;
+  double rounding_ = 0;
+};
+
+// ---- float
+
+/// Of all heads together.
+template <class T>
+std::vector<double> joined(const std::vector<Array<T, 4>>& arrays) {
+  std::vector<double> values;
+  for (const auto& array : arrays) values.insert(values.end(), array.data(), array.data() + array.size());
+  return values;
+}
+
+template <class T>
+Array<T, 4> image_adjoint(const detect::Network<T>& network, detect::Pass<T>& pass,
+                          const std::vector<Array<double, 4>>& weighting, const Array<double, 4>& images) {
+  std::vector<Array<T, 4>> adjoint;
+  for (const auto& head : weighting) adjoint.push_back(tapestry::cast<T>(head));
+  auto gradient = tapestry::zeros<T, 4>(images.shape());
+  network.input_adjoint(pass, adjoint, gradient);
+  return gradient;
+}
+
+/// Whether relu6 or hard_mish have an argument on the other side of a kink in one of the passes, which
+/// take_kinks() does not hand over.
+template <class A, class B>
+bool has_other_sides(const detect::Network<double>& network, const detect::Pass<A>& a,
+                     const detect::Pass<B>& b) {
+  const auto side = [](nn::Activation activation, auto x) {
+    return activation == nn::Activation::relu6 ? (x > 0 ? 1 : 0) + (x < 6 ? 1 : 0) : (x > -2 ? 1 : 0);
+  };
+  for (std::size_t i = 0; i < network.config().layers.size(); ++i) {
+    const auto activation = network.config().layers[i].activation;
+    if (activation != nn::Activation::relu6 && activation != nn::Activation::hard_mish) continue;
+    for (std::size_t k = 0; k < a.layers[i].argument.size(); ++k)
+      if (side(activation, a.layers[i].argument.data()[k]) !=
+          side(activation, b.layers[i].argument.data()[k]))
+        return true;
+  }
+  return false;
+}
+
+/// Every number off by up to `unit` of itself.
+template <std::size_t Rank>
+Array<double, Rank> rounded(Array<double, Rank> array, double unit, Random& random) {
+  for (double& x : array.storage()) x *= 1 + unit * random.uniform(-1, 1);
+  return array;
+}
+
+/// Length of the difference of two arrays.
+template <class A, class B>
+double distance(const A& a, const B& b) {
+  double squares = 0;
+  for (std::size_t i = 0; i < b.size(); ++i)
+    squares += std::pow(double(a.data()[i]) - double(b.data()[i]), 2);
+  return std::sqrt(squares);
+}
+
+/// Errors of the float pass over those that rounding the operands of the pass in double makes, of logits and
+/// of the gradient.
+struct FloatErrors {
+  double logits = 0, gradient = 0;
+};
+
+FloatErrors float_errors(Case& drawn) {
+  const auto mode = detect::Mode::input_gradient;
+  const bool is_bfloat16 = drawn.network.engine() == nn::Engine::bfloat16;
+  const double unit = std::ldexp(1.0, is_bfloat16 ? -9 : -24);
+  const detect::Network<double>& network = drawn.network;
+  const auto single = network.cast<float>();
+  auto moved = network;
+  moved.parameters() = rounded(network.parameters(), unit, drawn.random);
+  detect::Pass<double> pass, moved_pass;
+  detect::Pass<float> single_pass;
+  network.forward(drawn.images, pass, mode);
+  moved.forward(rounded(drawn.images, unit, drawn.random), moved_pass, mode);
+  single.forward(tapestry::cast<float>(drawn.images), single_pass, mode);
+  const auto over = [&](const auto& found, const auto& noisy, const auto& exact, double scale) {
+    const double error = distance(found, exact);
+    const double own = distance(exact, std::vector<double>(exact.size()));
+    return error / (distance(noisy, exact) + unit * (own + scale) + std::numeric_limits<double>::min());
+  };
+  FloatErrors errors;
+  errors.logits = over(joined(single_pass.logits), joined(moved_pass.logits), joined(pass.logits), 0);
+  if (has_other_sides(network, pass, single_pass) || has_other_sides(network, moved_pass, single_pass))
+    return errors;
+  pass.take_kinks(single_pass);
+  moved_pass.take_kinks(single_pass);
+  const auto weighting = tapestry::test::weighting_of(pass, drawn.random);
+  errors.gradient = over(image_adjoint(single, single_pass, weighting, drawn.images),
+                         image_adjoint(moved, moved_pass, weighting, drawn.images),
+                         image_adjoint(network, pass, weighting, drawn.images),
+                         distance(joined(weighting), std::vector<double>(joined(weighting).size())));
+  return errors;
+}
+
+// ---- threads and batches
+
+/// Logits, then the adjoints of the pictures and, of a training pass, of the parameters.
+std::vector<Array<float, 4>> results_of(const detect::Network<float>& network, const Array<float, 4>& images,
+                                        detect::Mode mode, int threads) {
+  const tapestry::test::Threads limit(threads);
+  detect::Pass<float> pass;
+  network.forward(images, pass, mode);
+  auto weighting = pass.logits;
+  std::vector<const Array<float, 4>*> pointers;
+  for (auto& head : weighting) {
+    const std::size_t of_image = head.size() / images.shape(0);
+    for (std::size_t i = 0; i < head.size(); ++i)  // the same for each image
+      head.data()[i] = static_cast<float>(std::sin(1.0 + static_cast<double>(i % of_image)));
+    pointers.push_back(&head);
+  }
+  auto gradient = tapestry::zeros<float, 4>(images.shape());
+  auto of_parameters = tapestry::zeros<float, 1>({network.parameters().size()});
+  network.pull_back(pass, pointers, &gradient, mode == detect::Mode::training ? &of_parameters : nullptr);
+  auto results = pass.logits;
+  results.push_back(std::move(gradient));
+  results.emplace_back(tapestry::Extents<4>{1, 1, 1, of_parameters.size()});
+  std::copy_n(of_parameters.data(), of_parameters.size(), results.back().data());
+  return results;
+}
+
+Array<float, 4> image_of(const Array<float, 4>& batch, std::size_t n) {
+  Array<float, 4> image(tapestry::Extents<4>{1, batch.shape(1), batch.shape(2), batch.shape(3)});
+  std::copy_n(batch.data() + n * image.size(), image.size(), image.data());
+  return image;
+}
+}  // namespace
+
+TEST_CASE("random networks have the bits of a whole pass where pictures change within windows",
+          "[detect][differential][kept]") {
+  DifferentialRun run("windows of random networks", 8);
+  while (run.next()) {
+    Case drawn(run.seed());
+    INFO(run.repeat() << "\n" << drawn.text());
+    if (drawn.random.chance(0.5))
+      require_same_bits<double>(drawn.network, drawn.images, drawn.random);
+    else
+      require_same_bits<float>(drawn.network.cast<float>(), tapestry::cast<float>(drawn.images),
+                               drawn.random);
+  }
+}
+
+TEST_CASE("gradients of random networks agree with central differences", "[detect][differential][gradient]") {
+  DifferentialRun run("gradients of random networks", 8);
+  Counts counts;
+  while (run.next()) {
+    Case drawn(run.seed());
+    INFO(run.repeat() << "\n" << drawn.text());
+    DifferenceCheck(drawn, detect::Mode::input_gradient).check_images(counts);
+    DifferenceCheck training(drawn, detect::Mode::training);
+    training.check_images(counts);
+    training.check_parameters(counts);
+  }
+  CHECK(counts.kinked <= counts.compared / 10);  // the others are compared
+}
+
+TEST_CASE("random networks in float follow double by every engine", "[detect][differential]") {
+  DifferentialRun run("random networks in float", 4);
+  while (run.next()) {
+    Case drawn(run.seed());
+    INFO(run.repeat() << "\n" << drawn.text());
+    const auto [logits, gradient] = float_errors(drawn);
+    // Sums have up to n = 7·7·48 terms, whose roundings add up to √n < 50 of that of one; twice for
+    // Winograd's.
+    REQUIRE(logits < 100);
+    REQUIRE(gradient < 100);
+  }
+}
+
+TEST_CASE("random networks give the same bits on any number of threads, and an image in any batch",
+          "[detect][differential]") {
+  DifferentialRun run("threads and batches of random networks", 4);
+  while (run.next()) {
+    Case drawn(run.seed());
+    INFO(run.repeat() << "\n" << drawn.text());
+    const auto network = drawn.network.cast<float>();
+    const auto images = tapestry::cast<float>(drawn.images);
+    const auto mode = drawn.random.chance(0.5) ? detect::Mode::training : detect::Mode::input_gradient;
+    REQUIRE(differences(results_of(network, images, mode, 1), results_of(network, images, mode, 3)) == 0);
+    const std::size_t n = drawn.random.index(images.shape(0));
+    auto all = results_of(network, images, detect::Mode::input_gradient, 2);
+    const auto alone = results_of(network, image_of(images, n), detect::Mode::input_gradient, 2);
+    for (std::size_t i = 0; i + 1 < all.size(); ++i) all[i] = image_of(all[i], n);
+    REQUIRE(differences(all, alone) == 0);
+  }
+}
