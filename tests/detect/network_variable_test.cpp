@@ -1,10 +1,13 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/optim/adam.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -129,6 +132,42 @@ TEST_CASE("parameters on the tape get their adjoints in training mode", "[detect
     return total(forward(network, ArrayVariable<double, 4>(x), ArrayVariable<double, 1>(start))).value();
   };
   check_along(image_value, images, image_direction, input.adjoint());
+}
+
+TEST_CASE("running statistics follow the batch's while a caller steps an array of parameters of its own",
+          "[detect][network][tape]") {
+  auto network = two_headed_network<double>();
+  const auto images = random_array<double, 4>({3, 8, 8, 3}, 14);
+  auto own = parameters_of(network);
+  tapestry::optim::Adam<double> adam(own.size());
+  const auto pass = std::make_shared<detect::Pass<double>>();
+  const int steps = 200;
+  for (int step = 0; step < steps; ++step) {
+    tapestry::Tape<double> tape;
+    const auto scope = tape.activate();
+    const auto parameters = tape.input(own);
+    tape.reverse(total(forward(network, ArrayVariable<double, 4>(images), parameters, pass)));
+    network.update_running_statistics(*pass);
+    if (step + 1 == steps) break;  // the statistics of the last pass are those of the network's weights
+    adam.set_learning_rate(0.03 * std::pow(0.9, step));
+    adam.step(own, parameters.adjoint());
+  }
+  // A running value forgets a tenth a step, and so does the learning rate: of what a step moves at most
+  // 200 · 0.9^199 < 2e-7 is missing. The variance is unbiased: n/(n−1) with n = 3·4·4 in the second layer.
+  detect::Pass<double> inference;
+  std::as_const(network).forward(images, inference);
+  for (std::size_t head = 0; head < 2; ++head)
+    CHECK(tapestry::test::relative_distance(inference.logits[head], pass->logits[head]) <
+          1.0 / (3 * 4 * 4 - 1));
+  const auto& statistics = pass->layers[0].statistics;
+  const auto& place = network.layout().layers[0];
+  const double unbias = 3. * 8 * 8 / (3 * 8 * 8 - 1);
+  for (std::size_t c = 0; c < statistics.mean.size(); ++c) {
+    const auto& parameters = std::as_const(network).parameters();
+    CHECK(parameters[place.mean + c] == Approx(statistics.mean[c]).epsilon(1e-6).margin(1e-6));
+    CHECK(parameters[place.variance + c] == Approx(statistics.variance[c] * unbias).epsilon(1e-6));
+    CHECK(own[place.variance + c] == 1);  // nobody steps it
+  }
 }
 
 TEST_CASE("a head that nothing depends on changes nothing", "[detect][network][tape]") {

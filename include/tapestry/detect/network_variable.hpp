@@ -69,7 +69,8 @@ template <std::floating_point T>
 
 /// The same in training mode, differentiable by the parameters, too: batch normalisation uses the batch's
 /// statistics. The network takes over the parameters' values, which must stay until the tape's last
-/// reverse(); running statistics get no adjoint, see Network::update_running_statistics().
+/// reverse(). Running statistics are state of the network, not parameters: their entries are neither taken
+/// over nor given an adjoint; see Network::update_running_statistics().
 ///
 /// \param parameters  [network.layout().count], in its order
 /// \throws ShapeError also if there are not as many parameters; whatever is thrown, they are not taken over
@@ -80,7 +81,10 @@ template <std::floating_point T>
   network.require_images(images.value());
   require_shape("forward", "parameters", parameters.value(), {network.layout().count});
   tapestry::detail::require_recordable<T>(images.link(), parameters.link());
-  std::copy_n(parameters.value().data(), parameters.size(), network.parameters().data());
+  T* const own = network.parameters().data();
+  for (const ParameterBlock& block : network.layout().blocks)
+    if (!is_running_statistic(block.role))
+      std::copy_n(parameters.value().data() + block.offset, block.count, own + block.offset);
   if (!pass) pass = std::make_shared<Pass<T>>();
   network.forward(images.value(), *pass, Mode::training);
   auto logits = detail::shared_logits(pass);

@@ -15,6 +15,11 @@ enum class ParameterRole { bias, scale, mean, variance, weight };
   return names[static_cast<std::size_t>(role)];
 }
 
+/// Whether parameters are running statistics: state that training passes leave behind, which no step moves.
+[[nodiscard]] constexpr bool is_running_statistic(ParameterRole role) {
+  return role == ParameterRole::mean || role == ParameterRole::variance;
+}
+
 /// A run of parameters of one layer within the flat list of all.
 struct ParameterBlock {
   std::size_t layer;  ///< index in NetworkConfig::layers
