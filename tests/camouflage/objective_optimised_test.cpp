@@ -249,8 +249,8 @@ TEST_CASE("layers that the car cannot reach are kept, and change no bit of a los
   camouflage::Objective<float> plain(network, {}), keeping(network, {}), full(network, {});
   keeping.join(network, 0);
   plain.join(network, 0);
-  keeping.keep_layers(std::size_t(1) << 30U);
-  full.keep_layers(1);
+  keeping.keep_layers(std::size_t(1) << 30U, 0);
+  full.keep_layers(1, 0);
   const auto gradient_of = [&](camouflage::Objective<float>& objective, const Array<float, 2>& texture,
                                std::size_t first, std::size_t count) {
     tapestry::Tape<float> tape;
@@ -266,8 +266,37 @@ TEST_CASE("layers that the car cannot reach are kept, and change no bit of a los
     CHECK((gradient_of(keeping, texture, 1, 1) == gradient_of(plain, texture, 1, 1)));
     CHECK((gradient_of(full, texture, 0, 2) == gradient_of(plain, texture, 0, 2)));
   }
-  CHECK(plain.kept_layer_bytes() == 0);
-  CHECK(full.kept_layer_bytes() == 0);
-  // More than the pictures themselves, of three views by two detectors.
-  CHECK(keeping.kept_layer_bytes() > 2 * 3 * views[0]->background.size() * sizeof(float));
+  CHECK(plain.kept_layers(0).bytes() == 0);
+  CHECK(full.kept_layers(0).bytes() == 0);
+  for (const std::size_t member : {0U, 1U}) {
+    // More than the pictures themselves, of three views.
+    CHECK(keeping.kept_layers(member).bytes() > 3 * views[0]->background.size() * sizeof(float));
+    CHECK(keeping.kept_layers(member).kept_count() == 3);
+  }
+}
+
+TEST_CASE("layers are kept of those views only whose windows leave out a share of the products",
+          "[camouflage]") {
+  const auto car = test::tiny_car();
+  const auto views = views_of<float>(car);
+  const auto network = test::random_detector<float>(
+      tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
+      views[0]->background.shape()[1]);
+  std::vector<double> shares;
+  for (const auto& view : views) shares.push_back(network.share_kept(view->window));
+  std::ranges::sort(shares);
+  REQUIRE(shares.front() < shares.back());
+  for (const double least : {shares.front(), shares.back(), 1.0}) {
+    camouflage::Objective<float> objective(network, {});
+    objective.keep_layers(std::size_t(1) << 30U, least);
+    tapestry::Tape<float> tape;
+    const auto scope = tape.activate();
+    const auto parameter =
+        tape.input(test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1));
+    static_cast<void>(objective(parameter, views));
+    const auto worth = std::ranges::count_if(shares, [&](double share) { return share >= least; });
+    CHECK(objective.kept_layers(0).view_count() == views.size());
+    CHECK(objective.kept_layers(0).kept_count() == static_cast<std::size_t>(worth));
+    CHECK((objective.kept_layers(0).bytes() > 0) == (worth > 0));
+  }
 }

@@ -123,6 +123,24 @@ TEST_CASE("what a window does not reach is taken from what was kept", "[detect][
   CHECK(differences(pass.logits, before) > 0);
 }
 
+TEST_CASE("the share of products that a window leaves out is what its layers need not compute",
+          "[detect][kept]") {
+  auto network = tapestry::test::random_detector<float>(
+      io::parse_classifier_config("[net]\nwidth=32\nheight=32\n"
+                                  "[convolutional]\nfilters=8\nsize=3\npad=1\nactivation=mish\n"
+                                  "[convolutional]\nfilters=4\nsize=3\nstride=2\npad=1\nactivation=leaky\n",
+                                  "some.cfg"),
+      1);
+  network.set_engine(nn::Engine::direct);
+  // 4 x 4 pixels reach 6 x 6 of the first layer, of 9 · 3 · 8 products each, and rows and columns 4 to 7 of
+  // the second, whose row y reads rows 2y − 1 to 2y + 1, of 9 · 8 · 4 products.
+  const double all = 32 * 32 * 9 * 3 * 8 + 16 * 16 * 9 * 8 * 4,
+               planned = 6 * 6 * 9 * 3 * 8 + 4 * 4 * 9 * 8 * 4;
+  CHECK(network.share_kept({10, 10, 4, 4}) == Approx(1 - planned / all).epsilon(1e-14));
+  CHECK(network.share_kept({0, 0, 32, 32}) == 0);
+  CHECK_THROWS_AS(network.share_kept({30, 0, 3, 1}), tapestry::ShapeError);
+}
+
 TEST_CASE("everything is computed again when the rest of a picture, weights, mode or engine have changed",
           "[detect][kept]") {
   auto network = random_network<float>("window_layers", 224);

@@ -204,8 +204,8 @@ class CamouflageRun {
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     if (!options_.profile || training.steps_taken() == first) return;
     print_profile(objective_.times(), training.steps_taken() - first, seconds);
-    std::printf("  kept of layers %.1f MiB\n",
-                static_cast<double>(objective_.kept_layer_bytes()) / double(std::size_t(1) << 20U));
+    for (std::size_t member = 0; member <= inputs_.ensemble.size(); ++member)
+      print_kept_layers(objective_.kept_layers(member));
   }
 
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <tapestry/camouflage/kept_layers.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/training.hpp>
@@ -73,6 +74,14 @@ inline void print_profile(const camouflage::StepTimes& times, std::size_t steps,
   print("other", other);
   const double detector = times.detector_forward + times.detector_backward;
   std::printf("  outside the detector %.1f %%\n", 100 * (1 - detector / total_seconds));
+}
+
+/// Prints what a detector keeps of layers, and what that saves.
+inline void print_kept_layers(const camouflage::KeptLayers<float>& kept) {
+  std::printf("  layers kept of %zu of %zu views, where that saves %.0f %% of the products; ",
+              kept.kept_count(), kept.view_count(), 100 * camouflage::least_share_kept);
+  std::printf("%.1f MiB, %.1f %% of all saved\n",
+              static_cast<double>(kept.bytes()) / double(std::size_t(1) << 20U), 100 * kept.share());
 }
 
 }  // namespace tapestry::shell

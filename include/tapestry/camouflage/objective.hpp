@@ -90,17 +90,18 @@ class Objective {
     printed_texels_ = std::move(used);
   }
 
-  /// Keeps those parts of the detectors' layers that the car cannot reach from step to step, up to so many
-  /// bytes for all views and detectors together; 0, as without a call, keeps nothing. Results are the same
-  /// bits. Steps with a photo session, or of a shape that moves, change more and compute everything.
-  void keep_layers(std::size_t bytes) { layer_bytes_ = bytes; }
-  /// Bytes that are kept so.
-  [[nodiscard]] std::size_t kept_layer_bytes() const {
-    std::size_t sum = 0;
-    for (const Member& member : members_) sum += member.kept.bytes();
-    return sum;
+  /// Keeps those parts of the detectors' layers that the car cannot reach from step to step, of views where
+  /// that saves at least a share of the products, up to so many bytes for all views and detectors together;
+  /// 0, as without a call, keeps nothing. Results are the same bits. Steps with a photo session, or of a
+  /// shape that moves, change more and compute everything.
+  void keep_layers(std::size_t bytes, double least_share = least_share_kept) {
+    layer_bytes_ = bytes;
+    least_share_kept_ = least_share;
   }
-
+  /// What is kept for a detector, of which the objective's own is 0.
+  [[nodiscard]] const KeptLayers<T>& kept_layers(std::size_t member) const {
+    return members_.at(member).kept;
+  }
   /// Records the loss of a minibatch on the active tape and returns it.
   ///
   /// \param parameter  [texel, 3], or a row for each of the method's
@@ -273,10 +274,11 @@ class Objective {
 
   [[nodiscard]] auto logits_of(Member& member, const ArrayVariable<T, 4>& pictures, Views views,
                                const PhotoSession* session) {
-    if (layer_bytes_ == 0 || session != nullptr || method_.shape)
-      return detect::forward(*member.detector, pictures, member.passes.take());
-    auto logits =
-        detect::forward_within(*member.detector, pictures, member.kept.of(views), member.passes.take());
+    std::vector<detect::KeptPicture<T>*> kept;
+    if (layer_bytes_ > 0 && session == nullptr && !method_.shape)
+      kept = member.kept.of(*member.detector, views, least_share_kept_);
+    if (kept.empty()) return detect::forward(*member.detector, pictures, member.passes.take());
+    auto logits = detect::forward_within(*member.detector, pictures, kept, member.passes.take());
     member.kept.limit_to(layer_bytes_ / members_.size(), views);
     return logits;
   }
@@ -285,6 +287,7 @@ class Objective {
   ObjectiveOptions options_;
   Method<T> method_;
   std::size_t layer_bytes_ = 0;
+  double least_share_kept_ = least_share_kept;
   std::shared_ptr<const Array<T, 2>> used_texels_;
   std::shared_ptr<const Array<double, 2>> palette_;
   std::shared_ptr<const Array<T, 2>> printed_texels_;

@@ -8,6 +8,7 @@
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network/pass.hpp>
 #include <tapestry/detect/suppression_measure.hpp>
+#include <tapestry/image/pixel_window.hpp>
 #include <vector>
 
 namespace tapestry::detect {
@@ -52,6 +53,15 @@ class Detector {
                               Pass<T>& pass, Mode mode = Mode::inference) const {
     static_cast<void>(kept);
     forward(images, pass, mode);
+  }
+
+  /// Share of a whole pass's multiply-adds, from 0 to 1, that forward_within() leaves out, forward and
+  /// backward, for a picture that changes within a window; 0 where nothing is kept. What is kept takes memory
+  /// and a pass of its own for each picture, so that a small share is not worth it. \throws ShapeError if the
+  /// window leaves the picture
+  [[nodiscard]] virtual double share_kept(const image::PixelWindow& window) const {
+    static_cast<void>(window);
+    return 0;
   }
 
   /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the like for the parameters, each unless

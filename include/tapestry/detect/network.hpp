@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -185,9 +184,8 @@ class Network final : public Detector<T> {
       own.images = 1;
       const T* const image = images.data() + i * graph_.shapes.back().size();
       if (kept[i] != nullptr) {
-        const auto& [top, left, height, width] = kept[i]->window();
         detail::forward_kept<T>(graph_, engine_, parameters_, cache_, weights, image,
-                                {{top, top + height}, {left, left + width}}, kept[i]->values(), own,
+                                detail::window_of(kept[i]->window()), kept[i]->values(), own,
                                 logits_of(pass, i));
       } else {
         own.plan = nullptr;
@@ -197,6 +195,12 @@ class Network final : public Detector<T> {
     }
   }
 
+  [[nodiscard]] double share_kept(const image::PixelWindow& window) const override {
+    image::require_window("Network::share_kept", window, graph_.height, graph_.width);
+    return detail::share_left_out(graph_, detail::plan_of(graph_, engine_, parameters_, cache_,
+                                                          Mode::input_gradient, detail::window_of(window)));
+  }
+
   /// Adds (∂logits/∂parameters)ᵀ · logits_adjoint to parameters_adjoint, in the order of layout(); nothing
   /// is added for running statistics.
   /// \param pass  of forward() in Mode::training
@@ -204,17 +208,12 @@ class Network final : public Detector<T> {
                          Array<T, 1>& parameters_adjoint) const {
     std::vector<const Array<T, 4>*> pointers;
     for (const auto& array : logits_adjoint) pointers.push_back(&array);
-    adjoints("Network::parameter_adjoint", pass, pointers, nullptr,
-             std::span(parameters_adjoint.data(), parameters_adjoint.size()));
+    adjoints("Network::parameter_adjoint", pass, pointers, nullptr, &parameters_adjoint);
   }
 
   void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                  Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const override {
-    using Parameters = std::optional<std::span<T>>;
-    adjoints("Network::pull_back", pass, logits_adjoint, images_adjoint,
-             parameters_adjoint == nullptr
-                 ? Parameters()
-                 : std::span(parameters_adjoint->data(), parameters_adjoint->size()));
+    adjoints("Network::pull_back", pass, logits_adjoint, images_adjoint, parameters_adjoint);
   }
 
   /// Moves running means and variances a part of the way to those of a training pass:
@@ -265,14 +264,14 @@ class Network final : public Detector<T> {
   }
 
   void adjoints(const char* operation, Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                Array<T, 4>* images_adjoint, std::optional<std::span<T>> parameters_adjoint) const {
+                Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) const {
     const bool kept_something = pass.layers.size() == graph_.image() + 1 || !pass.within.empty();
     this->require_logits_adjoint(operation, pass, kept_something, logits_adjoint);
     if (images_adjoint != nullptr) {
       require_shape(operation, "images_adjoint", *images_adjoint,
                     {pass.images, graph_.height, graph_.width, graph_.config.channels});
     }
-    if (parameters_adjoint)
+    if (parameters_adjoint != nullptr)
       detail::require_parameters_adjoint(operation, pass, parameters_adjoint->size(), parameters_.size());
     const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
     const auto run = [&](Pass<T>& own, std::size_t image) {
@@ -283,7 +282,7 @@ class Network final : public Detector<T> {
           .run(heads,
                images_adjoint == nullptr ? nullptr
                                          : images_adjoint->data() + image * graph_.shapes.back().size(),
-               parameters_adjoint ? parameters_adjoint->data() : nullptr);
+               parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
     };
     if (pass.within.empty()) return run(pass, 0);
     for (std::size_t i = 0; i < pass.within.size(); ++i) run(pass.within[i], i);

@@ -96,7 +96,7 @@ TEST_CASE("a shape that has not moved gives the pictures, loss and texture gradi
     REQUIRE(std::abs(found.data()[i] - expected.data()[i]) <= 1e-12 * largest);
   for (std::size_t i = expected.size(); i < found.size(); ++i) moves += std::abs(found.data()[i]);
   CHECK(moves > 0);
-  CHECK(moving.kept_layer_bytes() == 0);
+  CHECK(moving.kept_layers(0).bytes() == 0);
   for (const auto& view : views) {
     const auto colours = camouflage::texture_colours(texture);
     const auto anew = camouflage::redrawn<double>(

@@ -10,6 +10,7 @@
 #include <tapestry/detect/network/pass.hpp>
 #include <tapestry/detect/network/prepared_weights.hpp>
 #include <tapestry/detect/network/window_plan.hpp>
+#include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/window.hpp>
 #include <vector>
@@ -23,6 +24,20 @@ namespace tapestry::detect::detail {
     return BlockRange{first, std::max(range.end, first + 1)};
   };
   return {grown(window.rows, shape.height), grown(window.columns, shape.width)};
+}
+
+[[nodiscard]] inline nn::Window window_of(const image::PixelWindow& window) {
+  return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
+}
+
+/// The plan of passes in a mode over one picture that changes within a window.
+template <class T>
+[[nodiscard]] WindowPlan plan_of(const Graph& graph, nn::Engine engine, const Array<T, 1>& parameters,
+                                 WeightCache<T>& cache, Mode mode, const nn::Window& window) {
+  const auto weights = cache.forward(graph, parameters, true);
+  const auto adjoint = mode == Mode::inference ? nullptr : cache.adjoint(graph, parameters, true);
+  WindowPlanner<T> planner(graph, engine, *weights, adjoint.get());
+  return planner.plan(at_least_a_pixel(window, graph.shapes.back()));
 }
 
 /// A forward pass over one image that changes within a window from call to call: what that does not reach is
@@ -39,9 +54,8 @@ void forward_kept(const Graph& graph, nn::Engine engine, const Array<T, 1>& para
   const bool holds = kept.plan && kept.weights.lock() == weights && kept.mode == pass.mode &&
                      kept.plan->engine == engine && kept.is_same_outside(shape, window, image);
   if (!holds) {
-    const auto adjoint = pass.mode == Mode::inference ? nullptr : cache.adjoint(graph, parameters, true);
-    WindowPlanner<T> planner(graph, engine, *weights, adjoint.get());
-    kept.plan = std::make_shared<const WindowPlan>(planner.plan(at_least_a_pixel(window, shape)));
+    kept.plan =
+        std::make_shared<const WindowPlan>(plan_of(graph, engine, parameters, cache, pass.mode, window));
     kept.weights.reset();  // does not hold until it is full
     kept.mode = pass.mode;
     kept.picture.resize(shape.size());

@@ -53,6 +53,20 @@ void for_each_run(std::size_t images, const FeatureShape& shape, const std::opti
   });
 }
 
+/// Share of the multiply-adds of a network's convolutions that a plan leaves out.
+[[nodiscard]] inline double share_left_out(const Graph& graph, const WindowPlan& plan) {
+  double all = 0, planned = 0;
+  for (std::size_t i = 0; i < graph.image(); ++i) {
+    if (graph.config.layers[i].kind != LayerKind::convolutional) continue;
+    const nn::ConvolutionShape shape = graph.convolution(i);
+    const double of_pixel = static_cast<double>(shape.taps() * shape.in_channels / shape.groups) *
+                            static_cast<double>(shape.out_channels);
+    all += of_pixel * static_cast<double>(graph.shapes[i].height * graph.shapes[i].width);
+    planned += of_pixel * static_cast<double>(plan.changed[i].height() * plan.changed[i].width());
+  }
+  return all > 0 ? 1 - planned / all : 0;
+}
+
 /// Makes the plan of a network, from the layers' receptive fields.
 template <class T>
 class WindowPlanner {
