@@ -53,8 +53,6 @@ struct Case {
   }
 };
 
-// ---- windows
-
 PixelWindow random_window(std::size_t height, std::size_t width, Random& random) {
   PixelWindow window;
   window.top = random.index(height);
@@ -89,8 +87,6 @@ void require_same_bits(const detect::Network<T>& network, Array<T, 4> images, Ra
       REQUIRE(tapestry::test::adjoint_differences(network, kept_pass, whole_pass, windows, random) == 0);
   }
 }
-
-// ---- differences
 
 using Weighting = std::vector<Array<double, 4>>;
 
@@ -226,8 +222,6 @@ class DifferenceCheck {
   double rounding_ = 0;
 };
 
-// ---- float
-
 /// Of all heads together.
 template <class T>
 std::vector<double> joined(const std::vector<Array<T, 4>>& arrays) {
@@ -319,8 +313,6 @@ FloatErrors float_errors(Case& drawn) {
   return errors;
 }
 
-// ---- threads and batches
-
 /// Logits, then the adjoints of the pictures and, of a training pass, of the parameters.
 std::vector<Array<float, 4>> results_of(const detect::Network<float>& network, const Array<float, 4>& images,
                                         detect::Mode mode, int threads) {
@@ -386,8 +378,7 @@ TEST_CASE("random networks in float follow double by every engine", "[detect][di
     Case drawn(run.seed());
     INFO(run.repeat() << "\n" << drawn.text());
     const auto [logits, gradient] = float_errors(drawn);
-    // Sums have up to n = 7·7·48 terms, whose roundings add up to √n < 50 of that of one; twice for
-    // Winograd's.
+    // Sums of up to n = 7·7·48 terms round √n < 50 times as much as one, Winograd's twice as much again.
     REQUIRE(logits < 100);
     REQUIRE(gradient < 100);
   }

@@ -14,9 +14,9 @@
 
 namespace tapestry::camouflage {
 
-/// Least share of a pass's multiply-adds that a view's window must leave out for its layers to be kept. Below it
-/// copies of what is kept and passes over one picture each, not a batch, cost what they save: with a share of .18,
-/// the mean over the bundled views, a run takes the same time and twice the memory.
+/// Least share of a pass's multiply-adds that a view's window must leave out for its layers to be kept.
+/// Below it copies of what is kept and passes over one picture each, not a batch, cost what they save: with
+/// a share of .18, the mean over the bundled views, a run takes the same time and twice the memory.
 inline constexpr double least_share_kept = 0.25;
 
 /// What a detector keeps of views while a texture is optimised, up to a memory limit: of its layers what the

@@ -55,10 +55,9 @@ class Detector {
     forward(images, pass, mode);
   }
 
-  /// Share of a whole pass's multiply-adds, from 0 to 1, that forward_within() leaves out, forward and
-  /// backward, for a picture that changes within a window; 0 where nothing is kept. What is kept takes memory
-  /// and a pass of its own for each picture, so that a small share is not worth it. \throws ShapeError if the
-  /// window leaves the picture
+  /// Share of a whole pass's multiply-adds, from 0 to 1, that forward_within() leaves out for a picture that
+  /// changes within a window; 0 where nothing is kept. A small share is not worth the memory of what is kept.
+  /// \throws ShapeError if the window leaves the picture
   [[nodiscard]] virtual double share_kept(const image::PixelWindow& window) const {
     static_cast<void>(window);
     return 0;
