@@ -1,5 +1,6 @@
 #include <tapestry/nn/network/network.hpp>
 
+#include <cmath>
 #include <vector>
 
 #include "../../support/catch.hpp"
@@ -91,4 +92,42 @@ TEST_CASE("results that are not supported are refused of constants, too", "[nn][
   description.nodes[0].outputs.push_back("z");
   CHECK_THROWS_WITH(nn::Network<double>(description),
                     "net.onnx: 1 node cannot be run: Relu \"y\" (opset 13): result 1 is not supported");
+}
+
+TEST_CASE("the adjoint of a constant that is a weight of one node counts what other nodes read of it",
+          "[nn][network][gradient]") {
+  nn::NetworkDescription description;
+  description.opset = 13;
+  description.inputs = {{"x", {2, 2}}};
+  description.outputs = {"y"};
+  description.constants["w"] = {{2, 2}, nn::ElementType::floating, std::vector<double>{0.3, -0.7, 0.45, 0.2}};
+  description.nodes = {{"", "MatMul", {"x", "w"}, {"product"}, {}},
+                       {"", "Tanh", {"product"}, {"bent"}, {}},
+                       {"", "Add", {"bent", "w"}, {"y"}, {}}};
+  nn::Network<double> network(description);
+  REQUIRE(network.weights().size() == 1);
+  nn::Buffer<double> x(4), adjoint(4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    x.data()[i] = 0.5 - 0.3 * static_cast<double>(i);
+    adjoint.data()[i] = 1 + 0.2 * static_cast<double>(i);
+  }
+  nn::NetworkPass<double> pass;
+  network.forward({x.data()}, pass, nn::Mode::training);
+  std::vector<double> gradient(network.constants().size(), 0.0);
+  network.adjoint(pass, {adjoint.data()}, {nullptr}, gradient.data());
+  const auto value_at = [&](std::size_t i, double step) {
+    auto moved = description;
+    std::get<std::vector<double>>(moved.constants["w"].values)[i] += step;
+    nn::Network<double>(moved).forward({x.data()}, pass);
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) sum += adjoint.data()[k] * pass.output(0)[k];
+    return sum;
+  };
+  // Third derivatives of tanh(x · w) by w stay below 2 · |x|³ < 1: with h = 1e-5 truncation is below 1e-10,
+  // and so is rounding, 4 ε/h.
+  for (std::size_t i = 0; i < 4; ++i) {
+    CAPTURE(i);
+    const double difference = (value_at(i, 1e-5) - value_at(i, -1e-5)) / 2e-5;
+    CHECK(std::abs(gradient[network.weights()[0].offset + i] - difference) <= 1e-9);
+  }
 }

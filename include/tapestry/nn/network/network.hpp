@@ -51,7 +51,9 @@ class Network {
 
   void set_engine(Engine engine) { engine_ = engine; }
 
-  /// Where each weight lies among constants(); only these get an adjoint.
+  /// Where each weight lies among constants(). Only these get an adjoint, from all that reads them. A
+  /// constant of the description is several here, each with an adjoint of its own, if it is read in both
+  /// layouts or if others are computed from it beforehand.
   [[nodiscard]] const std::vector<WeightBlock>& weights() const { return program_.weights; }
   /// All constants, weights among them.
   [[nodiscard]] const std::vector<T>& constants() const { return program_.constants; }

@@ -54,6 +54,18 @@ class NetworkPass {
     return use.follows_inputs[value] || (mode_ == Mode::training && use.follows_weights[value]);
   }
 
+  /// Whether a set of operands or results has the i-th.
+  [[nodiscard]] static bool has(std::uint64_t which, std::size_t i) {
+    return i < 64 && (which >> i & 1U) != 0;
+  }
+
+  [[nodiscard]] AdjointReads reads_of(const ProgramStep<T>& step) const {
+    const AdjointReads reads = step.operation->adjoint_reads();
+    if (mode_ != Mode::training) return reads;
+    const AdjointReads more = step.operation->weight_adjoint_reads();
+    return {reads.inputs | more.inputs, reads.outputs | more.outputs};
+  }
+
   /// Values that an adjoint will read are kept until then, and so are results.
   void find_kept(const Program<T>& program, const ProgramUse& use) {
     is_kept_.assign(program.values.size(), false);
@@ -63,14 +75,10 @@ class NetworkPass {
       const bool has_adjoint =
           std::ranges::any_of(step.outputs, [&](std::size_t value) { return is_active(use, value); });
       if (!has_adjoint) continue;
-      AdjointReads reads = step.operation->adjoint_reads();
-      if (mode_ == Mode::training) {
-        const AdjointReads more = step.operation->weight_adjoint_reads();
-        reads = {reads.inputs | more.inputs, reads.outputs | more.outputs};
-      }
+      const AdjointReads reads = reads_of(step);
       const auto keep = [&](const std::vector<std::size_t>& values, std::uint64_t which) {
-        for (std::size_t i = 0; i < values.size() && i < 64; ++i)
-          if ((which >> i & 1U) != 0 && values[i] != no_value) is_kept_[values[i]] = true;
+        for (std::size_t i = 0; i < values.size(); ++i)
+          if (has(which, i) && values[i] != no_value) is_kept_[values[i]] = true;
       };
       keep(step.inputs, reads.inputs);
       keep(step.outputs, reads.outputs);
@@ -184,12 +192,9 @@ class NetworkPass {
     workspace_.give(std::move(converted));
   }
 
-  [[nodiscard]] bool wants(const Program<T>& program, const ProgramUse& use, const ProgramStep<T>& step,
-                           std::size_t i) const {
+  [[nodiscard]] bool wants(const ProgramUse& use, const ProgramStep<T>& step, std::size_t i) const {
     const std::size_t value = step.inputs[i];
     if (value == no_value || !step.operation->is_differentiable(i)) return false;
-    if (program.values[value].is_constant())
-      return constants_adjoint_ != nullptr && step.operation->is_weight(i);
     return (wants_inputs_ && use.follows_inputs[value]) ||
            (constants_adjoint_ != nullptr && use.follows_weights[value]);
   }
@@ -202,11 +207,13 @@ class NetworkPass {
     for (const Gathered& wanted : gathered_)
       if (std::ranges::count(step.outputs, wanted.value) > 0 && !adjoints_[wanted.value].empty())
         gather(program, wanted, engine);
+    const AdjointReads reads = reads_of(step);  // all else is null, though it may be there still
     std::vector<TensorView<const T>> results;
     std::vector<TensorView<T>> result_adjoints;
-    for (const std::size_t value : step.outputs) {
+    for (std::size_t i = 0; i < step.outputs.size(); ++i) {
+      const std::size_t value = step.outputs[i];
       const Shape& shape = program.values[value].shape;
-      results.push_back({&shape, is_kept_[value] ? where_[value] : nullptr});
+      results.push_back({&shape, has(reads.outputs, i) ? where_[value] : nullptr});
       result_adjoints.push_back({&shape, adjoints_[value].empty() ? nullptr : adjoints_[value].data()});
     }
     std::vector<TensorView<T>> input_adjoints;
@@ -220,9 +227,9 @@ class NetworkPass {
         continue;
       }
       const Shape& shape = program.values[value].shape;
-      inputs_.push_back({&shape, where_[value]});
+      inputs_.push_back({&shape, has(reads.inputs, i) ? where_[value] : nullptr});
       input_adjoints.push_back(
-          {&shape, wants(program, use, step, i) ? goal_of(program, step, i, is_fresh[i]) : nullptr});
+          {&shape, wants(use, step, i) ? goal_of(program, step, i, is_fresh[i]) : nullptr});
     }
     if (std::ranges::any_of(input_adjoints, [](const auto& wanted) { return wanted.is_there(); }))
       step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,

@@ -30,7 +30,8 @@ struct ForwardCall {
   Engine engine;
 };
 
-/// Values of operands and results are there only where Operation::adjoint_reads() asks for them.
+/// Values of operands and results are there only where Operation::adjoint_reads() asks for them, in training
+/// also where weight_adjoint_reads() does; all others are null.
 template <class T>
 struct AdjointCall {
   std::span<const TensorView<const T>> inputs;
@@ -92,7 +93,7 @@ class Operation {
   /// leave it out.
   virtual void adjoint(const AdjointCall<T>& /*call*/) const {}
   [[nodiscard]] virtual AdjointReads adjoint_reads() const { return {}; }
-  /// What it reads beside those where adjoints of constant weights are wanted, too.
+  /// What it reads beside those where adjoints of constants are wanted, too.
   [[nodiscard]] virtual AdjointReads weight_adjoint_reads() const { return {}; }
   /// Whether result 0 depends on this operand with a derivative.
   [[nodiscard]] virtual bool is_differentiable(std::size_t /*input*/) const { return true; }

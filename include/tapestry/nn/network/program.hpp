@@ -56,7 +56,7 @@ struct Program {
 struct ProgramUse {
   std::vector<std::size_t> last_use{};  ///< the step that reads a value last; the number of steps for results
   std::vector<bool> follows_inputs{};   ///< differentiably
-  std::vector<bool> follows_weights{};
+  std::vector<bool> follows_weights{};  ///< or is one: a constant that is a weight of any step
 };
 
 template <std::floating_point T>
@@ -66,6 +66,11 @@ template <std::floating_point T>
                  std::vector<bool>(count, false)};
   for (const std::size_t input : program.inputs)
     use.follows_inputs[input] = program.values[input].type == ElementType::floating;
+  for (const ProgramStep<T>& step : program.steps)
+    for (std::size_t i = 0; i < step.inputs.size(); ++i)
+      if (step.inputs[i] != no_value && program.values[step.inputs[i]].is_constant() &&
+          step.operation->is_weight(i))
+        use.follows_weights[step.inputs[i]] = true;
   for (std::size_t s = 0; s < program.steps.size(); ++s) {
     const ProgramStep<T>& step = program.steps[s];
     bool inputs = false, weights = false;
@@ -75,8 +80,7 @@ template <std::floating_point T>
       use.last_use[value] = s;
       if (!step.operation->is_differentiable(i)) continue;
       inputs = inputs || use.follows_inputs[value];
-      weights = weights || use.follows_weights[value] ||
-                (program.values[value].is_constant() && step.operation->is_weight(i));
+      weights = weights || use.follows_weights[value];
     }
     for (const std::size_t output : step.outputs) {
       if (output == no_value) continue;

@@ -50,8 +50,12 @@ inline void require_channels(const OperatorContext& context, std::size_t input, 
 template <std::floating_point T>
 class BatchNormalization : public Operation<T> {
  public:
-  BatchNormalization(const Shape& shape, const ChannelExtents& extents, double epsilon)
-      : Operation<T>({{shape, ElementType::floating}}), extents_(extents), epsilon_(epsilon) {}
+  /// \param is_computed  whether the network computes the scale or the variance
+  BatchNormalization(const Shape& shape, const ChannelExtents& extents, double epsilon, bool is_computed)
+      : Operation<T>({{shape, ElementType::floating}}),
+        extents_(extents),
+        epsilon_(epsilon),
+        is_computed_(is_computed) {}
 
   void forward(const ForwardCall<T>& call) const override {
     const T* const in = call.inputs[0].values;
@@ -109,7 +113,9 @@ class BatchNormalization : public Operation<T> {
     });
   }
 
-  [[nodiscard]] AdjointReads adjoint_reads() const override { return {0b11110, 0}; }
+  [[nodiscard]] AdjointReads adjoint_reads() const override {
+    return {is_computed_ ? 0b11111U : 0b11110U, 0};
+  }
   [[nodiscard]] AdjointReads weight_adjoint_reads() const override { return {1, 0}; }
   [[nodiscard]] bool is_weight(std::size_t input) const override { return input == 1 || input == 2; }
 
@@ -140,6 +146,7 @@ class BatchNormalization : public Operation<T> {
 
   ChannelExtents extents_;
   double epsilon_;
+  bool is_computed_;
 };
 
 /// BatchNormalization in its form for inference.
@@ -153,8 +160,9 @@ void add_batch_normalization(OperatorTable<T>& table) {
           throw DomainError("attribute 'training_mode' is 1; only the form for inference is supported");
         const ChannelExtents extents = channel_extents(context);
         for (std::size_t input = 1; input < 5; ++input) require_channels(context, input, extents.channels);
+        const bool is_computed = context.input(1).constant == nullptr || context.input(4).constant == nullptr;
         return std::make_unique<BatchNormalization<T>>(context.input(0).shape, extents,
-                                                       context.number("epsilon", 1e-5));
+                                                       context.number("epsilon", 1e-5), is_computed);
       }};
 }
 
