@@ -1,8 +1,10 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -320,6 +322,31 @@ TEST_CASE("the order of fields makes no difference", "[io][onnx]") {
   const std::string values = onnx::bytes_field(9, onnx::raw_floats({1, 2}));
   CHECK(elements(read_tensor(values + onnx::integer_field(2, 1) + onnx::integers_field(1, {2}))) ==
         std::vector<double>{1, 2});
+}
+
+TEST_CASE("nodes out of order are sorted, and else keep the order of the file", "[io][onnx]") {
+  ModelParts parts = onnx::small_model();
+  parts.nodes.push_back(onnx::node("Relu", {"half"}, {"bent"}));
+  parts.nodes.push_back(onnx::node("Neg", {"logits"}, {"other"}));
+  parts.nodes.push_back(onnx::node("Cast", {"logits"}, {"half"}, {onnx::int_attribute("to", 10)}));
+  parts.nodes.push_back(onnx::node("Abs", {"bent"}, {"last"}));
+  parts.outputs.push_back(onnx::value("last", onnx::float32, {}));
+  const auto nodes_of = [](const ModelParts& given) {
+    std::string names;
+    for (const nn::Node& node : parse(given).nodes) names += node.outputs.front() + " ";
+    return names;
+  };
+  const std::string first = nodes_of(onnx::small_model());
+  CHECK(nodes_of(parts) == first + "other half bent last ");
+  std::ranges::reverse(parts.nodes);
+  CHECK(nodes_of(parts) == first + "half other bent last ");
+}
+
+TEST_CASE("an extent of -1 is an open one", "[io][onnx]") {
+  ModelParts parts = onnx::small_model();
+  parts.inputs = {onnx::value("picture", onnx::float32, {Extent(-1), Extent(2), Extent(-1), Extent(4)})};
+  CHECK(parse(parts).inputs.front().shape ==
+        std::vector<std::optional<std::size_t>>{std::nullopt, 2, std::nullopt, 4});
 }
 
 TEST_CASE("a chain of 50,000 nodes is read", "[io][onnx]") {

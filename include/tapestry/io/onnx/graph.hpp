@@ -34,8 +34,8 @@ class GraphReader {
     while (message.next()) read_field(message);
     if (nodes_.empty()) message_.fail_whole("has no nodes");
     take_inputs();
-    ValueOrder(description_, nodes_).check();
-    for (PlacedNode& placed : nodes_) {
+    for (const std::size_t i : ValueOrder(description_, nodes_).sorted()) {
+      PlacedNode& placed = nodes_[i];
       if (placed.node.operation == "Constant") {
         const std::string name = placed.node.outputs.front();
         description_.constants.emplace(name, constant_of(placed, description_.path));
@@ -119,10 +119,11 @@ class GraphReader {
 }  // namespace detail
 
 /// A GraphProto: its inputs, outputs, constants and nodes are added to the description. Initialisers and
-/// nodes Constant become constants; what a graph says of values in between, and for people, is left out.
+/// nodes Constant become constants; nodes are sorted so that each comes after those that it reads. What a
+/// graph says of values in between, and for people, is left out.
 /// Source: onnx.proto, GraphProto.
 ///
-/// \throws FileError as read_node(), read_tensor(), read_input() and ValueOrder::check() do; malformed for
+/// \throws FileError as read_node(), read_tensor(), read_input() and ValueOrder::sorted() do; malformed for
 ///         a graph without nodes, initialisers given twice or kept as sparse tensors; limit
 [[nodiscard]] inline nn::NetworkDescription read_graph(const ProtobufMessage& message,
                                                        nn::NetworkDescription description,

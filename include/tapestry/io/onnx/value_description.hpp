@@ -33,7 +33,7 @@ namespace detail {
   return name;
 }
 
-/// A TensorShapeProto.Dimension; one that is named or left open has no number.
+/// A TensorShapeProto.Dimension; one that is named or left open has no number, or −1 as Paddle writes.
 [[nodiscard]] inline std::optional<std::size_t> read_extent(ProtobufMessage message) {
   std::optional<std::size_t> extent;
   while (message.next()) {
@@ -42,8 +42,8 @@ namespace detail {
       continue;
     }
     const std::int64_t value = message.integer("dim_value");
-    if (value < 0) message.fail("negative extent", "0 or more", std::to_string(value));
-    extent = static_cast<std::size_t>(value);
+    if (value < -1) message.fail("negative extent", "0 or more, or -1", std::to_string(value));
+    if (value >= 0) extent = static_cast<std::size_t>(value);
   }
   return extent;
 }
@@ -108,7 +108,7 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
 /// Source: onnx.proto, ValueInfoProto, TypeProto and TensorShapeProto.
 ///
 /// \throws FileError (malformed)  for a value without name, type or number of axes; for types other than
-///         tensors of supported elements; for negative extents; (limit) for 2^48 elements and more
+///         tensors of supported elements; for extents below −1; (limit) for 2^48 elements and more
 [[nodiscard]] inline nn::InputDescription read_input(ProtobufMessage value) {
   nn::InputDescription input;
   input.name = detail::read_value_name(value);

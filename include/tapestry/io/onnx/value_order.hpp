@@ -12,8 +12,8 @@
 
 namespace tapestry::io {
 
-/// Checks that each value is made once and before it is read. Files must list nodes in such an order, so a
-/// cycle shows as a node that reads what is made later.
+/// Checks that each value is made once, and orders nodes so that it is made before it is read. Files must
+/// list nodes so, but converters to half precision append their Casts at the end.
 /// Source: ONNX, docs/IR.md, Graphs.
 class ValueOrder {
  public:
@@ -21,14 +21,17 @@ class ValueOrder {
   ValueOrder(const nn::NetworkDescription& description, const std::vector<PlacedNode>& nodes)
       : description_(description), nodes_(nodes) {}
 
-  /// \throws FileError (malformed) naming the value, and the node where there is one
-  void check() {
+  /// Places of the nodes, each behind those that make what it reads; as the file lists them where it may.
+  /// \throws FileError (malformed) naming the value, and the node where there is one; for a cycle one of its
+  ///         nodes
+  [[nodiscard]] std::vector<std::size_t> sorted() {
     for (const auto& [name, constant] : description_.constants) makers_.emplace(name, before_all);
     for (const nn::InputDescription& input : description_.inputs)
       if (!makers_.emplace(input.name, before_all).second) fail("two inputs " + in_quotes(input.name));
     for (std::size_t i = 0; i < nodes_.size(); ++i) add_outputs(i);
     for (std::size_t i = 0; i < nodes_.size(); ++i) check_inputs(i);
     check_graph_outputs();
+    return sort();
   }
 
  private:
@@ -51,10 +54,56 @@ class ValueOrder {
       if (maker == makers_.end())
         fail_at(i, "reads value " + in_quotes(name) + ", which is no input, initialiser or output of a node",
                 "");
-      if (maker->second != before_all && maker->second >= i)
-        fail_at(i,
-                "reads value " + in_quotes(name) + " before it is made; nodes are out of order or in a cycle",
-                maker->second == i ? "itself as its maker" : nodes_[maker->second].place + " as its maker");
+    }
+  }
+
+  /// Calls body(value, maker) for each operand of a node that another node makes.
+  template <class Body>
+  void for_each_maker(std::size_t i, Body body) const {
+    for (const std::string& name : nodes_[i].node.inputs) {
+      const auto maker = makers_.find(name);
+      if (maker != makers_.end() && maker->second != before_all) body(name, maker->second);
+    }
+  }
+
+  [[nodiscard]] std::vector<std::size_t> sort() const {
+    std::vector<std::size_t> order, waits_for(nodes_.size(), 0);
+    std::vector<std::vector<std::size_t>> readers(nodes_.size());
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      for_each_maker(i, [&](const std::string&, std::size_t maker) {
+        ++waits_for[i];
+        readers[maker].push_back(i);
+      });
+    std::set<std::size_t> ready;
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      if (waits_for[i] == 0) ready.insert(i);
+    while (!ready.empty()) {
+      const std::size_t i = ready.extract(ready.begin()).value();
+      order.push_back(i);
+      for (const std::size_t reader : readers[i])
+        if (--waits_for[reader] == 0) ready.insert(reader);
+    }
+    if (order.size() < nodes_.size()) refuse_cycle(waits_for);
+    return order;
+  }
+
+  /// Goes back from any node that waits for others, as its makers do, until one comes again.
+  [[noreturn]] void refuse_cycle(const std::vector<std::size_t>& waits_for) const {
+    std::size_t i = 0;
+    while (waits_for[i] == 0) ++i;
+    std::set<std::size_t> seen;
+    for (;;) {
+      std::size_t waiting = i;
+      std::string value;
+      for_each_maker(i, [&](const std::string& name, std::size_t maker) {
+        if (waits_for[maker] == 0) return;
+        waiting = maker;
+        value = name;
+      });
+      if (!seen.insert(i).second)
+        fail_at(i, "reads value " + in_quotes(value) + ", which is made of its own results: a cycle",
+                waiting == i ? "itself as its maker" : nodes_[waiting].place + " as its maker");
+      i = waiting;
     }
   }
 
