@@ -1,0 +1,278 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/nn/network/network.hpp>
+#include <vector>
+
+#include "../../support/catch.hpp"
+#include "../../support/differential.hpp"
+#include "../../support/random_network.hpp"
+#include "../../support/threads.hpp"
+
+namespace nn = tapestry::nn;
+using namespace tapestry::test;
+
+namespace {
+using Numbers = std::vector<double>;
+
+Numbers drawn(std::size_t count, std::uint64_t seed) {
+  tapestry::Random random(seed);
+  Numbers values(count);
+  for (double& value : values) value = static_cast<float>(random.uniform(-1, 1));
+  return values;
+}
+
+double largest(const Numbers& values) {
+  double most = 0;
+  for (const double value : values) most = std::isnan(value) ? HUGE_VAL : std::max(most, std::abs(value));
+  return most;
+}
+
+Numbers difference(Numbers a, const Numbers& b) {
+  for (std::size_t i = 0; i < a.size(); ++i) a[i] -= b[i];
+  return a;
+}
+
+double dot(const Numbers& a, const Numbers& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+/// A network with its inputs one behind the other, and the objective Σ w·y over the first of its results,
+/// some of which have no weight.
+template <class T>
+class Run {
+ public:
+  Run(const nn::NetworkDescription& description, bool simplifies, std::size_t outputs)
+      : network(description, {}, false, simplifies), outputs_(outputs) {
+    for (std::size_t i = 0; i < network.input_count(); ++i) input_size += nn::size_of(network.input_shape(i));
+    for (std::size_t o = 0; o < outputs; ++o) {
+      weights_.push_back(drawn(nn::size_of(network.output_shape(o)), 900 + o));
+      if (o > 0 && (o * 7 + input_size) % 5 == 0) weights_.back().clear();
+    }
+  }
+
+  void forward(const Numbers& x, nn::Mode mode = nn::Mode::inference) {
+    inputs_.clear();
+    std::vector<const T*> addresses;
+    for (std::size_t i = 0, next = 0; i < network.input_count(); ++i) {
+      inputs_.emplace_back(nn::size_of(network.input_shape(i)));
+      for (std::size_t k = 0; k < inputs_.back().size(); ++k)
+        inputs_.back().data()[k] = static_cast<T>(x[next++]);
+    }
+    for (const auto& one : inputs_) addresses.push_back(one.data());
+    network.forward(addresses, pass, mode);
+  }
+
+  [[nodiscard]] Numbers results() const {
+    Numbers all;
+    for (std::size_t o = 0; o < outputs_; ++o)
+      all.insert(all.end(), pass.output(o), pass.output(o) + nn::size_of(network.output_shape(o)));
+    return all;
+  }
+
+  [[nodiscard]] double objective() const {
+    double sum = 0;
+    for (std::size_t o = 0; o < outputs_; ++o)
+      for (std::size_t i = 0; i < weights_[o].size(); ++i)
+        sum += weights_[o][i] * static_cast<double>(pass.output(o)[i]);
+    return sum;
+  }
+
+  /// Of the objective by the inputs, and in training by the constants behind them.
+  [[nodiscard]] Numbers gradient(const Numbers& x, nn::Mode mode) {
+    forward(x, mode);
+    std::vector<nn::Buffer<T>> seeds(outputs_);
+    std::vector<const T*> adjoints(network.output_count(), nullptr);
+    for (std::size_t o = 0; o < outputs_; ++o) {
+      if (weights_[o].empty()) continue;
+      seeds[o].resize(weights_[o].size());
+      std::transform(weights_[o].begin(), weights_[o].end(), seeds[o].data(),
+                     [](double w) { return static_cast<T>(w); });
+      adjoints[o] = seeds[o].data();
+    }
+    std::vector<T> sums(input_size, T(0)), constants(network.constants().size(), T(0));
+    std::vector<T*> goals;
+    for (std::size_t i = 0, next = 0; i < inputs_.size(); next += inputs_[i++].size())
+      goals.push_back(sums.data() + next);
+    const bool trains = mode == nn::Mode::training;
+    network.adjoint(pass, adjoints, goals, trains ? constants.data() : nullptr);
+    if (trains) sums.insert(sums.end(), constants.begin(), constants.end());
+    return {sums.begin(), sums.end()};
+  }
+
+  nn::Network<T> network;
+  nn::NetworkPass<T> pass;
+  std::size_t input_size = 0;
+
+ private:
+  std::size_t outputs_;
+  std::vector<Numbers> weights_;
+  std::vector<nn::Buffer<T>> inputs_;
+};
+
+/// A slope by differences, and what it may err by.
+struct Slope {
+  double value = 0, error = 0;
+  bool is_smooth = false;  ///< within the steps
+};
+
+/// \param value  of the objective, a step along the direction
+/// D(h) errs by h²·f'''/6, a third of what D(2h) differs by, and by rounding: values of a network are good to
+/// some 100 ε of the largest, over h. Where f is not smooth D(h) and D(2h) differ by far more.
+template <class Value>
+Slope slope_of(Value value, double magnitude) {
+  constexpr double h = 1e-5;
+  const double near = (value(h) - value(-h)) / (2 * h), far = (value(2 * h) - value(-2 * h)) / (4 * h);
+  const double rounding = 100 * std::numeric_limits<double>::epsilon() * (1 + magnitude) / h;
+  const double scale = 1 + magnitude + std::abs(near);
+  return {near, std::abs(near - far) + rounding, std::abs(near - far) <= 1e-6 * scale + 2 * rounding};
+}
+
+/// What random networks did.
+struct Tally {
+  std::size_t smooth = 0, rough = 0;  ///< slopes that were compared, and that could not be
+  std::size_t kinked = 0;             ///< gradients in float beside a kink
+  std::string problems{};             ///< of the network at hand
+
+  void expect(bool holds, const std::string& what) {
+    if (!holds) problems += (problems.empty() ? "" : "; ") + what;
+  }
+  void expect_at_most(double found, double bound, const std::string& what) {
+    expect(found <= bound, what + ": off by " + std::to_string(found / bound) + " of what is allowed");
+  }
+};
+
+void check_slope(const Slope& slope, double found, const char* what, Tally& tally) {
+  ++(slope.is_smooth ? tally.smooth : tally.rough);
+  if (slope.is_smooth) tally.expect_at_most(std::abs(found - slope.value), slope.error, what);
+}
+
+/// Input and weight gradients against differences along drawn directions.
+void check_slopes(Run<double>& run, const Numbers& x, std::uint64_t seed, Tally& tally) {
+  const double magnitude = largest(run.results()) * static_cast<double>(run.results().size());
+  const Numbers gradient = run.gradient(x, nn::Mode::input_gradient),
+                all = run.gradient(x, nn::Mode::training);
+  const Numbers by_inputs(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(x.size()));
+  const Numbers by_constants(all.begin() + static_cast<std::ptrdiff_t>(x.size()), all.end());
+  tally.expect(by_inputs == gradient, "input gradients of two modes differ");
+  const Numbers direction = drawn(x.size(), seed);
+  check_slope(slope_of(
+                  [&](double step) {
+                    Numbers moved = x;
+                    for (std::size_t i = 0; i < x.size(); ++i) moved[i] += step * direction[i];
+                    run.forward(moved);
+                    return run.objective();
+                  },
+                  magnitude),
+              dot(gradient, direction), "slope by the inputs", tally);
+  if (run.network.weights().empty()) return;
+  const auto constants = run.network.constants();
+  const Numbers everywhere = drawn(constants.size(), seed + 1);
+  Numbers along(constants.size(), 0.0);
+  for (const nn::WeightBlock& block : run.network.weights())
+    for (std::size_t i = block.offset; i < block.offset + nn::size_of(block.shape); ++i)
+      along[i] = everywhere[i];
+  check_slope(slope_of(
+                  [&](double step) {
+                    auto moved = constants;
+                    for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += step * along[i];
+                    run.network.set_constants(moved);
+                    run.forward(x);
+                    return run.objective();
+                  },
+                  magnitude),
+              dot(by_constants, along), "slope by the weights", tally);
+  run.network.set_constants(constants);
+}
+
+/// Float against double. Where a kink is so near that it lies on the other side in float, the gradient in
+/// double jumps a little beside x, too.
+void check_float(const nn::NetworkDescription& description, std::size_t outputs, Run<double>& exact,
+                 const Numbers& x, Tally& tally) {
+  Run<float> run(description, true, outputs);
+  exact.forward(x);
+  run.forward(x);
+  // Values of a network as deep as these are good to 1000 ε of the largest.
+  const Numbers results = exact.results();
+  tally.expect_at_most(largest(difference(run.results(), results)), 1e-4 * (1 + largest(results)),
+                       "results in float");
+  const Numbers expected = exact.gradient(x, nn::Mode::input_gradient);
+  const double bound = 1e-3 * (1 + largest(expected));
+  const double error = largest(difference(run.gradient(x, nn::Mode::input_gradient), expected));
+  if (error <= bound) return;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    Numbers beside = drawn(x.size(), 70 + i);
+    for (std::size_t k = 0; k < x.size(); ++k) beside[k] = x[k] + 1e-5 * beside[k];
+    if (largest(difference(exact.gradient(beside, nn::Mode::input_gradient), expected)) <= bound / 2)
+      continue;
+    ++tally.kinked;
+    return;
+  }
+  tally.expect_at_most(error, bound, "gradient in float");
+}
+
+/// The description with every value of a node as a result, behind its own: so nothing can be merged.
+nn::NetworkDescription opened(nn::NetworkDescription description) {
+  for (const nn::Node& node : description.nodes)
+    for (const std::string& name : node.outputs)
+      if (std::ranges::count(description.outputs, name) == 0) description.outputs.push_back(name);
+  return description;
+}
+
+void check_network(std::uint64_t seed, Tally& tally) {
+  const nn::NetworkDescription description = RandomNetwork(seed).description;
+  const std::size_t outputs = description.outputs.size();
+  Run<double> run(description, true, outputs), open(opened(description), true, outputs);
+  const Numbers x = drawn(run.input_size, seed + 17);
+  open.forward(x);
+  const Numbers plain = open.results();
+  run.forward(x);
+  const Numbers results = run.results();
+  const double scale = 1 + largest(plain);
+  tally.expect_at_most(scale, 1e6, "values");
+  // Merging changes the order of sums and products: some 1000 ε.
+  tally.expect_at_most(largest(difference(results, plain)), 1e-12 * scale, "merged results");
+  for (const nn::Mode mode : {nn::Mode::input_gradient, nn::Mode::training}) {
+    run.forward(x, mode);
+    tally.expect(run.results() == results, "results of two modes differ");
+  }
+  check_slopes(run, x, seed + 23, tally);
+  check_slopes(open, x, seed + 29, tally);
+  check_float(description, outputs, run, x, tally);
+  if (seed % 4 != 0) return;
+  const Numbers gradient = run.gradient(x, nn::Mode::training);
+  const Threads threads(3);
+  tally.expect(run.gradient(x, nn::Mode::training) == gradient, "gradients on three threads differ");
+  tally.expect(run.results() == results, "results on three threads differ");
+}
+
+/// Where a network lies that fails, for those who want to read it elsewhere.
+std::string saved(std::uint64_t seed) {
+  const auto path =
+      std::filesystem::temp_directory_path() / ("tapestry-network-" + std::to_string(seed) + ".onnx");
+  tapestry::io::write_onnx(path.string(), RandomNetwork(seed).description);
+  return path.string();
+}
+}  // namespace
+
+TEST_CASE("random networks are right in every mode, precision and form", "[nn][network][differential]") {
+  DifferentialRun networks("random networks", 20);
+  Tally tally;
+  while (networks.next()) {
+    INFO(networks.repeat());
+    tally.problems.clear();
+    try {
+      check_network(networks.seed(), tally);
+    } catch (const tapestry::Error& error) {
+      tally.expect(false, error.what());
+    }
+    if (!tally.problems.empty()) FAIL_CHECK(tally.problems << "; see " << saved(networks.seed()));
+  }
+  CHECK(tally.rough <= 1 + (tally.smooth + tally.rough) / 20);
+  CHECK(tally.kinked <= 3 + tally.smooth / 400);
+}
