@@ -204,6 +204,7 @@
 #include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/face_list_file.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/file_status.hpp>
 #include <tapestry/io/float_formats.hpp>
 #include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/frame.hpp>

@@ -268,11 +268,15 @@ TEST_CASE("material files are found beside the OBJ only", "[io][obj]") {
   CHECK(read_with("deep/../a.mtl").mesh.materials.size() == 2);
   std::filesystem::create_directory(folder.path("deep"));
   const std::string below = folder.write("deep/a.obj", "mtllib ../a.mtl\n" + triangle + "f 1 2 3\n");
-  CHECK_THAT(io::read_obj(below).warnings.at(0), contains("outside the folder"));                // O25
-  CHECK_THAT(read_with(folder.path("a.mtl")).warnings.at(0), contains("outside the folder"));    // O25
-  CHECK_THAT(read_with("absent.mtl").warnings.at(0), contains("a.obj:1:"));                      // O24
-  CHECK_THAT(read_with("absent.mtl").warnings.at(1), contains("'body' is not defined"));         // O27
-  CHECK_THAT(read_with("deep").warnings.at(0), contains("not there"));                           // O24
+  CHECK_THAT(io::read_obj(below).warnings.at(0), contains("outside the folder"));              // O25
+  CHECK_THAT(read_with(folder.path("a.mtl")).warnings.at(0), contains("outside the folder"));  // O25
+  CHECK_THAT(read_with("absent.mtl").warnings.at(0), contains("a.obj:1:"));                    // O24
+  CHECK_THAT(read_with("absent.mtl").warnings.at(1), contains("'body' is not defined"));       // O27
+  CHECK_THAT(read_with("deep").warnings.at(0), contains("not there"));                         // O24
+  CHECK_THAT(read_with(std::string(300, 'n')).warnings.at(0), contains("longer than a path"));
+  CHECK(read_with("a.mtl" + std::string(300, ' ') + "a.mtl").mesh.materials.size() == 2);
+  std::filesystem::create_symlink("ring.mtl", folder.path("ring.mtl"));
+  check_refused(ErrorKind::malformed, "ring.mtl: cannot inspect", [&] { (void)read_with("ring.mtl"); });
   CHECK_THAT(read_with(std::string(5000, '/')).warnings.at(0), contains("longer than a path"));  // O24
   check_refused(ErrorKind::malformed, "folder", [&] { (void)io::read_obj(folder.path()); });     // O01
 }

@@ -5,6 +5,7 @@
 // seldom fail and are without number.
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -92,6 +93,18 @@ ssize_t write(int descriptor, const void* bytes, std::size_t size) {
 ssize_t pread(int descriptor, void* bytes, std::size_t size, off_t offset) {
   static const auto real = next<ssize_t(int, void*, std::size_t, off_t)>("pread");
   return fails("pread") ? -1 : real(descriptor, bytes, size, offset);
+}
+int stat(const char* path, struct stat* status) noexcept {
+  static const auto real = next<int(const char*, struct stat*)>("stat");
+  return fails("stat") ? -1 : real(path, status);
+}
+int unlink(const char* path) noexcept {
+  static const auto real = next<int(const char*)>("unlink");
+  return fails("unlink") ? -1 : real(path);
+}
+int remove(const char* path) noexcept {
+  static const auto real = next<int(const char*)>("remove");
+  return fails("unlink") ? -1 : real(path);
 }
 int fsync(int descriptor) {
   static const auto real = next<int(int)>("fsync");

@@ -1,7 +1,7 @@
 # Sourced by the tests of faults, after support.sh: makes the n-th call of a kind fail, for every n until a program makes no
 # n-th call, and looks at what is left. See fault_shim.cpp for the calls.
 shim=$programs/../tests/programs/libfault_shim.so
-EIO=5 EINTR=4 ENOMEM=12 ENOSPC=28 EROFS=30
+EIO=5 EINTR=4 EACCES=13 ENOMEM=12 ENOSPC=28 EROFS=30
 
 # with_fault CALL N ERRNO COMMAND...: runs a command, sets `code` and, when the fault came to pass, `has_failed`.
 with_fault() {

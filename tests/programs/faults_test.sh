@@ -6,7 +6,7 @@ source "$(dirname "$0")/faults.sh"
 convert=$programs/convert_weights
 camouflage=$programs/camouflage
 assets=$sources/examples/assets
-[ -x "$convert" ] && [ -x "$camouflage" ] && [ -e "$shim" ] || exit 77
+[ -x "$convert" ] && [ -x "$camouflage" ] && [ -x "$programs/make_dataset" ] && [ -e "$shim" ] || exit 77
 
 # A conversion over an old file.
 inputs=(--cfg "$assets/detector.cfg" --weights "$assets/detector.weights")
@@ -41,8 +41,21 @@ check_run() {
   expect_same expected/texture.npz run/texture.npz
 }
 for call in write fsync rename; do until_success "$call" $ENOSPC "0 5" check_run "${paint[@]}" --output run; done
+until_success unlink $EIO "0 5" check_run "${paint[@]}" --output run
 until_success pread $EIO "3" check_run "${paint[@]}" --output run
 until_success open $EIO "0 3 5" check_run "${paint[@]}" --output run
 until_success create $EROFS "5" check_run "${paint[@]}" --output run
 until_success allocation $ENOMEM "0 8" check_run "${paint[@]}" --output run
+
+# Frames of a car whose colours stand in a file of their own: who cannot look for it does not draw another car.
+cp "$assets"/car_sedan.{obj,mtl} .
+draw=("$programs/make_dataset" --mesh car_sedan.obj --material body --train 1 --test 1 --size 32)
+"${draw[@]}" --output drawn >/dev/null 2>&1 || fail "undisturbed frames"
+check_frames() {
+  local part
+  for part in train test; do
+    if [ "$code" -ne 0 ] && [ ! -e run/$part/0000.npz ]; then pass; else expect_same drawn/$part/0000.npz run/$part/0000.npz; fi
+  done
+}
+for errno in $EIO $EACCES; do until_success stat "$errno" "0 3 5" check_frames "${draw[@]}" --output run; done
 finish

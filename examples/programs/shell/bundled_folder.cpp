@@ -15,7 +15,11 @@ std::string bundled_folder() {
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
   const auto installed = program.parent_path() / TAPESTRY_INSTALLED_ASSETS;
-  return !error && std::filesystem::is_directory(installed, error) ? installed.string() : TAPESTRY_ASSETS;
+  if (error) return TAPESTRY_ASSETS;
+  const auto status = std::filesystem::status(installed, error);
+  if (status.type() == std::filesystem::file_type::not_found) return TAPESTRY_ASSETS;
+  // What cannot be looked at is there: whoever opens a file in it says why it cannot be read.
+  return error || std::filesystem::is_directory(status) ? installed.string() : TAPESTRY_ASSETS;
 }
 
 }  // namespace tapestry::shell

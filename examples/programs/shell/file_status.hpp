@@ -5,35 +5,22 @@
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/file_status.hpp>
 
 namespace tapestry::shell {
 
-/// What a path leads to; file_type::not_found where nothing is.
-/// \throws FileError of the given kind where nobody can say, as in a folder without permission
-inline std::filesystem::file_status status_of(const std::string& path, ErrorKind kind) {
-  std::error_code failure;
-  const auto status = std::filesystem::status(path, failure);
-  if (status.type() == std::filesystem::file_type::none)
-    throw FileError(kind, {path, "", "cannot inspect: " + failure.message()});
-  return status;
-}
+using io::is_folder;
+using io::is_there;
+using io::status_of;
 
-/// Errors as of status_of().
-inline bool is_there(const std::string& path, ErrorKind kind) {
-  return std::filesystem::exists(status_of(path, kind));
-}
-
-/// Errors as of status_of().
-inline bool is_folder(const std::string& path, ErrorKind kind) {
-  return std::filesystem::is_directory(status_of(path, kind));
-}
-
-/// Makes sure that files can be written into a folder, before hours are spent.
+/// Makes sure that files can be written into a folder, before hours are spent. What is written for that is
+/// named as a temporary is: where it cannot be removed, the next run that works there does.
 inline void require_writable_folder(const std::string& folder) {
-  const std::string probe = folder + "/.tapestry-probe";
+  const std::string probe = io::detail::part_path(folder + "/.tapestry-probe", 0);
   const auto remove_probe = [&] {
-    std::error_code ignored;
-    std::filesystem::remove(probe, ignored);
+    std::error_code failure;
+    for (int attempt = 0; attempt < 2; ++attempt)
+      if (std::filesystem::remove(probe, failure) || !failure) return;
   };
   try {
     io::write_file_atomically(probe, std::string_view("tapestry\n"));

@@ -33,13 +33,14 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::M
 bool is_posed(const std::string& frame) { return !io::read_frame(frame).camera; }
 
 /// Of a detector whose cfg is unsound, the other files can still be missing.
-void check_detector(DetectorSettings settings, ProblemList& list) {
+void check_detector(DetectorSettings settings, ProblemList& list, std::vector<std::string>& warnings) {
   fill_in_bundled(settings);
   if (settings.weights.empty()) return;
   bool is_sound = false;
   list.attempt([&] {
     const auto loaded = load_detector(settings);
     is_sound = true;
+    warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
     loss::require_raw_logits("camouflage", loaded.network->heads());
     (void)class_index_of(settings, loaded);
   });
@@ -218,10 +219,16 @@ std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths
   return members;
 }
 
-void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list) {
+void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list,
+                  std::vector<std::string>& warnings) {
   fill_in_bundled(scene);
-  check_detector(detector, list);
-  if (!scene.faces.empty() || !scene.material.empty()) list.attempt([&] { (void)load_car(scene); });
+  warnings = warnings_about(scene);
+  check_detector(detector, list, warnings);
+  if (!scene.faces.empty() || !scene.material.empty())
+    list.attempt([&] {
+      const auto found = load_car(scene).warnings;
+      warnings.insert(warnings.end(), found.begin(), found.end());
+    });
   FrameLists frames;
   list.attempt([&] { frames = find_frames(scene); });
   std::vector<std::string> paths = frames.test;

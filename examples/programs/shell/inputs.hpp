@@ -102,7 +102,9 @@ std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths
                                            const DetectorSettings& settings, const Detector& first,
                                            std::vector<std::string>& warnings);
 
-/// Checks every input and adds all problems found. The settings themselves have been checked before.
-void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list);
+/// Checks every input and adds all problems found, and what is no problem but to be known. The settings
+/// themselves have been checked before.
+void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list,
+                  std::vector<std::string>& warnings);
 
 }  // namespace tapestry::shell

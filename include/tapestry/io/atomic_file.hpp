@@ -144,7 +144,9 @@ inline void write_file_atomically(const std::string& path,
   if (path.find('\0') != std::string::npos || path.empty()) {
     throw FileError(ErrorKind::write, {path, "", "not a file name"});
   }
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+  if (const int failed = ::stat(path.c_str(), &status); failed != 0 && errno != ENOENT && errno != ENOTDIR) {
+    throw FileError(ErrorKind::write, {path, "", std::string("cannot inspect: ") + std::strerror(errno)});
+  } else if (failed == 0 && !S_ISREG(status.st_mode)) {
     throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
   }
   detail::TemporaryFile temporary(path);

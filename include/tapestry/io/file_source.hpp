@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +22,13 @@ inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 
 /// Bytes of the longest path that Linux opens; a longer one in a file is not even taken apart.
 inline constexpr std::size_t longest_path = 4096;
+
+/// Whether a name within a file leads to the folder that it begins in or below that: not an absolute path,
+/// nor one that leaves the folder by `..`. Links are not looked at.
+[[nodiscard]] inline bool stays_below(const std::string& name) {
+  const auto relative = std::filesystem::path(name).lexically_normal();
+  return !relative.has_root_path() && (relative.empty() || *relative.begin() != "..");
+}
 
 /// A regular file open for reading, whose size was checked against a limit before anything is read.
 ///

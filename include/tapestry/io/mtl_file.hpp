@@ -74,14 +74,15 @@ inline std::string map_file(TextLines& lines, std::vector<std::string>& warnings
   }
   std::string name(rest);
   std::ranges::replace(name, '\\', '/');
-  const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
   if (name.empty()) {
     lines.warn(warnings, "texture without a file name");
-  } else if (relative.has_root_path() || *relative.begin() == "..") {
+  } else if (!stays_below(name)) {
     lines.warn(warnings, "texture " + in_quotes(name) +
                              " lies outside the folder of the material file and is not read");
   } else {
-    return (std::filesystem::path(lines.path()).parent_path() / relative).string();
+    return (std::filesystem::path(lines.path()).parent_path() /
+            std::filesystem::path(name).lexically_normal())
+        .string();
   }
   return {};
 }

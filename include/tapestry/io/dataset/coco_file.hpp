@@ -21,7 +21,8 @@ namespace tapestry::io {
 /// \param path    the file's name, for messages
 /// \param images  folder of the pictures
 /// \throws FileError  malformed, with the list, the entry and the byte where the list begins, for what is
-///                    missing, of another type or out of range, or has another's id; mismatch for an
+///                    missing, of another type or out of range, or has another's id, and for a file_name
+///                    that leads out of `images`; mismatch for an
 ///                    annotation of an unknown picture or category, and for a picture that is missing;
 ///                    further as read_json()
 [[nodiscard]] Dataset parse_coco(std::string_view text, const std::string& path, const std::string& images);

@@ -1,12 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/io/file_status.hpp>
 #include <vector>
 
 namespace tapestry::io {
@@ -59,15 +58,9 @@ struct Dataset {
 
 namespace detail {
 
-/// Whether a path leads to a regular file, or a link to one.
-[[nodiscard]] inline bool is_regular_file(const std::string& path) {
-  std::error_code ignored;
-  return std::filesystem::is_regular_file(path, ignored);
-}
-
 /// \param labels    the file that names the picture, for the message
 /// \param position  in it, a line or a byte
-/// \throws FileError (mismatch) unless the picture is there
+/// \throws FileError (mismatch) unless the picture is there; as status_of() where nobody can say
 inline void require_picture(const std::string& picture, const std::string& labels,
                             const std::string& position) {
   if (is_regular_file(picture)) return;

@@ -6,12 +6,12 @@
 #include <map>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/dataset/dataset.hpp>
 #include <tapestry/io/dataset/xml_reader.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/file_status.hpp>
 #include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>
@@ -92,7 +92,7 @@ inline detect::Box voc_box(const VocElement& bounds) {
 /// Takes memory of at most 64 times the file and 1 MiB.
 ///
 /// \param path  the file's name, for messages
-/// \throws FileError  malformed, with the line; see also parse_xml()
+/// \throws FileError  malformed, with the line, also for a picture outside its folder; see also parse_xml()
 [[nodiscard]] inline VocAnnotation parse_voc(std::string_view text, const std::string& path) {
   constexpr double largest_side = 1 << 20;
   const XmlElement root = parse_xml(text, path);
@@ -106,6 +106,9 @@ inline detect::Box voc_box(const VocElement& bounds) {
     annotation.fail(filename.line(), "<filename> is too long",
                     "at most " + std::to_string(longest_path) + " bytes",
                     std::to_string(result.filename.size()));
+  if (!stays_below(result.filename))
+    annotation.fail(filename.line(), "<filename> lies outside the folder of the pictures", "a name in it",
+                    in_quotes(result.filename));
   const auto size = annotation.child("size");
   result.picture.height = static_cast<std::size_t>(size.child("height").number(1, largest_side));
   result.picture.width = static_cast<std::size_t>(size.child("width").number(1, largest_side));
@@ -148,9 +151,7 @@ inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::
 
 /// Whether a folder holds labels of Pascal VOC: a folder Annotations, or .xml files.
 [[nodiscard]] inline bool is_voc_folder(const std::string& folder) {
-  std::error_code ignored;
-  return std::filesystem::is_directory(folder + "/Annotations", ignored) ||
-         !detail::xml_paths(folder).empty();
+  return is_folder(folder + "/Annotations") || !detail::xml_paths(folder).empty();
 }
 
 /// Reads a folder of Pascal VOC's labels, one .xml a picture, or its folder Annotations. Classes and pictures
@@ -162,8 +163,7 @@ inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::
 [[nodiscard]] inline Dataset read_voc(const std::string& folder, const std::string& images = "") {
   namespace fs = std::filesystem;
   constexpr std::uint64_t largest = std::uint64_t(4) << 20U;
-  std::error_code ignored;
-  const bool is_root = fs::is_directory(folder + "/Annotations", ignored);
+  const bool is_root = is_folder(folder + "/Annotations");
   const std::string labels = is_root ? folder + "/Annotations" : folder;
   const std::string beside = is_root ? folder + "/JPEGImages" : folder;
   Dataset dataset;

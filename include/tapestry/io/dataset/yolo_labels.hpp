@@ -7,11 +7,11 @@
 #include <map>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/dataset/dataset.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/file_status.hpp>
 #include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>
@@ -113,9 +113,8 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
 ///                    further as parse_yolo_labels() and read_text_file()
 [[nodiscard]] inline Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
   namespace fs = std::filesystem;
-  std::error_code ignored;
   const std::string images = folder + "/images";
-  const std::string from = fs::is_directory(images, ignored) ? images : folder;
+  const std::string from = is_folder(images) ? images : folder;
   const auto paths = listed_paths(from, has_picture_name);
   if (paths.empty())
     throw FileError(ErrorKind::mismatch,

@@ -10,6 +10,8 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/dataset/coco_file.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/file_status.hpp>
 #include <tapestry/io/json.hpp>
 #include <utility>
 #include <vector>
@@ -149,6 +151,8 @@ class CocoReader {
       if (name.size() > longest_path)
         entry.fail("file_name", "is too long", "at most " + std::to_string(longest_path) + " bytes",
                    std::to_string(name.size()));
+      if (!stays_below(name))
+        entry.fail("file_name", "lies outside the folder of the pictures", "a name in it", in_quotes(name));
       LabelledPicture picture{(std::filesystem::path(images_) / name).string(), id,
                               static_cast<std::size_t>(entry.integer("height", 1, largest_side)),
                               static_cast<std::size_t>(entry.integer("width", 1, largest_side))};

@@ -1,13 +1,14 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/file_status.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/name_numbers.hpp>
@@ -37,32 +38,38 @@ class ObjMaterials {
 
   /// The rest of the line (mtllib) names one file, or several separated by blanks.
   void read_libraries(TextLines& lines) {
-    std::error_code ignored;
     const std::string names(lines.rest_of_line());
     if (names.empty()) lines.fail("mtllib without a name");
     if (names.find_first_of(" \t") == std::string::npos ||
-        (names.size() <= longest_path && std::filesystem::exists(folder_of(lines) / names, ignored)))
+        (can_be_path(names) && is_there((folder_of(lines) / names).string())))
       return read_library(lines, names);
     for (std::string_view name = lines.word(); !name.empty(); name = lines.word())
       read_library(lines, std::string(name));
   }
 
  private:
+  /// Whether file systems have names as long.
+  [[nodiscard]] static bool can_be_path(const std::string& name) {
+    constexpr std::size_t longest_name = 255;
+    std::size_t length = 0, longest = 0;
+    for (const char c : name) longest = std::max(longest, length = c == '/' ? 0 : length + 1);
+    return name.size() <= longest_path && longest <= longest_name;
+  }
+
   [[nodiscard]] static std::filesystem::path folder_of(const TextLines& lines) {
     return std::filesystem::path(lines.path()).parent_path();
   }
 
   void read_library(const TextLines& lines, const std::string& name) {
-    if (name.size() > longest_path)
+    if (!can_be_path(name))
       return lines.warn(loaded_.warnings, "mtllib " + in_quotes(name) + " is longer than a path can be");
     const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
     if (!names_.insert(relative.string()).second) return;
-    if (relative.has_root_path() || *relative.begin() == "..")
+    if (!stays_below(name))
       return lines.warn(loaded_.warnings,
                         "mtllib " + in_quotes(name) + " lies outside the folder of the OBJ and is not read");
     const std::string path = (folder_of(lines) / relative).string();
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored))
+    if (!is_regular_file(path))
       return lines.warn(loaded_.warnings, "mtllib " + in_quotes(name) + " is not there (" + path +
                                               "); materials get a default colour");
     const std::string text = read_text_file(path, bytes_left_);
