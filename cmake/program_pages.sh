@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# program_pages.sh PROGRAM SHARE: writes the manual page and the bash completion of a program from what its --help prints
+# program_pages.sh PROGRAM SHARE: writes the manual page, compressed, and the bash completion of a program from what its --help prints
 # (examples/programs/shell/help.hpp) into SHARE/man/man1 and SHARE/bash-completion/completions.
 set -euo pipefail
 program=$1
@@ -49,4 +49,4 @@ awk -v name="$name" -v version="$version" '
     next
   }
   { print plain($0) }
-' <<<"$help" >"$man/$name.1"
+' <<<"$help" | gzip -9n >"$man/$name.1.gz"

@@ -36,16 +36,16 @@ Inputs load_all(CamouflageOptions& options) {
 /// Reports every problem of the inputs.
 /// \returns the exit code
 int check_only(CamouflageOptions options, ProblemList& list) {
-  SceneSettings scene = options.scene;
-  fill_in_bundled(scene);
-  print_warnings(warnings_about(scene));
-  check_inputs(options.scene, options.detector, list);
+  std::vector<std::string> warnings;
+  check_inputs(options.scene, options.detector, list, warnings);
+  print_warnings(warnings);
   list.attempt([&] { (void)palette_of(options.optimisation); });
   const bool is_plain = options.optimisation.ensemble.empty() && options.optimisation.method == "fca";
   if (!is_plain && list.problems().empty()) list.attempt([&] { (void)load_all(options); });
   const auto& problems = list.problems();
-  for (const auto& problem : problems) std::cerr << "error: " << printable(problem.what()) << '\n';
-  if (problems.empty()) remark("all inputs are sound");
+  for (const auto& problem : problems) std::cerr << "error: " << for_terminal(problem.what()) << '\n';
+  if (problems.empty())
+    remark(warnings.empty() ? "all inputs are sound" : "all inputs can be used; see the warnings");
   int code = 0;  // of several, the one a run would meet first: unreadable before unfit
   for (const auto& problem : problems)
     code = code == 0 ? static_cast<int>(problem.kind()) : std::min(code, static_cast<int>(problem.kind()));

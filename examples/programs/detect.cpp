@@ -182,7 +182,7 @@ class Detection {
 
   void tell(const std::string& path, const Examined& examined) {
     if (examined.error) {
-      std::cerr << "error: " << printable(examined.error->what()) << '\n';
+      std::cerr << "error: " << for_terminal(examined.error->what()) << '\n';
       if (failures_++ == 0) code_ = static_cast<int>(examined.error->kind());
       return;
     }

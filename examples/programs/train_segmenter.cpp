@@ -219,7 +219,8 @@ int train(const Options& options) {
       training, [&](std::size_t index) { return StepLoss{trainer.step(index)}; },
       [&] { trainer.save(options.output); }, [&] { print_validation(trainer.description(), sets); });
   if (done == training.steps) return 0;
-  std::fprintf(stderr, "\nstopped; the model of step %zu is in %s\n", done, options.output.c_str());
+  std::fprintf(stderr, "\nstopped; the model of step %zu is in %s\n", done,
+               for_terminal(options.output).c_str());
   return StopSignal::exit_code();
 }
 

@@ -4,15 +4,18 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/nearest_word.hpp>
 #include <tapestry/version.hpp>
 #include <utility>
@@ -40,7 +43,7 @@ int unknown_option(const CLI::App& app) {
   const std::string unknown = extras.empty() ? std::string() : extras.front();
   const std::string word = unknown.substr(0, unknown.find('='));
   const std::string nearest = io::nearest_word(word, option_words(app));
-  std::cerr << "error: unknown " << (word.rfind('-', 0) == 0 ? "option " : "argument ") << printable(word);
+  std::cerr << "error: unknown " << (word.rfind('-', 0) == 0 ? "option " : "argument ") << for_terminal(word);
   if (!nearest.empty()) std::cerr << "; did you mean " << nearest << "?";
   std::cerr << "\nsee --help\n";
   return static_cast<int>(ErrorKind::usage);
@@ -53,7 +56,7 @@ std::string complaint_about_number(const std::string& text, const char* expected
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool is_sound = failure == std::errc() && end == text.data() + text.size();
   if (is_sound && std::isfinite(static_cast<double>(value))) return {};
-  return std::string("expected ") + expected + ", found '" + text + "'";
+  return std::string("expected ") + expected + ", found " + in_quotes(text);
 }
 
 /// Refuses what CLI11 would let pass: empty words, the next option in the place of a value, nan and inf, and
@@ -63,7 +66,7 @@ void require_sound_values(CLI::App& app) {
                                                      const std::string& text) -> std::string {
     if (text.empty()) return "the value is empty";
     if (std::find(known.begin(), known.end(), text.substr(0, text.find('='))) != known.end())
-      return "the value is missing before " + text;
+      return "the value is missing before " + printable(text);
     if (type.rfind("UINT", 0) == 0)
       return complaint_about_number<std::uint64_t>(text, "a whole number of at least 0");
     if (type.rfind("INT", 0) == 0) return complaint_about_number<int>(text, "a whole number");
@@ -109,19 +112,23 @@ int parse_arguments(CLI::App& app, int argc, char** argv) {
   open_standard_streams();
   add_general_options(app, argv[0]);
   require_sound_values(app);
+  app.get_config_ptr()->check([](const std::string& path) {  // before CLI11 would wait for what a FIFO holds
+    (void)io::RegularFile(path, ConfigFile::most_bytes);
+    return std::string();
+  });
   try {
     app.parse(argc, argv);
     return -1;
   } catch (const CLI::ExtrasError&) {
     return unknown_option(app);
-  } catch (const CLI::FileError&) {
+  } catch (const CLI::FileError&) {  // the file was there a moment ago
     throw FileError(ErrorKind::malformed, {app.get_config_ptr()->results().front(), "", "cannot open"});
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     const auto extras = app.remaining();  // what is required may be missing because it was misspelt
     const auto is_option = [](const std::string& word) { return word.size() > 1 && word.front() == '-'; };
     if (std::any_of(extras.begin(), extras.end(), is_option)) return unknown_option(app);
-    std::cerr << "error: " << printable(error.what()) << "\nsee --help\n";
+    std::cerr << "error: " << for_terminal(error.what()) << "\nsee --help\n";
     return static_cast<int>(ErrorKind::usage);
   }
 }
@@ -139,15 +146,33 @@ std::vector<std::string> given_options(const CLI::App& app, const std::vector<st
   return words;
 }
 
+namespace {
+/// A word in quotes of the shell; of one that would give a terminal orders, the bytes by their numbers.
+std::string quoted(const std::string& word) {
+  if (printable(word) == word) {
+    std::string text = "'";
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+  }
+  std::string text = "$'";
+  for (const char c : word) {
+    std::array<char, 8> number{};
+    std::snprintf(number.data(), number.size(), "\\%03o",
+                  static_cast<unsigned>(static_cast<unsigned char>(c)));
+    const bool is_plain = c >= ' ' && c <= '~' && c != '\'' && c != '\\';
+    text += is_plain ? std::string(1, c) : std::string(number.data());
+  }
+  return text + "'";
+}
+}  // namespace
+
 std::string shell_line(const std::vector<std::string>& words) {
   std::string line;
   for (const auto& word : words) {
     const bool plain = !word.empty() && word.find_first_not_of(
                                             "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                             "0123456789_-./=,:+@") == std::string::npos;
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += (line.empty() ? "" : " ") + (plain ? word : quoted + "'");
+    line += (line.empty() ? "" : " ") + (plain ? word : quoted(word));
   }
   return line;
 }

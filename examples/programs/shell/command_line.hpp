@@ -19,7 +19,8 @@ int parse_arguments(CLI::App& app, int argc, char** argv);
 /// line; `except` names the long options that are left out.
 std::vector<std::string> given_options(const CLI::App& app, const std::vector<std::string>& except);
 
-/// The words of a command line, each quoted for a shell where it needs it.
+/// The words of a command line, each quoted for a shell where it needs it; what it prints is
+/// printable().
 std::string shell_line(const std::vector<std::string>& words);
 
 }  // namespace tapestry::shell

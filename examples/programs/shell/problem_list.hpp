@@ -3,6 +3,7 @@
 #include <string>
 #include <system_error>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <vector>
 
 namespace tapestry::shell {
@@ -38,7 +39,7 @@ class ProblemList {
       if (choice == value) return;
       list += (list.empty() ? "" : ", ") + choice;
     }
-    require(false, std::string(option) + " is '" + value + "'; expected one of " + list);
+    require(false, std::string(option) + " is " + in_quotes(value) + "; expected one of " + list);
   }
   /// Notes a usage error if writing `output` would replace a file that is read.
   void require_kept(const char* option, const std::string& output, const std::vector<std::string>& inputs) {

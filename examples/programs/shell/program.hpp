@@ -9,7 +9,6 @@
 #include <new>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <vector>
 #if defined(__GLIBC__)
 #include <malloc.h>
@@ -42,7 +41,7 @@ inline void flush_standard_output() {
 
 /// One line a warning on the error stream.
 inline void print_warnings(const std::vector<std::string>& warnings) {
-  for (const auto& warning : warnings) std::cerr << "warning: " << printable(warning) << '\n';
+  for (const auto& warning : warnings) std::cerr << "warning: " << for_terminal(warning) << '\n';
 }
 
 /// Runs a program's body, unless the command line already settles it, and turns what is thrown into one line
@@ -68,13 +67,13 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
     tell_process_cost(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     return code;
   } catch (const Error& error) {
-    return fail(printable(error.what()), static_cast<int>(error.kind()));
+    return fail(for_terminal(error.what()), static_cast<int>(error.kind()));
   } catch (const std::bad_alloc&) {
     return fail("out of memory", static_cast<int>(ErrorKind::limit));
   } catch (const std::filesystem::filesystem_error& error) {
-    return fail(printable(error.what()), static_cast<int>(ErrorKind::malformed));
+    return fail(for_terminal(error.what()), static_cast<int>(ErrorKind::malformed));
   } catch (const std::exception& error) {
-    return fail("internal fault: " + printable(error.what()), exit_internal_fault);
+    return fail("internal fault: " + for_terminal(error.what()), exit_internal_fault);
   }
 }
 

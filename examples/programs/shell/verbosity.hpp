@@ -2,9 +2,12 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <iostream>
 #include <string>
+#include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 
 namespace tapestry::shell {
@@ -26,6 +29,21 @@ inline void add_verbosity_options(CLI::App& app) {
          "--verbose", [] { verbosity() = Verbosity::verbose; },
          "print every step of the way on a line of its own, and at the end time and memory")
       ->excludes(quiet);
+}
+
+/// A message as it goes to the terminal: one line without orders, however long what it names is.
+inline std::string for_terminal(std::string_view message) { return printable(shortened(message)); }
+
+/// As for_terminal(), for a text of several lines.
+inline std::string lines_for_terminal(std::string_view text) {
+  std::string lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    lines += printable(text.substr(0, end));
+    if (end < text.size()) lines += '\n';
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
 }
 
 /// Prints a line on what was done, not with --quiet.
