@@ -16,14 +16,17 @@ cmp -s one.weights other.weights && fail "two seeds give the same weights" || pa
 expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.weights --output none.weights
 [ -e none.weights ] && fail "validation alone wrote weights" || pass
 
-"$train" $small --steps 1000000 --output "it's stopped.weights" >command.out 2>command.err &
+"$train" $small --steps 1000000 --output "it's stopped.weights" >command.out 2>stopped.err &
 child=$!
-wait_for 60 grep -q '^step 1 ' command.err
+wait_for 60 grep -q '^step 1 ' stopped.err
+expect_exit 7 "another training to the same file" "$train" $small --steps 1 --output "it's stopped.weights"
+expect_error_line "it's stopped.weights: file is in use by process $child"
 kill -TERM "$child"
 wait "$child"
 [ $? -eq 143 ] && pass || fail "stopping did not end with 143"
 expect_file "it's stopped.weights"
-eval "go_on() { exec $(tail -n 1 command.err); }"
+ls -A | grep -q 'lock$' && fail "a lock is left behind" || pass
+eval "go_on() { exec $(tail -n 1 stopped.err); }"
 (go_on >command.out 2>command.err) &
 child=$!
 wait_for 60 grep -q '^step 1 ' command.err

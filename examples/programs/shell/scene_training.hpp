@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/io/run_lock.hpp>
 #include <utility>
 #include <vector>
 
@@ -134,12 +136,16 @@ std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Valida
 }
 
 /// Runs a training program once its options are sound.
-/// \param output  file that it will write
+/// \param output  file that it will write, claimed until it ends
 /// \param train   () returns the exit code
 template <class Train>
 int run_training(const SceneTraining& s, const std::string& output, Train train) {
   if (s.threads > 0) limit_threads(s.threads);
-  if (s.steps > 0) require_writable_file(output);
+  std::optional<io::RunLock> claim;
+  if (s.steps > 0) {
+    require_writable_file(output);
+    claim.emplace(io::RunLock::of_file(output));
+  }
   const StopSignal stop_signal;
   try {
     return train();

@@ -6,13 +6,14 @@ namespace tapestry::shell {
 /// Thrown to leave long work after a signal. It is no error.
 struct Stopped {};
 
-/// Remembers SIGINT, SIGTERM and SIGHUP so that a loop can finish its step and save. The second
-/// signal ends the process at once, as it would without us. A signal that the process was started to ignore,
-/// as by nohup, stays ignored.
+/// Remembers the first signal so that a loop can finish its step and save: SIGINT, SIGTERM or SIGHUP, of
+/// which a second one ends the process at once, as it would without us; or SIGXCPU or SIGUSR1, by which batch
+/// queues say that the time is running out, and which may come every second from then on. A signal that the
+/// process was started to ignore, as by nohup, stays ignored.
 class StopSignal {
  public:
   StopSignal() {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1})
       if (std::signal(signal, remember) == SIG_IGN) std::signal(signal, SIG_IGN);
     std::signal(SIGPIPE, SIG_IGN);
   }
@@ -23,13 +24,14 @@ class StopSignal {
     if (arrived()) throw Stopped{};
   }
 
-  /// 128 + the signal's number: 130 for Ctrl-C, 143 for SIGTERM, also where another rank got the signal.
-  [[nodiscard]] static int exit_code() { return 128 + (received == SIGINT ? SIGINT : SIGTERM); }
+  /// 128 + the signal's number, as a shell says it: 130 for Ctrl-C, 129 for SIGHUP; 143, that of SIGTERM,
+  /// where only another rank got a signal.
+  [[nodiscard]] static int exit_code() { return 128 + (arrived() ? received : SIGTERM); }
 
  private:
   static void remember(int signal) {
-    received = signal;
-    std::signal(signal, SIG_DFL);
+    if (received == 0) received = signal;
+    std::signal(signal, signal == SIGXCPU || signal == SIGUSR1 ? SIG_IGN : SIG_DFL);
   }
 
   static inline volatile std::sig_atomic_t received = 0;

@@ -5,39 +5,35 @@
 
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <utility>
 
 namespace tapestry::io {
 
-/// Claims a folder for one process, by a lock of the operating system on `<folder>/.lock`.
+/// Claims a folder, or a file to be written, for one process, by a lock of the operating system on
+/// `<folder>/.lock`, or on `.<file>.lock` beside the file.
 ///
-/// The lock ends with this object or with the process, however that ends; the file stays and is no sign of a
-/// claim. It holds the process and host of the last owner, for people. Network file systems that do not share
-/// such locks protect against the same machine only.
+/// The lock ends with this object or with the process, however that ends. The object takes its file away
+/// again; that of a killed process stays and is no sign of a claim. It holds the process and host of the
+/// owner, for people. Network file systems that do not share such locks protect against the same machine
+/// only.
 class RunLock {
  public:
   /// \throws FileError: in_use (another process has it), write (the folder cannot be written)
-  explicit RunLock(const std::string& folder) : path_(folder + "/.lock") {
-    do {
-      descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
-    } while (descriptor_ < 0 && errno == EINTR);
-    if (descriptor_ < 0) fail(std::string("cannot create the lock: ") + std::strerror(errno));
-    int status = 0;
-    do {
-      status = ::flock(descriptor_, LOCK_EX | LOCK_NB);
-    } while (status != 0 && errno == EINTR);
-    if (status != 0) {
-      const int reason = errno;
-      const std::string owner = text();
-      ::close(descriptor_);
-      if (reason != EWOULDBLOCK) fail(std::string("cannot lock: ") + std::strerror(reason));
-      throw FileError(ErrorKind::in_use, {.path = folder, .what = "folder is in use by " + owner});
-    }
-    write_owner();
+  explicit RunLock(const std::string& folder) : RunLock(folder + "/.lock", folder, "folder") {}
+
+  /// Claims a file, which need not be there. Errors as of the constructor.
+  [[nodiscard]] static RunLock of_file(const std::string& path) {
+    constexpr std::size_t longest = 255 - 6;  // a name, less what is added
+    const auto slash = path.rfind('/');
+    const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
+    return {path.substr(0, name) + "." + path.substr(name, longest) + ".lock", path, "file"};
   }
+
   RunLock(RunLock&& other) noexcept
       : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
   RunLock& operator=(RunLock&& other) noexcept {
@@ -47,11 +43,43 @@ class RunLock {
   }
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
-  ~RunLock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
+  ~RunLock() { release(); }
+
+  /// Gives the claim up before the object ends.
+  void release() noexcept {
+    if (descriptor_ < 0) return;
+    ::unlink(path_.c_str());  // while it is locked: who has it open meanwhile looks whether it is still there
+    ::close(std::exchange(descriptor_, -1));
   }
 
  private:
+  /// \param kind  of what is claimed, in a word
+  RunLock(std::string lock_path, const std::string& claimed, const char* kind) : path_(std::move(lock_path)) {
+    for (int attempt = 0; descriptor_ < 0; ++attempt) {
+      open();
+      int status = 0;
+      do {
+        status = ::flock(descriptor_, LOCK_EX | LOCK_NB);
+      } while (status != 0 && errno == EINTR);
+      if (status == 0 && detail::is_still_at(path_, descriptor_)) break;
+      const int reason = status != 0 ? errno : attempt < 100 ? 0 : EINVAL;  // its owner took the file away
+      const std::string owner = text();
+      ::close(std::exchange(descriptor_, -1));
+      if (reason == EWOULDBLOCK)
+        throw FileError(ErrorKind::in_use,
+                        {.path = claimed, .what = std::string(kind) + " is in use by " + owner});
+      if (reason != 0) fail(std::string("cannot lock: ") + std::strerror(reason));
+    }
+    write_owner();
+  }
+
+  void open() {
+    do {
+      descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+    } while (descriptor_ < 0 && errno == EINTR);
+    if (descriptor_ < 0) fail(std::string("cannot create the lock: ") + std::strerror(errno));
+  }
+
   [[noreturn]] void fail(const std::string& what) const {
     throw FileError(ErrorKind::write, {.path = path_, .what = what});
   }
