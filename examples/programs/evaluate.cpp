@@ -24,6 +24,7 @@
 #include "shell/report.hpp"
 #include "shell/reshaped_views.hpp"
 #include "shell/run_folder.hpp"
+#include "shell/run_inputs.hpp"
 #include "shell/run_manifest.hpp"
 #include "shell/run_page.hpp"
 #include "shell/settings.hpp"
@@ -47,15 +48,20 @@ struct Options {
   std::uint64_t seed = 1;
   int threads = 0;
   bool clean_only = false;
+  bool accept_changed_inputs = false;
   bool other_frames = false;  ///< than the run's
   std::string command{};      ///< as it was given
 };
 
 void describe(CLI::App& app, Options& options) {
   app.option_defaults()->group("Measurement");
-  app.add_option(
+  auto* const run = app.add_option(
       "--run", options.run,
       "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
+  app.add_flag("--accept-changed-inputs", options.accept_changed_inputs,
+               "measure although mesh, weights or frames of the run are not what they were, which is refused "
+               "otherwise; what has changed is written into the metrics")
+      ->needs(run);
   app.add_option("--against", options.against,
                  "folder of another run of the same car, measured as 'other run': what --run does beyond it");
   add_options(app, options.scene);
@@ -99,6 +105,12 @@ void adopt_run(const CLI::App& app, Options& options) {
   if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
 }
 
+void require_no_run(const Options& options) {
+  if (!options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
+    throw Error(ErrorKind::in_use,
+                options.output + " holds a run, whose metrics would be lost; give another --output");
+}
+
 /// What was asked for, once the run's settings are adopted.
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
@@ -116,9 +128,7 @@ void require_sound(const CLI::App& app, const Options& options) {
   for (const double threshold : options.sweep)
     list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
   list.throw_first();
-  if (!options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
-    throw Error(ErrorKind::in_use,
-                options.output + " holds a run, whose metrics would be lost; give another --output");
+  require_no_run(options);
 }
 
 /// What the views are photographed under.
@@ -160,9 +170,16 @@ int run(const CLI::App& app, Options& options) {
   require_sound(app, options);
   if (options.threads > 0) limit_threads(options.threads);
   if (!options.protocol.protocol.empty())
-    return evaluate_protocol({options.protocol, options.scene, options.detector,
-                              options.clean_only ? "" : options.run, options.seed, options.output});
+    return evaluate_protocol({options.protocol,
+                              options.scene,
+                              options.detector,
+                              options.clean_only ? "" : options.run,
+                              options.seed,
+                              options.output,
+                              {options.run, options.accept_changed_inputs}});
   Inputs inputs = load_inputs(options.scene, options.detector);
+  const auto changed = require_run_inputs({options.run, options.accept_changed_inputs}, options.scene,
+                                          inputs.car, options.detector, inputs.frames.test, inputs.warnings);
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;
   const camouflage::ViewStore<float>::Settings store_settings{network.input_height(), network.input_width(),
@@ -196,7 +213,11 @@ int run(const CLI::App& app, Options& options) {
         {evaluate::other_run_name, camouflage::read_paint(options.against + "/texture.npz", texel_count)});
   if (reshaped) textures.reshaped = &reshaped->store();
   if (reshaped_by_other) textures.reshaped_by_other = &reshaped_by_other->store();
-  if (!options.output.empty()) make_writable_folder(options.output);
+  std::optional<RunFolder> claim;
+  if (!options.output.empty()) {
+    claim.emplace(options.output, !is_there(options.output, ErrorKind::write));
+    require_no_run(options);  // another process may have begun one there meanwhile
+  }
   evaluate::Meter<float> meter(network, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});
   const char* const shown = options.clean_only ? "clean" : "adversarial";
@@ -221,6 +242,7 @@ int run(const CLI::App& app, Options& options) {
   }
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
+  if (!changed.empty()) metrics["changed_inputs"] = json_of(changed);
   print_sweep(options.sweep, report, metrics);
   if (options.output.empty()) return 0;
   const std::string sheet = std::string(shown) + ".png";
@@ -230,6 +252,9 @@ int run(const CLI::App& app, Options& options) {
   auto list = list_of(report, watch.views());
   write_text(options.output + "/views.csv", views_csv(list));
   auto page = page_of(report, "Evaluation", options.command, std::move(list));
+  if (!changed.empty())
+    page.findings = "<p><b>Inputs have changed since the run: " + escaped(text_of(changed)) + ".</b></p>\n" +
+                    page.findings;
   page.pairs = std::move(pairs);
   const auto& paint = textures.adversarial ? *textures.adversarial : textures.clean;
   const auto atlas = camouflage::atlas_of<float>(car, paint.colours);

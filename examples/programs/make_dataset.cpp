@@ -22,6 +22,7 @@
 #include "shell/mesh_inputs.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
+#include "shell/run_manifest.hpp"
 
 namespace {
 using namespace tapestry;
@@ -54,7 +55,8 @@ void describe(CLI::App& app, Options& options) {
                  "metres of the longest side of the mesh; 0: its units are metres")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 20.0));
-  app.add_option("--output", options.output, "folder to write to; takes the folders train and test")
+  app.add_option("--output", options.output,
+                 "folder to write to; takes the folders train and test, and no other data set")
       ->required();
   app.add_option("--train", options.train, "frames to optimise on")
       ->capture_default_str()
@@ -109,8 +111,12 @@ void require_ranges(const Options& options) {
   if (!options.distance.empty()) require("--distance", options.distance[0], options.distance[1]);
 }
 
-scenes::Vehicle load_vehicle(const Options& options) {
+/// \param inputs  takes what is read
+scenes::Vehicle load_vehicle(const Options& options, std::vector<std::string>& inputs) {
   auto loaded = io::read_obj(options.mesh);
+  inputs.push_back(options.mesh);
+  inputs.insert(inputs.end(), loaded.material_files.begin(), loaded.material_files.end());
+  if (!options.faces.empty()) inputs.push_back(options.faces);
   auto warnings = loaded.warnings;
   warn_about_textures(options.mesh, loaded.mesh, warnings);
   const auto materials = options.material.empty() && options.mesh == BundledAssets().mesh()
@@ -187,6 +193,59 @@ io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& veh
   }
 }
 
+/// What was asked for, as words of the command line; not where frames are written to.
+Json settings_json(const CLI::App& app, const Options& options) {
+  Json settings{{"seed", options.seed}};
+  for (const auto* option : app.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty() || !option->get_configurable()) continue;
+    const std::string& name = option->get_lnames().front();
+    if (name == "output" || name == "quiet" || name == "verbose" || settings.contains(name)) continue;
+    std::string words;
+    for (const auto& word : option->results()) words += (words.empty() ? "" : ",") + word;
+    const std::string& by_default = option->get_default_str();
+    if (words != by_default && "[" + words + "]" != by_default) settings[name] = words;
+  }
+  return settings;
+}
+
+/// What differs between two data sets, by name.
+std::string differences(const Json& was, const Json& now) {
+  std::string text;
+  const auto compare = [&](const std::string& name, const Json& before, const Json& after) {
+    if (before != after)
+      text += (text.empty() ? "" : ", ") + name + " (was " + before.dump() + ", now " + after.dump() + ")";
+  };
+  compare("version", was.value("version", Json()), now["version"]);
+  const Json before = was.value("options", Json::object()), &after = now["options"];
+  for (const auto& [name, value] : after.items()) compare("--" + name, before.value(name, Json()), value);
+  for (const auto& [name, value] : before.items())
+    if (!after.contains(name)) compare("--" + name, value, Json());
+  const auto changed = changed_inputs(was.value("inputs", Json::array()), now["inputs"]);
+  if (text.empty() && !changed.empty()) text = "inputs: " + text_of(changed);
+  return text;
+}
+
+/// A new folder gets the manifest. One with the same is of a data set that was broken off or is drawn again.
+/// \throws Error (in_use) for a folder that holds anything else than frames of this data set
+void settle_folder(const std::string& folder, const Json& manifest) {
+  const auto refuse = [&](const std::string& what) {
+    throw Error(ErrorKind::in_use, folder + " holds " + what + "; give another --output");
+  };
+  const std::string path = manifest_path(folder);
+  if (is_there(path, ErrorKind::write)) {
+    const Json saved = read_json_file(path);
+    if (!saved.is_object() || saved.value("program", Json()) != "make_dataset") refuse("a run");
+    const std::string differing = differences(saved, manifest);
+    if (!differing.empty()) refuse("another data set: " + differing);
+    return;
+  }
+  for (const char* part : {"", "/train", "/test"})
+    if (is_folder(folder + part, ErrorKind::write) &&
+        !io::listed_paths(folder + part, [](const auto& file) { return file.extension() == ".npz"; }).empty())
+      refuse("frames without the manifest of this data set");
+  write_text(path, exact_text(manifest) + "\n");
+}
+
 void write_frames(const Options& options, const scenes::Vehicle& vehicle, bool held_out) {
   const std::string folder = options.output + (held_out ? "/test" : "/train");
   const std::size_t count = held_out ? options.test : options.train;
@@ -208,9 +267,18 @@ void write_frames(const Options& options, const scenes::Vehicle& vehicle, bool h
   });
 }
 
-int make_dataset(const Options& options) {
+int make_dataset(const CLI::App& app, const Options& options) {
   require_ranges(options);
-  const scenes::Vehicle vehicle = load_vehicle(options);
+  std::vector<std::string> inputs;
+  const scenes::Vehicle vehicle = load_vehicle(options, inputs);
+  if (!options.backgrounds.empty()) {
+    const auto pictures = photographs(options.backgrounds);
+    inputs.insert(inputs.end(), pictures.begin(), pictures.end());
+  }
+  const Json manifest =
+      make_manifest("make_dataset", settings_json(app, options), options.seed, options.train > 0, inputs);
+  const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
+  settle_folder(options.output, manifest);
   write_frames(options, vehicle, false);
   write_frames(options, vehicle, true);
   remark("wrote " + std::to_string(options.train) + " frames to optimise on and " +
@@ -228,5 +296,5 @@ int main(int argc, char** argv) {
   app.footer(
       "  make_dataset --output frames\n"
       "  make_dataset --mesh car.obj --material body --output frames --train 200");
-  return run_program(app, argc, argv, [&] { return make_dataset(options); });
+  return run_program(app, argc, argv, [&] { return make_dataset(app, options); });
 }

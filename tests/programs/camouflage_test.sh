@@ -15,6 +15,13 @@ for key in photo clean adversarial controls "matched noise" shuffled random blue
   grep -q "\"$key\"" two/metrics.json && pass || fail "metrics.json lacks $key"
 done
 
+for fact in commit instruction_set processor compiler version; do
+  grep -Eq "\"$fact\": \".+\"" two/manifest.json && pass || fail "the manifest lacks $fact"
+  grep -Eq "\"$fact\": \".+\"" two/metrics.json && pass || fail "metrics.json lacks $fact"
+done
+set=$(sed -n 's/^  "instruction_set": "\(.*\)",$/\1/p' two/manifest.json)
+grep -q "Tapestry [0-9.]* (.*$set on " two/report.html && pass || fail "the page does not say what computed it"
+
 # The same rows in the same order everywhere, and the effect beyond matched noise under them.
 rows="photo clean adversarial matched_noise shuffled random white grey black red green blue"
 listed() { tr '\n' ' ' | sed 's/ $//'; }
@@ -207,12 +214,50 @@ grep -q '"held_out": true' both_kinds/metrics.json && pass || fail "the frames w
 
 # The colours of a mesh are an input as the mesh is.
 mkdir own && cp "$assets"/car_sedan.{obj,mtl} own
-own=("${brief[@]}" --mesh own/car_sedan.obj --material body --epochs 1)
+cp "$assets"/detector.{cfg,weights,names} own
+own=("${brief[@]}" --mesh own/car_sedan.obj --material body --cfg own/detector.cfg --weights own/detector.weights
+  --names own/detector.names --epochs 1)
 expect_exit 0 "a mesh of one's own" "$camouflage" "${own[@]}" --output own_mesh
 expect_exit 0 "resumed" "$camouflage" --resume --output own_mesh
+expect_exit 0 "measured again" "$programs/evaluate" --run own_mesh
 echo '# another day' >>own/car_sedan.mtl
 expect_exit 7 "resumed with other colours" "$camouflage" --resume --output own_mesh
-expect_error_line 'inputs have changed: own/car_sedan.mtl'
+expect_error_line 'inputs have changed: own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$'
+
+# As is a measurement of the run, unless another input is given on purpose.
+expect_exit 7 "measured with other colours" "$programs/evaluate" --run own_mesh --output remeasured
+expect_error_line '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\);'
+expect_exit 7 "a protocol with other colours" "$programs/evaluate" --protocol views --quick --run own_mesh --output remeasured
+expect_error_line 'own_mesh: inputs have changed since the run: own/car_sedan.mtl'
+[ -e remeasured ] && fail "a refused measurement left a folder behind" || pass
+expect_exit 0 "other colours on purpose" "$programs/evaluate" --run own_mesh --accept-changed-inputs --output remeasured
+grep -q '^warning: own_mesh: inputs have changed since the run: own/car_sedan.mtl' command.err && pass || fail "no warning"
+grep -A 2 '"changed_inputs"' remeasured/metrics.json | grep -q own/car_sedan.mtl && pass || fail "metrics.json does not name what has changed"
+grep -q 'Inputs have changed since the run: own/car_sedan.mtl' remeasured/report.html && pass || fail "nor does the page"
+expect_exit 0 "another mesh on purpose" "$programs/evaluate" --run own_mesh --mesh "$assets/car_sedan.obj"
+mv own/car_sedan.mtl kept.mtl
+expect_exit 7 "measured without colours" "$programs/evaluate" --run own_mesh
+expect_error_line 'own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found none\)'
+expect_exit 0 "a check without colours" "$camouflage" "${own[@]}" --check
+grep -q "^warning: .*mtllib 'car_sedan.mtl' is not there" command.err && ! grep -q 'are sound' command.out && pass ||
+  fail "--check says nothing of a missing MTL"
+cp "$assets/car_sedan.mtl" own
+printf '\1' | dd of=own/detector.weights bs=1 seek=100000 conv=notrunc status=none
+expect_exit 7 "measured with other weights" "$programs/evaluate" --run own_mesh
+expect_error_line 'inputs have changed since the run: own/detector.weights \('
+expect_exit 0 "other weights on purpose" "$programs/evaluate" --run own_mesh --weights "$assets/detector.weights"
+cp "$assets/detector.weights" own
+cp "four frames/000.npz" "four frames/004.npz"
+expect_exit 7 "measured on one more frame" "$programs/evaluate" --run own_mesh
+expect_error_line 'four frames/004.npz \(expected none, found SHA-256'
+expect_exit 7 "a protocol with one more frame" "$programs/evaluate" --protocol digital --run own_mesh
+mv "four frames/004.npz" "four frames/003.npz"
+expect_exit 7 "measured on another frame" "$programs/evaluate" --run own_mesh
+expect_error_line 'inputs have changed since the run: four frames/003.npz \('
+expect_exit 0 "other frames on purpose" "$programs/evaluate" --run own_mesh --frames "$assets/frames"
+cp "$assets/frames/test/003.npz" "four frames"
+expect_exit 0 "everything as it was" "$programs/evaluate" --run own_mesh
+expect_exit 2 "changes of nothing" "$programs/evaluate" --clean-only --accept-changed-inputs
 
 # Failures on the way leave what can be resumed.
 (
@@ -229,8 +274,13 @@ expect_error_line 'step 1: term total is inf'
 "$camouflage" "${brief[@]}" --epochs 1 --output unheard >/dev/full 2>command.err
 [ $? -eq 5 ] && pass || fail "a full standard output does not end with 5"  # F05
 expect_file unheard/metrics.json
-"$camouflage" "${brief[@]}" --epochs 1 --output no_streams >&- 2>&- <&-  # F22
+"$camouflage" "${brief[@]}" --epochs 100000 --checkpoint-steps 1 --output no_streams >&- 2>&- <&- &  # F22
+process=$!
+wait_for 10 [ -e no_streams/checkpoint.npz ]
+kill -KILL "$process"
+wait "$process" 2>/dev/null
 [ "$(wc -l <no_streams/.lock)" -eq 1 ] && pass || fail "what was printed went into a file"
+expect_exit 0 "the run of a killed process" "$camouflage" --resume --epochs 100000 --output no_streams --check
 
 # Refusals to resume name the cause.
 cp -r limited damaged && sed 's/"mesh": "[^"]*"/"mesh": 3/' limited/manifest.json >damaged/manifest.json
@@ -309,9 +359,10 @@ sleep 0.5
 kill -TERM "$process"
 wait "$process"
 [ $? -eq 143 ] && [ ! -e unprepared ] && pass || fail "SIGTERM while scenes are drawn"
-"$camouflage" "${brief[@]}" --epochs 100000 --threads 2 --output "it's a folder" >/dev/null 2>stopped.err &
+name=$'it\'s a \e[31mfolder\u202e'
+"$camouflage" "${brief[@]}" --epochs 100000 --threads 2 --output "$name" >/dev/null 2>stopped.err &
 process=$!
-wait_for 10 [ -e "it's a folder/manifest.json" ]
+wait_for 10 [ -e "$name/manifest.json" ]
 kill -INT "$process"
 wait "$process"
 eval "exec_resumed() { exec $(tail -n 1 stopped.err); }"
@@ -321,4 +372,22 @@ sleep 1
 kill -INT "$process"
 wait "$process"
 [ $? -eq 130 ] && grep -q 'saved after step' resumed.err && pass || fail "the resume command does not work when pasted"
+grep -q $'\e\|\u202e' stopped.err && fail "a terminal takes orders from a name" || pass
+[ -e "$name/.lock" ] && fail "the lock is left behind" || pass
+
+# A hang-up, and what batch queues send before the time is up, which may come again. (F15)
+for signal in HUP USR1 XCPU; do
+  "$camouflage" "${brief[@]}" --epochs 100000 --output "by_$signal" >/dev/null 2>stopped.err &
+  process=$!
+  wait_for 10 [ -e "by_$signal/manifest.json" ]
+  kill "-$signal" "$process"
+  [ "$signal" = HUP ] || kill "-$signal" "$process"
+  wait "$process"
+  code=$?
+  [ "$code" -eq $((128 + $(kill -l "$signal"))) ] && pass || fail "SIG$signal: exit code $code"
+  expect_file "by_$signal/checkpoint.npz"
+done
+mkdir $'fr\xffames' && cp "four frames/000.npz" $'fr\xffames'
+expect_exit 2 "frames whose name is not UTF-8" "$camouflage" --frames $'fr\xffames' --texels 8 --epochs 1 --output not_utf8
+LC_ALL=C expect_error_line 'ames: the name is not UTF-8'
 finish

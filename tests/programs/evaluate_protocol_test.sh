@@ -189,6 +189,9 @@ if [ "$code" -eq 130 ]; then
 elif [ "$code" -ne 0 ]; then fail "SIGINT: exit code $code"; fi
 expect_exit 0 "after the stop" "$evaluate" --protocol occlusion "${small[@]}" --output stopped
 expect_same_report occlusion stopped whole
+[ -e stopped/.lock ] && fail "the lock is left behind" || pass
+grep -q '"instruction_set": "' whole/occlusion.json && grep -q ' on .*)\.' whole/occlusion.md && pass ||
+  fail "the report does not say what computed it"
 
 expect_exit 0 "the plain car" "$evaluate" --protocol occlusion --quick --clean-only --size 128 --output plain
 grep -q 'worst cell: the plain car is found least at' command.out && pass || fail "no worst cell of the plain car"

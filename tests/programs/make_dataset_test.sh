@@ -15,6 +15,25 @@ cmp -s metres/train/0000.npz metres/test/0000.npz && fail "a frame is held out a
 expect_exit 0 "another seed" frames --seed 2 --output other
 cmp -s metres/test/0000.npz other/test/0000.npz && fail "the seed changes nothing" || pass
 
+# One folder, one data set; the same again is no other.
+expect_exit 0 "the same again" frames --output metres
+expect_same metres/test/0001.npz again/test/0001.npz
+expect_same metres/manifest.json again/manifest.json
+expect_exit 7 "another data set in its folder" "$make_dataset" --seed 2 --train 3 --test 3 --size 96 --output metres
+expect_error_line '^error: metres holds another data set: --seed \(was 1, now 2\), --train \(was "2", now "3"\); give another --output$'
+[ -e metres/train/0002.npz ] && fail "a refused data set was written" || pass
+mkdir -p foreign/test && cp metres/test/0000.npz foreign/test
+expect_exit 7 "frames of nobody knows what" frames --output foreign
+expect_error_line 'foreign holds frames without the manifest of this data set'
+[ "$(ls -A foreign)" = test ] && pass || fail "a refused data set left $(ls -A foreign)"
+"$make_dataset" --train 2000 --test 1 --size 96 --output twice >/dev/null 2>&1 &
+process=$!
+wait_for 10 [ -e twice/manifest.json ]
+expect_exit 7 "two at once in one folder" frames --output twice
+expect_error_line "^error: twice: folder is in use by process $process on "
+kill -KILL "$process"
+wait "$process" 2>/dev/null
+
 # The frames are what camouflage takes, the mesh's own units included: a car in centimetres.
 awk '$1 == "v" { printf "v %.9g %.9g %.9g\n", 100 * $2, 100 * $3, 100 * $4; next } { print }' \
   "$assets/car_sedan.obj" >centimetres.obj

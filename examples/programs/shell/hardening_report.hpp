@@ -208,6 +208,7 @@ inline Json hardening_json(const HardeningReport& report) {
           {"test_scenes", report.test_scenes},
           {"seconds", report.seconds},
           {"peak_mib", peak_mib()},
+          {"computed_by", computed_by_json()},
           {"options", report.options}};
 }
 

@@ -58,6 +58,7 @@ inline Json metrics_json(const RunReport& report) {
           {"held_out", report.held_out},
           {"seconds", report.seconds},
           {"peak_mib", peak_mib()},
+          {"computed_by", computed_by_json()},
           {"seed", report.options.value("seed", std::uint64_t(0))},
           {"options", report.options}};
 }

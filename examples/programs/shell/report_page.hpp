@@ -7,11 +7,11 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/version.hpp>
 #include <utility>
 #include <vector>
 
 #include "base64.hpp"
+#include "build_facts.hpp"
 #include "command_line.hpp"
 #include "contact_sheet.hpp"
 #include "page.hpp"
@@ -150,9 +150,8 @@ inline Json page_data(const ReportPage& page) {
 /// each view in a list that sorts and filters, the car to turn, the paint, curves, links to the files beside
 /// it, and the options.
 inline std::string page_html(const ReportPage& page) {
-  std::string html = page_begin(page.title, std::string(list_style) + report_style) +
-                     "<p class=\"muted\">Tapestry " TAPESTRY_VERSION_TEXT ", seed " +
-                     std::to_string(page.seed) + ", " +
+  std::string html = page_begin(page.title, std::string(list_style) + report_style) + "<p class=\"muted\">" +
+                     escaped(computed_by_text()) + ", seed " + std::to_string(page.seed) + ", " +
                      std::to_string(static_cast<long>(page.seconds + 0.5)) + " s. Repeated by:</p>\n<pre>" +
                      escaped(page.command) + "</pre>\n" + page.findings;
   if (!page.pairs.below.empty() && !page.pairs.above.empty())

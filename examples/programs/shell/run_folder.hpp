@@ -11,10 +11,11 @@
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/run_lock.hpp>
 #include <tapestry/io/sha256.hpp>
-#include <tapestry/version.hpp>
+#include <tapestry/io/utf8.hpp>
 #include <utility>
 #include <vector>
 
+#include "build_facts.hpp"
 #include "file_status.hpp"
 
 namespace tapestry::shell {
@@ -38,8 +39,8 @@ inline void make_writable_folder(const std::string& folder) {
   require_writable_folder(folder);
 }
 
-/// The folder of a run, claimed for this process. If it was made for the run and the run ends before it
-/// has a manifest, it is taken away again.
+/// The folder of a run, claimed for this process. If it was made for the run and the run ends before there
+/// is anything in it, it is taken away again.
 class RunFolder {
  public:
   /// \param is_new  whether the folder is the run's own, and not there before it
@@ -47,10 +48,9 @@ class RunFolder {
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
   ~RunFolder() {
+    lock_.release();
     std::error_code ignored;
-    if (!is_new_ || std::filesystem::exists(path_ + "/manifest.json", ignored)) return;
-    std::filesystem::remove(path_ + "/.lock", ignored);
-    std::filesystem::remove(path_, ignored);
+    if (is_new_) std::filesystem::remove(path_, ignored);  // which fails unless it is empty
   }
 
  private:
@@ -83,15 +83,35 @@ inline std::string report_text(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+/// The first text of a JSON that is not UTF-8; empty if there is none.
+inline std::string text_not_utf8(const Json& json) {
+  if (json.is_string()) {
+    const auto& text = json.get_ref<const std::string&>();
+    return io::utf8_prefix(text) == text.size() ? std::string() : text;
+  }
+  if (json.is_structured())
+    for (const Json& member : json)
+      if (std::string text = text_not_utf8(member); !text.empty()) return text;
+  return {};
+}
+
 /// As JSON that will be read again, and so cannot hold everything.
-/// \throws Error (usage) for text that is not UTF-8
+/// \throws Error (usage) naming text that is not UTF-8
 inline std::string exact_text(const Json& json, int indent = 2) {
   try {
     return json.dump(indent);
   } catch (const Json::type_error&) {
-    throw Error(ErrorKind::usage,
-                "the name of an input is not UTF-8, so the manifest cannot hold it; rename the file");
+    throw Error(
+        ErrorKind::usage,
+        text_not_utf8(json) + ": the name is not UTF-8, so the manifest cannot hold it; rename the file");
   }
+}
+
+/// What computed a result, see computed_by().
+inline Json computed_by_json() {
+  Json facts;
+  for (const auto& [name, value] : computed_by()) facts[name] = value;
+  return facts;
 }
 
 /// Reads a JSON file of at most 16 MiB, as io::read_json() does.

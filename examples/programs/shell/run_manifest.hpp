@@ -2,20 +2,18 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/name_numbers.hpp>
 #include <tapestry/version.hpp>
-#include <utility>
 #include <vector>
 
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
 
-// The file manifest.json of a run says what was asked for, and of which inputs.
+// The file manifest.json of a run says what was asked for, of which inputs, and what computed it.
 
 inline std::string manifest_path(const std::string& folder) { return folder + "/manifest.json"; }
 
@@ -23,13 +21,11 @@ inline std::string manifest_path(const std::string& folder) { return folder + "/
 /// \param input_paths  every file that the run reads
 inline Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out,
                           const std::vector<std::string>& input_paths) {
-  return {{"program", program},
-          {"version", TAPESTRY_VERSION_TEXT},
-          {"compiler", __VERSION__},
-          {"seed", seed},
-          {"options", settings},
-          {"held_out", held_out},
-          {"inputs", input_hashes(input_paths)}};
+  Json manifest{{"program", program}};
+  manifest.update(computed_by_json());
+  manifest.update(Json{
+      {"seed", seed}, {"options", settings}, {"held_out", held_out}, {"inputs", input_hashes(input_paths)}});
+  return manifest;
 }
 
 /// What a checkpoint must agree with: options and inputs.
@@ -71,34 +67,55 @@ inline Json read_manifest(const std::string& folder, const std::string& program 
   return manifest;
 }
 
-/// The paths of the inputs in `some` that `others` lack, the first ten of them.
-inline std::string names_of_missing(const Json& some, const Json& others) {
-  std::string names;
-  std::size_t count = 0;
-  const auto written = [](const Json& input) {
-    return input.dump(-1, ' ', false, Json::error_handler_t::replace);
+/// An input whose bytes are not those that were recorded.
+struct ChangedInput {
+  std::string path{};
+  std::string expected{};  ///< SHA-256 as recorded; empty if the file was no input
+  std::string found{};     ///< SHA-256 as the file is now; empty if it is no input any more
+};
+
+/// What differs between two lists as of input_hashes(): in the order of paths what is other or new, then what
+/// is gone.
+inline std::vector<ChangedInput> changed_inputs(const Json& recorded, const Json& now) {
+  const auto hashes_of = [](const Json& inputs) {
+    const auto text = [](const Json& input, const char* name) {
+      const auto found = input.find(name);
+      return found != input.end() && found->is_string() ? found->get<std::string>() : std::string("?");
+    };
+    std::map<std::string, std::string> hashes;
+    for (const auto& input : inputs) hashes.emplace(text(input, "path"), text(input, "sha256"));
+    return hashes;
   };
-  std::vector<std::string> texts;
-  io::NameNumbers known;
-  const auto text_of = [&](std::size_t i) -> std::string_view { return texts[i]; };
-  for (const auto& input : others) {
-    std::string text = written(input);
-    if (known.add(text, text_of) == texts.size()) texts.push_back(std::move(text));
+  const auto before = hashes_of(recorded), after = hashes_of(now);
+  std::vector<ChangedInput> changed;
+  for (const auto& [path, hash] : after) {
+    const auto old = before.find(path);
+    if (old == before.end() || old->second != hash)
+      changed.push_back({path, old == before.end() ? "" : old->second, hash});
   }
-  for (const auto& input : some) {
-    if (known.find(written(input), text_of) != io::NameNumbers::none) continue;
-    if (++count <= 10) names += (names.empty() ? "" : ", ") + input.value("path", std::string("?"));
-  }
-  return count <= 10 ? names : names + ", ... (" + std::to_string(count) + " in all)";
+  for (const auto& [path, hash] : before)
+    if (!after.contains(path)) changed.push_back({path, hash, ""});
+  return changed;
+}
+
+/// The first ten of them, with the beginnings of their hashes.
+inline std::string text_of(const std::vector<ChangedInput>& changed) {
+  const auto hash = [](const std::string& sha256) {
+    return sha256.empty() ? "none" : "SHA-256 " + sha256.substr(0, 16);
+  };
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(changed.size(), 10); ++i)
+    text += (text.empty() ? "" : ", ") + changed[i].path + " (expected " + hash(changed[i].expected) +
+            ", found " + hash(changed[i].found) + ")";
+  return changed.size() <= 10 ? text : text + ", ... (" + std::to_string(changed.size()) + " in all)";
 }
 
 /// \throws Error (in_use) unless the run in a folder has the inputs of this manifest
 inline void require_same_inputs(const Json& manifest, const std::string& folder) {
   const Json saved = read_manifest(folder, manifest.value("program", std::string()));
-  std::string changed = names_of_missing(manifest["inputs"], saved["inputs"]);
-  if (changed.empty()) changed = names_of_missing(saved["inputs"], manifest["inputs"]);
+  const auto changed = changed_inputs(saved["inputs"], manifest["inputs"]);
   if (!changed.empty())
-    throw Error(ErrorKind::in_use, folder + ": cannot resume, inputs have changed: " + changed);
+    throw Error(ErrorKind::in_use, folder + ": cannot resume, inputs have changed: " + text_of(changed));
 }
 
 }  // namespace tapestry::shell

@@ -22,17 +22,22 @@ enum class InstructionSet { portable, avx2, avx512 };
   return InstructionSet::portable;
 }
 
-/// The instruction set that TAPESTRY_INSTRUCTION_SET calls `name`: "portable", "avx2" or "avx512".
+/// "portable", "avx2" or "avx512".
+[[nodiscard]] constexpr std::string_view name_of(InstructionSet set) {
+  constexpr std::string_view names[] = {"portable", "avx2", "avx512"};
+  return names[static_cast<int>(set)];
+}
+
+/// The instruction set that has this name_of().
 /// \param best  the best one of the processor
 /// \throws DomainError if there is none of that name, or the processor does not have it
 [[nodiscard]] inline InstructionSet instruction_set_named(std::string_view name,
                                                           InstructionSet best = best_instruction_set()) {
-  constexpr std::string_view names[] = {"portable", "avx2", "avx512"};
-  for (int set = 0; set < 3; ++set) {
-    if (names[set] != name) continue;
-    if (set <= static_cast<int>(best)) return static_cast<InstructionSet>(set);
+  for (const auto set : {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512}) {
+    if (name_of(set) != name) continue;
+    if (set <= best) return set;
     throw DomainError("TAPESTRY_INSTRUCTION_SET: this processor has no " + std::string(name) +
-                      ", expected at most " + std::string(names[static_cast<int>(best)]));
+                      ", expected at most " + std::string(name_of(best)));
   }
   throw DomainError("TAPESTRY_INSTRUCTION_SET: found " + in_quotes(name) +
                     ", expected portable, avx2 or avx512");

@@ -19,6 +19,7 @@
 #include "../program.hpp"
 #include "../reshaped_views.hpp"
 #include "../run_folder.hpp"
+#include "../run_inputs.hpp"
 #include "../run_manifest.hpp"
 #include "../settings.hpp"
 #include "protocols.hpp"
@@ -33,6 +34,7 @@ struct ProtocolRequest {
   std::string run;  ///< folder of the camouflage; empty: the plain car alone
   std::uint64_t seed = 1;
   std::string output;          ///< folder; nothing is written when empty
+  RunInputs run_inputs{};      ///< that must be those of the run
   std::size_t trained_on = 0;  ///< of its photographs, those that the camouflage was optimised on
 };
 
@@ -46,6 +48,7 @@ struct ProtocolInputs {
   std::vector<std::string> photographs{};               ///< paths; none where the car is rendered alone
   std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
   MaskRule mask{};                                      ///< of the photographs
+  std::vector<ChangedInput> changed{};                  ///< since the run, and accepted
 };
 
 /// Of the photographs those that --quick leaves, evenly spread.
@@ -87,6 +90,8 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     // Heat maps are of the last layer that all heads see.
     const std::vector<std::string> layers(settings.protocol == "attention" ? 1 : 0);
     auto loaded = load_inputs(request.scene, request.detector, layers);
+    inputs.changed = require_run_inputs(request.run_inputs, request.scene, loaded.car, request.detector,
+                                        loaded.frames.test, loaded.warnings);
     print_warnings(loaded.warnings);
     inputs.car = std::move(loaded.car);
     inputs.posed = loaded.frames.posed;
@@ -105,6 +110,8 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
   inputs.detectors.push_back({load_detector(request.detector)});
   inputs.detectors.back().class_index = class_index_of(request.detector, inputs.detectors.back().detector);
   inputs.car = load_car(request.scene);
+  inputs.changed = require_run_inputs(request.run_inputs, request.scene, inputs.car, request.detector, {},
+                                      inputs.car.warnings);
   print_warnings(inputs.detectors.back().detector.warnings);
   print_warnings(inputs.car.warnings);
   inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));

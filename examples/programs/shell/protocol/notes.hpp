@@ -6,6 +6,7 @@
 #include <tapestry/evaluate/views.hpp>
 #include <vector>
 
+#include "../build_facts.hpp"
 #include "inputs.hpp"
 #include "protocol.hpp"
 
@@ -54,6 +55,8 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
   const auto number = evaluate::detail::short_number;
   const auto& background = request.settings.background;
   auto notes = notes_on_frames(protocol, result, request);
+  if (!inputs.changed.empty())
+    notes.push_back("Inputs have changed since the run: " + text_of(inputs.changed) + ".");
   notes.push_back(
       (request.detector.precision == "float" ? "" : "Detectors run in " + request.detector.precision + ". ") +
       "Found: a box of class " + request.detector.class_name + ", confidence above " +
@@ -80,7 +83,7 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
   if (is_before_plain_background(protocol.name))
     input +=
         ", background " + number(background[0]) + " " + number(background[1]) + " " + number(background[2]);
-  notes.push_back(input + ", seed " + std::to_string(request.seed) + ".");
+  notes.push_back(input + ", seed " + std::to_string(request.seed) + ". " + computed_by_text() + ".");
   return notes;
 }
 

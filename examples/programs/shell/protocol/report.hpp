@@ -162,6 +162,7 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
     json["cells"].push_back(entry);
   }
   json["settings"] = settings;
+  json["computed_by"] = computed_by_json();
   return json;
 }
 

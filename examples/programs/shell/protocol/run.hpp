@@ -56,11 +56,13 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   for (const auto* more : {&inputs.photographs, &request.settings.further_weights})
     paths.insert(paths.end(), more->begin(), more->end());
   if (!request.run.empty()) paths.push_back(request.run + "/texture.npz");
-  return {{"program", "evaluate"},
-          {"version", TAPESTRY_VERSION_TEXT},
-          {"protocol", request.settings.protocol},
-          {"options", options},
-          {"inputs", input_hashes(paths)}};
+  Json settings{{"program", "evaluate"},
+                {"version", TAPESTRY_VERSION_TEXT},
+                {"protocol", request.settings.protocol},
+                {"options", options},
+                {"inputs", input_hashes(paths)}};
+  if (!inputs.changed.empty()) settings["changed_inputs"] = json_of(inputs.changed);
+  return settings;
 }
 
 /// What differs between the settings of two measurements, by name.
@@ -71,6 +73,8 @@ inline std::string differences(const Json& saved, const Json& own) {
       text += (text.empty() ? "" : ", ") + name + " (was " + was.dump() + ", now " + now.dump() + ")";
   };
   for (const char* name : {"version", "protocol"}) compare(name, saved[name], own[name]);
+  const char* const changed = "changed_inputs";
+  compare(changed, saved.value(changed, Json::array()), own.value(changed, Json::array()));
   const auto option = [](const Json& of, const std::string& name) {
     const char* const lacking = value_when_lacking(name);
     return of["options"].value(name, lacking == nullptr ? Json() : Json(lacking));
@@ -78,9 +82,7 @@ inline std::string differences(const Json& saved, const Json& own) {
   for (const auto& [name, value] : own["options"].items()) compare("--" + name, option(saved, name), value);
   for (const auto& [name, value] : saved["options"].items())
     if (!own["options"].contains(name)) compare("--" + name, value, option(own, name));
-  for (const auto& names :
-       {names_of_missing(own["inputs"], saved["inputs"]), names_of_missing(saved["inputs"], own["inputs"])})
-    if (text.empty() && !names.empty()) text = "inputs: " + names;
+  if (text.empty()) text = "inputs: " + text_of(changed_inputs(saved["inputs"], own["inputs"]));
   return text;
 }
 
@@ -257,7 +259,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
               attention_sheet(column, protocol, result, textures, measurement.outcomes(), source,
                               inputs.detectors[column], heat_map_by_name(request.settings.heat_map_kind))));
   const auto notes = detail::notes_of(protocol, result, request, inputs);
-  std::cout << protocol_text(protocol, result, notes);
+  std::cout << lines_for_terminal(protocol_text(protocol, result, notes));
   if (!folder.empty()) {
     detail::write_report(folder, protocol, result, notes, settings, measurement.outcomes());
     if (protocol.on_photographs)

@@ -1,0 +1,97 @@
+#pragma once
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/folder_listing.hpp>
+#include <vector>
+
+#include "inputs.hpp"
+#include "run_manifest.hpp"
+
+namespace tapestry::shell {
+
+namespace detail {
+/// A folder in one way of writing.
+inline std::string plain_folder(const std::filesystem::path& folder) {
+  return (folder / "").lexically_normal().string();
+}
+
+/// Whether an option of a run named this file.
+inline bool is_named(const Json& options, const std::string& path) {
+  return std::ranges::any_of(options, [&](const Json& value) {
+    return value == path || (value.is_array() && std::ranges::find(value, Json(path)) != value.end());
+  });
+}
+}  // namespace detail
+
+/// The inputs of a camouflage run that a measurement would read again, and whose bytes are not those that its
+/// manifest holds. An input that was exchanged by an option is none of them: its path is another. Of frames
+/// and of material files those that are new or gone count, too, which no reader would notice.
+///
+/// \param manifest  of the run
+/// \param frames    those to measure on, all of them; none where the car is rendered alone
+inline std::vector<ChangedInput> changed_since(const Json& manifest, const SceneSettings& scene,
+                                               const Car& car, const DetectorSettings& detector,
+                                               const std::vector<std::string>& frames) {
+  FrameLists lists;
+  lists.test = frames;
+  const Json& options = manifest["options"];
+  const auto setting = [&](const char* name) { return options.value(name, std::string()); };
+  const std::string folder = setting("frames");
+  const auto lies_in = [&](const std::string& path, const std::string& below) {
+    return detail::plain_folder(std::filesystem::path(path).parent_path()) ==
+           detail::plain_folder(folder + below);
+  };
+  const bool same_frames = !frames.empty() && scene.frames == folder;
+  const auto is_measured_frame = [&](const std::string& path) {
+    return path.ends_with(".npz") && (lies_in(path, "") || lies_in(path, "/test"));
+  };
+  const auto is_picture = [](const std::string& path) {
+    return path.ends_with(".npz") || io::has_picture_name(path);
+  };
+  const auto is_material = [&](const ChangedInput& input) {
+    return input.found.empty()
+               ? !detail::is_named(options, input.path) && !is_picture(input.path)
+               : std::ranges::find(car.material_files, input.path) != car.material_files.end();
+  };
+  auto changed = changed_inputs(manifest["inputs"], input_hashes(input_paths(scene, car, detector, lists)));
+  std::erase_if(changed, [&](const ChangedInput& input) {
+    if (!input.expected.empty() && !input.found.empty()) return false;
+    return !(same_frames && is_measured_frame(input.path)) &&
+           !(scene.mesh == setting("mesh") && is_material(input));
+  });
+  return changed;
+}
+
+/// What is to be done about them: the run whose inputs are compared, and whether changed ones are accepted.
+struct RunInputs {
+  std::string run{};  ///< its folder; empty: nothing is compared
+  bool accepts_changes = false;
+};
+
+/// As changed_since(), with a word on each that is accepted in `warnings`.
+/// \throws Error (in_use) naming them, unless they are accepted
+inline std::vector<ChangedInput> require_run_inputs(const RunInputs& inputs, const SceneSettings& scene,
+                                                    const Car& car, const DetectorSettings& detector,
+                                                    const std::vector<std::string>& frames,
+                                                    std::vector<std::string>& warnings) {
+  if (inputs.run.empty()) return {};
+  auto changed = changed_since(read_manifest(inputs.run), scene, car, detector, frames);
+  if (changed.empty()) return changed;
+  const std::string words = inputs.run + ": inputs have changed since the run: " + text_of(changed);
+  if (!inputs.accepts_changes)
+    throw Error(ErrorKind::in_use, words + "; give another input by its option, or --accept-changed-inputs");
+  warnings.push_back(words);
+  return changed;
+}
+
+inline Json json_of(const std::vector<ChangedInput>& changed) {
+  const auto hash = [](const std::string& sha256) { return sha256.empty() ? Json() : Json(sha256); };
+  Json json = Json::array();
+  for (const auto& input : changed)
+    json.push_back({{"path", input.path}, {"expected", hash(input.expected)}, {"found", hash(input.found)}});
+  return json;
+}
+
+}  // namespace tapestry::shell
