@@ -211,7 +211,7 @@ class CostlyCursor {
     values_ = kept_ == nullptr ? own_ : kept_ + position;
     if (is_kept_ && kept_ != nullptr) return;
     using Reader = decltype(inner_.reader());
-    plain_block(count, StoreValue<Reader, T>{inner_.reader(), values_});  // calls functions of <cmath>
+    portable_block(count, StoreValue<Reader, T>{inner_.reader(), values_});  // calls functions of <cmath>
   }
   void backward(std::size_t first, std::size_t count) {
     using Reader = decltype(inner_.reader());
