@@ -25,7 +25,21 @@ if(TARGET tapestry)
     set(tapestry_pc_requires " libturbojpeg")
     set(tapestry_pc_flags " -DTAPESTRY_JPEG")
   endif()
-  configure_file(${CMAKE_CURRENT_LIST_DIR}/tapestry.pc.in tapestry.pc @ONLY)
-  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tapestry.pc DESTINATION ${CMAKE_INSTALL_DATADIR}/pkgconfig)
+  # System headers bring no warnings. Those below /usr are such anyway, and named by -isystem that folder would come
+  # before that of the standard library, which then does not find the C library's headers.
+  foreach(folder IN ITEMS prefix usr)
+    set(tapestry_pc_include "-isystem ")
+    if(folder STREQUAL usr)
+      set(tapestry_pc_include "-I")
+    endif()
+    configure_file(${CMAKE_CURRENT_LIST_DIR}/tapestry.pc.in pkgconfig/${folder}/tapestry.pc @ONLY)
+  endforeach()
+  install(CODE "
+    set(folder prefix)
+    if(CMAKE_INSTALL_PREFIX MATCHES \"(^|/)usr/?$\")
+      set(folder usr)
+    endif()
+    file(INSTALL DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/pkgconfig\"
+         FILES \"${CMAKE_CURRENT_BINARY_DIR}/pkgconfig/\${folder}/tapestry.pc\")")
 endif()
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

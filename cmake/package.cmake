@@ -3,7 +3,9 @@
 # the programs run without.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tapestry)
-set(CPACK_PACKAGE_CONTACT "The Tapestry authors")
+set(TAPESTRY_CONTACT "The Tapestry developers <maintainers@tapestry.invalid>" CACHE STRING
+    "Whom users of the Debian package write to, as \"Name <address>\"")
+set(CPACK_PACKAGE_CONTACT "${TAPESTRY_CONTACT}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "differentiable rendering and object detectors on one reverse-mode tape")
 set(CPACK_PACKAGE_DESCRIPTION
     "C++20 headers, and programs that optimise, measure and harden against camouflages of cars.")
@@ -22,5 +24,18 @@ if(TAPESTRY_BUILD_EXAMPLES)
   else()
     message(STATUS "A Debian package made here states no dependencies: that needs dpkg-dev and file")
   endif()
+endif()
+# What Debian asks for beside the files: who may do what, and a changelog in its form, compressed.
+file(READ ${PROJECT_SOURCE_DIR}/LICENSE licence)
+file(WRITE ${PROJECT_BINARY_DIR}/package/copyright
+     "Tapestry, by its developers, under the MIT licence:\n\n${licence}\nWhat CHANGELOG.md beside this file says has changed.\n")
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
+file(WRITE ${PROJECT_BINARY_DIR}/package/changelog
+     "tapestry (${PROJECT_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md.\n\n -- ${TAPESTRY_CONTACT}  ${date}\n")
+find_program(GZIP gzip)
+if(GZIP)
+  execute_process(COMMAND ${GZIP} -9nf ${PROJECT_BINARY_DIR}/package/changelog)
+  install(FILES ${PROJECT_BINARY_DIR}/package/copyright ${PROJECT_BINARY_DIR}/package/changelog.gz
+                ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 endif()
 include(CPack)

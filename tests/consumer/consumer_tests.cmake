@@ -28,7 +28,7 @@ if(TAPESTRY_INSTALL)
   find_program(PKG_CONFIG NAMES pkg-config pkgconf)
   if(PKG_CONFIG)
     add_test(NAME "consumer: pkg-config" COMMAND ${PKG_CONFIG} --cflags --print-errors tapestry)
-    set_tests_properties("consumer: pkg-config" PROPERTIES PASS_REGULAR_EXPRESSION "-I[^ ]*/include .*eigen3"
+    set_tests_properties("consumer: pkg-config" PROPERTIES PASS_REGULAR_EXPRESSION "-isystem [^ ]*/include .*eigen3"
                          ENVIRONMENT "PKG_CONFIG_PATH=${consumer_dir}/prefix/${CMAKE_INSTALL_DATADIR}/pkgconfig")
     list(APPEND installed_tests "consumer: pkg-config")
   endif()

@@ -15,9 +15,16 @@ dpkg-deb --info "$package" >fields
 grep -q "^ Package: tapestry$" fields && grep -q "^ Version: $version$" fields && pass || fail "$(cat fields)"
 for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector train_segmenter; do
   [ "$(root/usr/bin/$name --version)" = "$name (Tapestry) $version" ] && pass || fail "the packed $name does not start"
-  expect_file "root/usr/share/man/man1/$name.1"
+  gzip -t "root/usr/share/man/man1/$name.1.gz" && pass || fail "no page of $name"
   expect_file "root/usr/share/bash-completion/completions/$name"
 done
+for name in copyright changelog.gz; do expect_file "root/usr/share/doc/tapestry/$name"; done
+grep -q 'MIT' root/usr/share/doc/tapestry/copyright && pass || fail "the copyright names no licence"
+gzip -dc root/usr/share/doc/tapestry/changelog.gz | head -n 1 | grep -q "^tapestry ($version) " && pass || fail "the changelog is not of $version"
+grep -Eq '^ Maintainer: .+ <[^ @]+@[^ @]+>$' fields && pass || fail "nobody can be written to: $(grep Maintainer fields)"
+if grep -q '^TAPESTRY_MPI:BOOL=OFF' "$build/CMakeCache.txt"; then
+  grep -iq 'depends:.*mpi' fields && fail "the package needs MPI" || pass
+fi
 [ -e root/usr/bin/make_assets ] && fail "make_assets is packed" || pass
 expect_exit 0 "what is bundled" root/usr/bin/detect root/usr/share/tapestry/assets/frames/test/000.npz
 grep -q '^  car ' command.out && pass || fail "the packed detector finds no car"
@@ -41,6 +48,7 @@ expected="6 $(printf tapestry | sha256sum | head -c 8)"
 export PKG_CONFIG_PATH=$PWD/root/usr/share/pkgconfig
 expect_exit 0 "pkg-config" pkg-config --print-errors --cflags --libs tapestry
 read -ra flags <command.out
+grep -q -- '-isystem ' command.out && fail "what is installed into /usr is put before the C library" || pass
 expect_exit 0 "compiling by pkg-config" "${CXX:-g++}" -std=c++20 main.cpp "${flags[@]}" -o by_pkg_config
 [ "$(./by_pkg_config)" = "$expected" ] && pass || fail "pkg-config's program says $(./by_pkg_config)"
 
