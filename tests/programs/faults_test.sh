@@ -42,6 +42,7 @@ check_run() {
 }
 for call in write fsync rename; do until_success "$call" $ENOSPC "0 5" check_run "${paint[@]}" --output run; done
 until_success unlink $EIO "0 5" check_run "${paint[@]}" --output run
+until_success stat $EIO "0 3 5" check_run "${paint[@]}" --output run
 until_success pread $EIO "3" check_run "${paint[@]}" --output run
 until_success open $EIO "0 3 5" check_run "${paint[@]}" --output run
 until_success create $EROFS "5" check_run "${paint[@]}" --output run

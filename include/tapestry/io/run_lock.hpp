@@ -15,7 +15,7 @@
 namespace tapestry::io {
 
 /// Claims a folder, or a file to be written, for one process, by a lock of the operating system on
-/// `<folder>/.lock`, or on `.<file>.lock` beside the file.
+/// `FOLDER/.lock`, or on `.NAME.lock` beside the file NAME.
 ///
 /// The lock ends with this object or with the process, however that ends. The object takes its file away
 /// again; that of a killed process stays and is no sign of a claim. It holds the process and host of the
