@@ -13,6 +13,10 @@ using tapestry::ShapeError;
 using tapestry::Tape;
 using tapestry::test::random_array;
 
+namespace {
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+}
+
 TEST_CASE("matmul and affine equal the products worked out by hand", "[autodiff][array_functions]") {
   const Array<double, 2> a = {{1, 2}, {3, 4}};
   const Array<double, 2> b = {{5, 6}, {7, 8}};
@@ -49,6 +53,36 @@ TEST_CASE("a masked element cannot poison the gradient", "[autodiff][array_funct
   const auto held = tape.input(Array<double, 1>{-1, 0, 0.5, 1, 2});
   tape.reverse(sum(clamp(held, 0, 1)));
   CHECK(held.adjoint() == Array<double, 1>{0, 1, 1, 1, 0});
+}
+
+TEST_CASE("a reduction's result of no axes goes with numbers, scalars and arrays of any rank",
+          "[autodiff][array_functions]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<double, 1>{1, 2, 4});
+  const auto s = tape.input(3.0);
+  const ArrayVariable<double, 0> z = sum_along(x, 0);  // 7
+  // f = (z + 1) + 2 / z − z² s: by x f′ = 1 − 2 / z² − 2 z s, by s −z².
+  const ArrayVariable<double, 0> f = (z + 1.0) + 2 / z - z * z * s;
+  CHECK(f.value()() == 8 + 2.0 / 7 - 147);
+  tape.reverse(sum(f));
+  const double slope = 1 - 2.0 / 49 - 42;  // of terms that round once or twice, of size 42
+  for (const double found : x.adjoint()) CHECK(std::abs(found - slope) <= 42 * 4 * epsilon);
+  CHECK(s.adjoint() == -49);
+
+  // Beside arrays it repeats: g = Σ wᵢⱼ (z − yᵢⱼ) is linear in z and y.
+  const Array<double, 2> w = {{1, 2, 3}, {4, 5, 6}};
+  const auto y = tape.input(Array<double, 2>{{1, 1, 2}, {3, 5, 8}});
+  const ArrayVariable<double, 2> difference = z - y;
+  CHECK(difference.value() == Array<double, 2>{{6, 6, 5}, {4, 2, -1}});
+  tape.reverse(sum(w * (z - y)));
+  CHECK(x.adjoint() == Array<double, 1>{21, 21, 21});
+  CHECK(y.adjoint() == Array<double, 2>(-w));
+  tape.reverse(sum(exp(largest_along(x, 0) - x)));  // e³ + e² + 1, of whose slopes the largest has the sum
+  CHECK(std::abs(x.adjoint()(2) - (std::exp(3) + std::exp(2))) <= 32 * epsilon);
+  CHECK(std::abs(x.adjoint()(0) + std::exp(3)) <= 32 * epsilon);
+  tape.reverse(sum(where(y < z, z * y, y)));  // 8 is not below 7
+  CHECK(x.adjoint() == Array<double, 1>{12, 12, 12});
 }
 
 TEST_CASE("special values of array reductions", "[autodiff][array_functions]") {

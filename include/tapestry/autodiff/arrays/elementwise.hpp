@@ -50,7 +50,7 @@ template <class T, std::size_t Rank, class X>
   } else if constexpr (ScalarExpression<X>) {
     return ScalarNode<T>{Variable<T>(x)};
   } else if constexpr (DifferentiableArray<X>) {
-    return whole_view(ArrayVariable<T, Rank>(x));
+    return whole_view(x);
   } else {
     return ConstantView<T, Rank, Rank>(whole_view(ArrayVariable<T, Rank>(x)));
   }
@@ -126,11 +126,11 @@ struct Clamp {
 
 // Element by element, as a formula: computed in one pass when it becomes an ArrayVariable or is summed, and
 // pulled back in one pass. One operand is an array variable, a view or a formula of these; the other is such
-// a thing of the same rank, a plain array, a scalar variable or formula, or a number. Axes of extent 1
-// repeat; the adjoint of what repeats, and of a scalar, sums over the elements. As everywhere on the tape, a
-// zero adjoint passes nothing on, even where a partial derivative is infinite or NaN, so a masked element
-// cannot poison the gradient. Kinks and poles are treated as by the scalar functions of the same name.
-// \throws ShapeError if extents do not go together.
+// a thing of the same rank or of rank 0, a plain array, a scalar variable or formula, or a number. Axes of
+// extent 1 and arrays of no axes repeat; the adjoint of what repeats, and of a scalar, sums over the
+// elements. As everywhere on the tape, a zero adjoint passes nothing on, even where a partial derivative is
+// infinite or NaN, so a masked element cannot poison the gradient. Kinks and poles are treated as by the
+// scalar functions of the same name. \throws ShapeError if extents do not go together.
 
 template <class X, class Y>
 requires detail::ArrayPair<X, Y>

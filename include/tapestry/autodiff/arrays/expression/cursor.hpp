@@ -114,11 +114,15 @@ template <class T, std::size_t Rank>
 class ViewCursor {
  public:
   template <class View, class P>
-  ViewCursor(const View& view, const P& pass)
-      : from_(view.whole().value().data() + view.offset()), strides_(view.strides_in(pass.plan.extents)) {
-    if constexpr (Rank > 0) step_ = strides_[Rank - 1];
+  ViewCursor(const View& view, const P& pass) : from_(view.whole().value().data() + view.offset()) {
+    if constexpr (Rank > 0) {
+      strides_ = view.strides_in(pass.plan.extents);
+      step_ = strides_[Rank - 1];
+    } else {
+      step_ = pass.plan.extents.empty() ? 1 : 0;  // one of no axes repeats beside others
+    }
   }
-  void seek(const Extents<Rank>& index) {
+  void seek(const auto& index) {
     row_ = 0;
     for (std::size_t axis = 0; axis < Rank; ++axis)
       row_ += static_cast<std::ptrdiff_t>(index[axis]) * strides_[axis];
@@ -141,7 +145,7 @@ class ViewCursor {
 
  private:
   const T* from_;
-  Strides<Rank> strides_;
+  Strides<Rank> strides_{};
   std::ptrdiff_t step_ = 1;
   std::ptrdiff_t row_ = 0;
   const T* values_ = nullptr;

@@ -94,9 +94,26 @@ concept HasNoDerivative = requires {
   Operation::has_no_derivative;
 };
 
+/// Nodes without a shape, which go with arrays of any.
+template <class X>
+inline constexpr bool is_scalar_node = !requires(const X& x) {
+  x.shape();
+};
+
+/// The extents of a node beside others of `extents`; those of no axes repeat along all of these.
+template <class X, std::size_t Rank>
+[[nodiscard]] Extents<Rank> extents_beside(const char* name, const Extents<Rank>& extents, const X& x,
+                                           const char* argument) {
+  if constexpr (is_scalar_node<X> || X::rank != Rank) {
+    return extents;
+  } else {
+    return broadcast_extents(name, extents, x.shape(), argument);
+  }
+}
+
 template <class X, std::size_t Rank>
 [[nodiscard]] bool node_joins(const X& x, std::size_t axis, const Extents<Rank>& extents) {
-  if constexpr (X::rank == 0 && Rank != 0) {
+  if constexpr (X::rank == 0) {
     return true;
   } else {
     return x.joins(axis, extents);
@@ -137,12 +154,10 @@ class ArrayBinary {
 
   /// \throws ShapeError if the extents do not go together
   ArrayBinary(const char* name, X left, Y right) : x(std::move(left)), y(std::move(right)) {
-    if constexpr (X::rank == 0) {
+    if constexpr (is_scalar_node<X> || X::rank != rank) {
       extents_ = y.shape();
-    } else if constexpr (Y::rank == 0) {
-      extents_ = x.shape();
     } else {
-      extents_ = broadcast_extents(name, x.shape(), y.shape(), "right operand");
+      extents_ = extents_beside(name, x.shape(), y, "right operand");
     }
   }
   [[nodiscard]] const Extents<rank>& shape() const { return extents_; }
@@ -169,10 +184,8 @@ class ArrayWhere {
 
   ArrayWhere(M condition, X first, Y second)
       : mask(std::move(condition)), x(std::move(first)), y(std::move(second)), extents_(mask.shape()) {
-    if constexpr (X::rank != 0)
-      extents_ = broadcast_extents("where", extents_, x.shape(), "the first branch");
-    if constexpr (Y::rank != 0)
-      extents_ = broadcast_extents("where", extents_, y.shape(), "the second branch");
+    extents_ = extents_beside("where", extents_, x, "the first branch");
+    extents_ = extents_beside("where", extents_, y, "the second branch");
   }
   [[nodiscard]] const Extents<rank>& shape() const { return extents_; }
   [[nodiscard]] auto leaves() const { return std::tuple_cat(mask.leaves(), x.leaves(), y.leaves()); }
