@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/matrix/cholesky.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 #include <tapestry/autodiff/matrix/product.hpp>
+#include <utility>
 #include <vector>
 
 #include "matrix_gradient.hpp"
@@ -244,6 +245,33 @@ TEST_CASE("huge and tiny matrices keep their digits", "[autodiff][matrix]") {
     for (std::size_t i = 0; i < gradient.size(); ++i)
       CHECK(gradient.data()[i] * scale == unscaled.adjoint().data()[i]);
   }
+}
+
+TEST_CASE("a denormal matrix has an inverse without NaN, and so a log-determinant's gradient",
+          "[autodiff][matrix]") {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const auto gradient_of = [](const MatrixXd& a) {
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    const auto x = tape.input(tapestry::test::array_of_matrix(a));
+    const Variable<double> value = matrix::log_determinant(x);
+    tape.reverse(value);
+    return std::pair(value.value(), x.adjoint());
+  };
+  // By hand: A is diagonal or triangular, and so is A⁻ᵀ; 1 / 10⁻³²⁰ is beyond doubles.
+  const auto [value, both] = gradient_of(1e-320 * MatrixXd::Identity(2, 2));
+  CHECK(std::abs(value - 2 * std::log(1e-320)) <= 1e-12);
+  CHECK(both == Array<double, 2>{{infinity, 0}, {0, infinity}});
+  const auto graded = gradient_of((MatrixXd(2, 2) << 1e-320, 0, 0, 4).finished()).second;
+  CHECK(graded == Array<double, 2>{{infinity, 0}, {0, 0.25}});
+  // A⁻ᵀ = [[1/a, 0], [−b/(a d), 1/d]] of [[a, b], [0, d]] with a = 2⁻¹⁰²³, b = 2⁻¹⁰²², d = 1/2.
+  const auto triangular = gradient_of((MatrixXd(2, 2) << 0x1p-1023, 0x1p-1022, 0, 0.5).finished()).second;
+  CHECK(triangular == Array<double, 2>{{0x1p1023, 0}, {-4, 2}});
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const MatrixOf<Variable<double>> tiny = (1e-320 * MatrixXd::Identity(2, 2)).cast<Variable<double>>();
+  CHECK(matrix::inverse(tiny)(0, 1).value() == 0);
+  CHECK(matrix::inverse(tiny)(1, 1).value() == infinity);
 }
 
 TEST_CASE("a tape of duals has second derivatives of solve, log-determinant and cholesky",

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
@@ -40,12 +41,34 @@ template <class T>
   return product;
 }
 
+/// By what A is multiplied before it is inverted: a reciprocal of a pivot overflows below 2⁻¹⁰²⁴, and then
+/// meets zeros. 1 where no pivot is so small, or another entry would overflow.
+template <class T>
+[[nodiscard]] Base<T> scale_of_inversion(const LuDecomposition<T>& lu) {
+  using Number = Base<T>;
+  Number least = 1, largest = 0;
+  for (Eigen::Index i = 0; i < lu.rows(); ++i) {
+    least = std::min(least, std::abs(number_of(T(lu.matrixLU()(i, i)))));
+    for (Eigen::Index j = i; j < lu.cols(); ++j)
+      largest = std::max(largest, std::abs(number_of(T(lu.matrixLU()(i, j)))));
+  }
+  constexpr Number scale = 0x1p74F;  // of the least denormal number of any type makes a normal one
+  const bool fits = largest < std::numeric_limits<Number>::max() / scale;
+  return least < std::numeric_limits<Number>::min() && fits ? scale : Number(1);
+}
+
 /// A⁻ᵀ of P A = L U: Pᵀ (L⁻ᵀ U⁻ᵀ), two thirds of the work of solving for all columns.
 template <class T>
 [[nodiscard]] DenseMatrix<T> transposed_inverse(const LuDecomposition<T>& lu) {
   const DenseMatrix<T> lower = inverse_of_lower<Eigen::UnitLower, T>(lu.matrixLU());
-  const DenseMatrix<T> upper = inverse_of_lower<Eigen::Lower, T>(DenseMatrix<T>(lu.matrixLU().transpose()));
-  return lu.permutationP().transpose() * transposed_times_lower<T>(lower, upper);
+  const Base<T> scale = scale_of_inversion<T>(lu);
+  DenseMatrix<T> transposed_upper = lu.matrixLU().transpose();
+  if (scale != 1) transposed_upper *= T(scale);
+  DenseMatrix<T> inverse =
+      lu.permutationP().transpose() *
+      transposed_times_lower<T>(lower, inverse_of_lower<Eigen::Lower, T>(transposed_upper));
+  if (scale != 1) inverse *= T(scale);
+  return inverse;
 }
 
 /// A⁻¹ of A = L Lᵀ: L⁻ᵀ L⁻¹.
