@@ -1,8 +1,10 @@
 #include <tapestry/autodiff.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -207,4 +209,94 @@ TEST_CASE("the reductions of a range have their Hessians at ties and zeros", "[a
   CHECK(agrees(hessian(length, {0, -2}), {0.5, 0, 0, 0}));
   CHECK(agrees(hessian(length, {0, 0}), {0, 0, 0, 0}));
   CHECK(agrees(hessian([](const auto& v) { return dot(v, v); }, {0, 1}), {2, 0, 0, 2}));
+}
+
+namespace {
+using Wide = long double;  // its exponents reach 2^±16382, so that nothing below is denormal or overflows
+
+/// Distance in units in the last place of the reference, denormals having the spacing of the smallest.
+double ulps(double found, Wide reference) {
+  const auto rounded = static_cast<double>(reference);
+  if (found == rounded) return 0;
+  if (!std::isfinite(rounded) || !std::isfinite(found)) return std::numeric_limits<double>::infinity();
+  int exponent = 0;
+  std::frexp(rounded, &exponent);
+  const int last = std::max(exponent - 53, -1074);
+  return static_cast<double>(std::abs(static_cast<Wide>(found) - reference) / std::ldexp(Wide(1), last));
+}
+
+/// Gradient and Hessian of f at (x, y) against f_x, f_y, f_xx, f_xy, f_xy, f_yy of a closed form.
+template <class Function>
+void check_within(double bound, const Function& f, double x, double y, const std::array<Wide, 6>& expected) {
+  const auto function = [&](auto v) { return f(v[0], v[1]); };
+  const std::vector<double> slopes = tapestry::gradient(function, std::array{x, y}).gradient,
+                            curvatures = hessian_at(f, x, y);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const double found = i < 2 ? slopes[i] : curvatures[i - 2];
+    INFO("number " << i << " at " << x << ", " << y << ": " << found << " for " << expected[i]);
+    CHECK(ulps(found, expected[i]) <= bound);
+  }
+}
+}  // namespace
+
+TEST_CASE("lengths have two derivatives within 6 ulp, whether their legs are denormal or huge",
+          "[autodiff][higher]") {
+  const auto length = [](auto x, auto y) { return hypot(x, y); };
+  const auto with_zero = [](auto x, auto y) { return hypot(x, y, 0.0); };
+  const std::vector<double> legs = {0,    3e-322, 1e-320, -2e-310, 7e-308, 1e-200, 1e-30,
+                                    -0.5, 3,      1e30,   1e200,   -4e307, 1e308,  1.7e308};
+  for (const double x : legs)
+    for (const double y : legs) {
+      if (x == 0 && y == 0) continue;  // the subgradient
+      const auto a = static_cast<Wide>(x), b = static_cast<Wide>(y), h = std::hypot(a, b), cubed = h * h * h;
+      const std::array<Wide, 6> expected = {a / h,          b / h,          b * b / cubed,
+                                            -a * b / cubed, -a * b / cubed, a * a / cubed};
+      check_within(6, length, x, y, expected);  // five rounded operations, of which two are hypot's
+      check_within(6, with_zero, x, y, expected);
+    }
+}
+
+TEST_CASE("powers have two derivatives within 10 ulp, whether they are denormal or overflow",
+          "[autodiff][higher]") {
+  const auto power = [](auto x, auto y) { return pow(x, y); };
+  const std::vector<std::array<double, 2>> points = {
+      {1e-300, 1.07}, {1e-300, 1.0785}, {2, -1074},    {2, -1075},    {2, -1073.5}, {1e-300, 1},
+      {1e-200, 1.55}, {1e-320, 1},      {1e-320, 1.5}, {1e300, 1.03}, {1e300, 1.8}, {1e300, -1.07},
+      {1e300, -0.9},  {3, 647.5},       {1.5, 1755},   {0.3, 615},    {0.3, 620.5}, {1e-5, 64.3},
+      {1e5, -64.7},   {1e-160, 3},      {5e-324, 2},   {1.7e308, 2},  {2.5, 1.5},   {0.5, -2.25}};
+  for (const auto& [x, y] : points) {
+    const auto a = static_cast<Wide>(x), b = static_cast<Wide>(y), ln = std::log(a),
+               lower = std::pow(a, b - 1), itself = std::pow(a, b);
+    const Wide mixed = lower * (1 + b * ln);
+    // Two values of pow, or one and its square root twice, a logarithm and at most six other operations.
+    check_within(10, power, x, y,
+                 {b * lower, itself * ln, b * (b - 1) * std::pow(a, b - 2), mixed, mixed, itself * ln * ln});
+  }
+  const std::vector<double> negative = hessian_at(power, -2, -1072);
+  CHECK(ulps(negative[0], Wide(1072 * 1073) * std::ldexp(Wide(1), -1074)) <= 1);
+}
+
+TEST_CASE("derivatives have their limits at infinity", "[autodiff][higher]") {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double half_pi = std::numbers::pi / 2;
+  for (const double far : {1e308, infinity}) {
+    check("erf", [](auto x) { return erf(x); }, far, {1, 0, 0, 0});
+    check("erf", [](auto x) { return erf(x); }, -far, {-1, 0, 0, 0});
+    check("erfc", [](auto x) { return erfc(x); }, far, {0, 0, 0, 0});
+    check("erfc", [](auto x) { return erfc(x); }, -far, {2, 0, 0, 0});
+    check("tanh", [](auto x) { return tanh(x); }, far, {1, 0, 0, 0});
+    check("atan", [](auto x) { return atan(x); }, -far, {-half_pi, 0, 0, 0});
+    check("sigmoid", [](auto x) { return sigmoid(x); }, far, {1, 0, 0, 0});
+    check("softplus", [](auto x) { return softplus(x); }, -far, {0, 0, 0, 0});
+    check("exp", [](auto x) { return exp(x); }, -far, {0, 0, 0, 0});
+    check("exp2", [](auto x) { return exp2(x); }, -far, {0, 0, 0, 0});
+    check("expm1", [](auto x) { return expm1(x); }, -far, {-1, 0, 0, 0});
+    check("hypot", [](auto x) { return hypot(x, 1.0); }, far, {far, 1, 0, 0});
+    check("atan2", [](auto x) { return atan2(x, 1.0); }, far, {half_pi, 0, 0, 0});
+  }
+  check("log", [](auto x) { return log(x); }, infinity, {infinity, 0, 0, 0});
+  check("sqrt", [](auto x) { return sqrt(x); }, infinity, {infinity, 0, 0, 0});
+  check("pow", [](auto x) { return pow(x, -2.0); }, infinity, {0, 0, 0, 0});
+  CHECK(hessian_at([](auto x, auto y) { return pow(x, y); }, infinity, -2) == std::vector<double>(4));
+  CHECK(hessian_at([](auto x, auto y) { return pow(x, y); }, 2, -infinity) == std::vector<double>(4));
 }

@@ -44,6 +44,27 @@ template <std::floating_point T>
   return std::abs(x) >= std::numeric_limits<T>::min() && std::isfinite(x);
 }
 
+/// The number beneath a scalar.
+template <Scalar T>
+[[nodiscard]] auto number_of(const T& x) {
+  return value_of<Base<T>>(x);
+}
+
+/// x^y / x^n · factor for x > 0, where x^y may be denormal, 0 or ∞ though the result is not: by x^(y/2),
+/// twice. \returns whether x^(y/2) is a normal number, so that the result, in `product`, is right
+template <Scalar T>
+[[nodiscard]] bool lowered_power(const T& x, const T& y, int n, const T& factor, T& product) {
+  const T half = pow(x, y / 2);
+  if (!is_normal_number(number_of(half))) return false;
+  T lower = half, upper = half;
+  for (int k = 0; k < n; ++k) (k % 2 == 0 ? lower : upper) = (k % 2 == 0 ? lower : upper) / x;
+  const bool grows = std::abs(number_of(factor)) > 1, lower_is_less = number_of(lower) < number_of(upper);
+  T& scaled = grows == lower_is_less ? lower : upper;  // cannot overflow or vanish unless the result does
+  scaled = scaled * factor;
+  product = lower * upper;
+  return true;
+}
+
 /// The N-th derivative of x^y by x, y (y − 1) … (y − N + 1) · x^(y − N), given the power itself.
 template <int N>
 struct PowSlope {
@@ -55,9 +76,12 @@ struct PowSlope {
       factor *= y - static_cast<T>(k);
       slope = is_normal_number(ratio) ? slope * ratio : slope / x * (y - static_cast<T>(k));
     }
-    if (factor == 0) return T(0);
-    if (x != 0 && is_normal_number(power) && is_normal_number(slope)) return slope;
-    return factor * std::pow(x, y - T(N));  // the power is 0 or ∞, or lost digits, where its slope need not
+    if (factor == 0 || (power == 0 && std::isinf(y))) return T(0);
+    if (std::isnan(power) || (x != 0 && is_normal_number(power) && is_normal_number(slope))) return slope;
+    T size = 0;  // the power is 0 or ∞, or lost digits, where its slope need not
+    if (lowered_power(std::abs(x), y, N, factor, size))
+      return x < 0 && std::signbit(power) == (N % 2 == 0) ? -size : size;
+    return factor * std::pow(x, y - T(N));
   }
   template <DualNumber D>
   static D value(const D& x, const D& y, const D& power) {
@@ -68,7 +92,6 @@ struct PowSlope {
                                       by_exponent(x.value(), y.value(), power.value()));
   }
 
- private:
   /// The derivative of the slope by y, (f′(y) + f(y) · log x) · x^(y − N), where f is the factor.
   template <Scalar T>
   static T by_exponent(const T& x, const T& y, const T& power) {
@@ -79,17 +102,43 @@ struct PowSlope {
       lowered = lowered / x;
     }
     if (x == 0 && (y == 0 || y >= N)) return y == N ? by_y : T(0);
-    if (x == 0 || power == 0 || !isfinite(lowered)) lowered = pow(x, y - N);
-    return lowered * (by_y + factor * log(x));
+    if (power == 0 && (x < 0 || !isfinite(x) || !isfinite(y))) return T(0);
+    const T slope = by_y + factor * log(x);
+    if (x == 0) return pow(x, y - N) * slope;
+    if (is_normal_number(number_of(power)) && is_normal_number(number_of(lowered))) return lowered * slope;
+    T product(0);
+    return x > 0 && lowered_power(x, y, N, slope, product) ? product : pow(x, y - N) * slope;
   }
 };
 struct Pow {
   static constexpr bool skips_zero = true;
   static auto value(auto x, auto y) { return pow(x, y); }
   static auto partial_x(auto x, auto y, auto pow_xy) { return PowSlope<1>::value(x, y, pow_xy); }
-  static auto partial_y(auto x, auto y, auto pow_xy) {
-    if (pow_xy == 0 || (x == 0 && y == 0)) return decltype(x)(0);
-    return pow_xy * log(x);
+  template <std::floating_point T>
+  static T partial_y(T x, T y, T pow_xy) {
+    return times(x, y, pow_xy, std::log(x));
+  }
+  template <DualNumber D>
+  static D partial_y(const D& x, const D& y, const D& pow_xy) {
+    if (x == 0) return pow_xy == 0 || y == 0 ? D(0) : D(pow_xy * log(x));
+    using T = typename D::value_type;
+    const T a = x.value(), b = y.value(), power = pow_xy.value(), log_a = log(a);
+    D slope(partial_y(a, b, power));
+    if (!D(0, x.tangents()).is_zero())
+      slope += dual_of<Pow>(D(0, x.tangents()), T(0), PowSlope<1>::by_exponent(a, b, power));
+    if (!D(0, y.tangents()).is_zero())
+      slope += dual_of<Pow>(D(0, y.tangents()), T(0), times(a, b, power, T(log_a * log_a)));
+    return slope;
+  }
+
+ private:
+  /// x^y · factor, 0 where the power is and no digits of it are lost.
+  template <Scalar T>
+  static T times(const T& x, const T& y, const T& pow_xy, const T& factor) {
+    if (is_normal_number(number_of(pow_xy))) return pow_xy * factor;
+    T product(0);
+    if (x > 0 && lowered_power(x, y, 0, factor, product)) return product;
+    return pow_xy == 0 || (x == 0 && y == 0) ? T(0) : T(pow_xy * factor);
   }
 };
 
@@ -107,12 +156,13 @@ struct Ldexp {
   static auto partial_y(auto x, auto, auto) { return decltype(x)(0); }
 };
 
-template <std::floating_point T, std::size_t N>
+template <Scalar T, std::size_t N>
 [[nodiscard]] T length_of(const std::array<T, N>& legs) {
+  using std::hypot;
   if constexpr (N == 2) {
-    return std::hypot(legs[0], legs[1]);
+    return hypot(legs[0], legs[1]);
   } else {
-    return std::hypot(legs[0], legs[1], legs[2]);
+    return hypot(legs[0], legs[1], legs[2]);
   }
 }
 
@@ -143,14 +193,24 @@ template <DualNumber D, std::size_t N>
   std::array<T, N> values;
   for (std::size_t i = 0; i < N; ++i) values[i] = legs[i].value();
   const std::array<T, N> unit = direction(values, length.value());
+  const auto scale = scale_of_length(number_of(length));
+  T scaled_length = length.value();
+  if (scale != 1) {
+    for (T& value : values) value = value * scale;
+    scaled_length = length_of(values);
+  }
+  const auto curvature = [&](const T& a, const T& b) {  // a infinite quotient would meet a leg that is 0
+    const bool is_less = abs(a) < abs(b);
+    return (is_less ? b : a) * ((is_less ? a : b) / scaled_length) * scale;
+  };
   std::array<D, N> result;
   for (std::size_t i = 0; i < N; ++i) {
     result[i] = unit[i];
     T by_own = 0;
     for (std::size_t j = 0; j < N && length != 0; ++j) {
       if (j == i) continue;
-      by_own += unit[j] * (unit[j] / length.value());
-      result[i] += dual_of<Square>(D(0, legs[j].tangents()), T(0), -unit[i] * (unit[j] / length.value()));
+      by_own += curvature(unit[j], unit[j]);
+      result[i] += dual_of<Square>(D(0, legs[j].tangents()), T(0), -curvature(unit[i], unit[j]));
     }
     result[i] += dual_of<Square>(D(0, legs[i].tangents()), T(0), by_own);
   }

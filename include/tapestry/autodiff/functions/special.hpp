@@ -20,7 +20,10 @@ struct ExpMinusSquare {
   static T value(const T& x) {
     return dual_unary<ExpMinusSquare>(x);
   }
-  static auto partial(auto x, auto f) { return -2 * x * f; }
+  static auto partial(auto x, auto f) {
+    using T = decltype(x);
+    return f == 0 ? T(0) : T(-2 * x * f);  // not the NaN of ∞ · 0
+  }
 };
 struct Erf {
   static auto value(auto x) { return erf(x); }
