@@ -139,3 +139,19 @@ TEST_CASE("a scan whose step changes the state's size is refused", "[autodiff][s
                     "checkpointed_scan: step 0 makes 2 variables of 1");
   CHECK(checkpointed_scan<double>(growing, 0, Variables{2.0}, Variables()).size() == 1);
 }
+
+TEST_CASE("a scan whose step captures an active variable is refused, and leaves nothing on the tape",
+          "[autodiff][scan]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(2.0), captured = tape.input(3.0);
+  const auto step = [&](std::size_t i, Inputs v, Inputs) {
+    return Variables{i < 2 ? Variable<double>(v[0] * 2.0) : Variable<double>(v[0] * captured)};
+  };
+  const auto before = tape.statement_count();
+  CHECK_THROWS_WITH(
+      checkpointed_scan<double>(step, 4, Variables{x}, Variables()),
+      "checkpointed_scan: step 2 uses an active variable beside its arguments; make it a parameter");
+  CHECK(tape.statement_count() == before);
+  CHECK(checkpointed_scan<double>(step, 2, Variables{x}, Variables())[0].value() == 8);
+}

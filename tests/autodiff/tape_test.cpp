@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -122,6 +123,34 @@ TEST_CASE("a statement of active variables needs an active tape", "[autodiff][ta
   CHECK(tape.adjoint(x) == 1);
   CHECK_THROWS_AS(Variable<double>(x * x), DomainError);
   CHECK(tape.statement_count() == 1);
+}
+
+TEST_CASE("a tape is active on one thread at a time, any number of times", "[autodiff][tape]") {
+  Tape<double> tape;
+  std::string message;
+  const auto activate_elsewhere = [&] {
+    message.clear();
+    std::thread([&] {
+      try {
+        const auto scope = tape.activate();
+      } catch (const DomainError& error) {
+        message = error.what();
+      }
+    }).join();
+  };
+  {
+    const auto scope = tape.activate();
+    const Variable<double> x = tape.input(2.0);
+    {
+      const auto again = tape.activate();
+      CHECK(Variable<double>(x * x).is_active());
+    }
+    activate_elsewhere();
+    CHECK(message == "activate: the tape is active on another thread; each thread needs a tape of its own");
+    CHECK(Variable<double>(x * x).is_active());
+  }
+  activate_elsewhere();
+  CHECK(message.empty());
 }
 
 TEST_CASE("scopes nest, and a variable of another tape is refused", "[autodiff][tape]") {  // T19

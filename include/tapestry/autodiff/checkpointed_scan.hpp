@@ -50,16 +50,36 @@ template <class T, class Step>
 }
 
 template <class T>
-void add_adjoints(T* adjoints, std::span<const Variable<T>> variables, std::span<const T> parts) {
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    if (variables[i].is_active()) adjoints[variables[i].link().index()] += parts[i];
-}
-
-template <class T>
 [[nodiscard]] std::vector<Variable<T>> passive_copies(std::span<const Variable<T>> variables) {
   std::vector<Variable<T>> copies;
   for (const Variable<T>& variable : variables) copies.push_back(passive(variable));
   return copies;
+}
+
+/// The state behind all steps. \throws DomainError if a step makes an active one of constants
+template <class T, class Step>
+[[nodiscard]] std::vector<Variable<T>> last_state(const Step& step, std::size_t step_count,
+                                                  std::span<const Variable<T>> initial,
+                                                  std::span<const Variable<T>> parameters) {
+  std::vector<Variable<T>> state = passive_copies(initial);
+  const std::vector<Variable<T>> constants = passive_copies(parameters);
+  TapeState<T>* const tape = TapeState<T>::is_any_active() ? &TapeState<T>::require_active() : nullptr;
+  const TapePosition before = tape == nullptr ? TapePosition() : tape->mark();
+  const auto is_active = [](const Variable<T>& variable) { return variable.is_active(); };
+  for (std::size_t i = 0; i < step_count; ++i) {
+    state = checked_step<T>(step, i, state, constants);
+    if (std::none_of(state.begin(), state.end(), is_active)) continue;
+    if (tape != nullptr) tape->rewind(before);
+    throw DomainError("checkpointed_scan: step " + std::to_string(i) +
+                      " uses an active variable beside its arguments; make it a parameter");
+  }
+  return state;
+}
+
+template <class T>
+void add_adjoints(T* adjoints, std::span<const Variable<T>> variables, std::span<const T> parts) {
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    if (variables[i].is_active()) adjoints[variables[i].link().index()] += parts[i];
 }
 
 /// One reverse sweep through all steps.
@@ -207,7 +227,8 @@ class ScanRecord final : public TapeRecord<T> {
 /// is
 ///   quadratic
 /// \returns           the last state; passive, with nothing recorded, if all of initial and parameters are
-/// \throws DomainError as any statement, ShapeError if a step changes the state's size
+/// \throws DomainError as any statement, and if a step uses other active variables; ShapeError if a step
+/// changes the state's size
 template <class T, class Step>
 [[nodiscard]] std::vector<Variable<T>> checkpointed_scan(Step step, std::size_t step_count,
                                                          std::span<const Variable<T>> initial,
@@ -217,9 +238,7 @@ template <class T, class Step>
   const bool any_active = std::any_of(initial.begin(), initial.end(), is_active) ||
                           std::any_of(parameters.begin(), parameters.end(), is_active);
   if (step_count == 0) return {initial.begin(), initial.end()};
-  std::vector<Variable<T>> state = detail::passive_copies(initial);
-  const std::vector<Variable<T>> constants = detail::passive_copies(parameters);
-  for (std::size_t i = 0; i < step_count; ++i) state = detail::checked_step<T>(step, i, state, constants);
+  std::vector<Variable<T>> state = detail::last_state<T>(step, step_count, initial, parameters);
   if (!any_active || state.empty()) return state;
   auto& tape = detail::TapeState<T>::require_active();
   for (const auto& from : {initial, parameters})

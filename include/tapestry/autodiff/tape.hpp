@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/tape/deferred_throw.hpp>
 #include <tapestry/autodiff/tape/diagnosis.hpp>
 #include <tapestry/autodiff/tape/first_non_finite.hpp>
 #include <tapestry/autodiff/tape/shared.hpp>
@@ -23,11 +24,17 @@ using Position = detail::TapePosition;
 template <class T>
 class ActiveScope {
  public:
-  explicit ActiveScope(detail::Shared<detail::TapeState<T>> state)
-      : state_(std::move(state)), previous_(std::exchange(detail::TapeState<T>::active, state_.get())) {}
+  /// \throws DomainError if the tape is active on another thread
+  explicit ActiveScope(detail::Shared<detail::TapeState<T>> state) : state_(std::move(state)) {
+    state_->claim.take(&detail::TapeState<T>::active);
+    previous_ = std::exchange(detail::TapeState<T>::active, state_.get());
+  }
   ActiveScope(const ActiveScope&) = delete;
   ActiveScope& operator=(const ActiveScope&) = delete;
-  ~ActiveScope() { detail::TapeState<T>::active = previous_; }
+  ~ActiveScope() {
+    detail::TapeState<T>::active = previous_;
+    state_->claim.release();
+  }
 
  private:
   detail::Shared<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
@@ -44,7 +51,8 @@ class ActiveScope {
 ///
 /// Scalar statements (variable.hpp) and array operations (array_variable.hpp, record.hpp) share the tape,
 /// in the order in which they ran. An operation whose inputs are all passive is not recorded.
-/// Every thread has its own active tape for each T; one tape serves one thread at a time.
+/// Every thread has its own active tape for each T; one tape serves one thread at a time, and to activate it
+/// on two is a DomainError.
 /// A variable of another tape, or of a tape since cleared or rewound, is a DomainError wherever it is used.
 /// An exception in the middle of a recording leaves the tape as it was before that operation.
 /// A tape can be moved, also while active; the source is then an empty tape.
@@ -124,10 +132,13 @@ class Tape {
   /// \throws DomainError if root is not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
-    state().require_own_if_active(link);
-    state().reverse(link.index(), [&](T* adjoints) {
-      if (link.is_active()) adjoints[link.index()] = seed;
-    });
+    const auto sweep = [this, link, seed] {  // copies: with its address known, the root would live in memory
+      state().require_own_if_active(link);
+      state().reverse(link.index(), [&](T* adjoints) {
+        if (link.is_active()) adjoints[link.index()] = seed;
+      });
+    };
+    if (!detail::succeeds(sweep)) detail::throw_deferred();
   }
 
   /// The same for an ArrayVariable root and a seed of its extents: the transposed Jacobian times the seed.
@@ -142,9 +153,12 @@ class Tape {
   /// The same of many variables; writes to the adjoints.
   /// \throws DomainError unless there are as many adjoints as variables, or if one is not on this tape
   void adjoints(std::span<const Variable<T>> variables, std::span<T> adjoints) const {
-    require_equal_count("adjoints", "adjoints", adjoints.size(), variables.size());
-    const detail::TapeState<T>& state = this->state();
-    for (std::size_t i = 0; i < variables.size(); ++i) adjoints[i] = state.adjoint(variables[i].link());
+    const auto read = [this, variables, adjoints] {
+      require_equal_count("adjoints", "adjoints", adjoints.size(), variables.size());
+      const detail::TapeState<T>& state = this->state();
+      for (std::size_t i = 0; i < variables.size(); ++i) adjoints[i] = state.adjoint(variables[i].link());
+    };
+    if (!detail::succeeds(read)) detail::throw_deferred();
   }
 
   /// The present end of the tape.
@@ -159,7 +173,7 @@ class Tape {
 
   /// Inputs and operations recorded.
   [[nodiscard]] std::size_t statement_count() const { return state().statement_count(); }
-  /// Pairs (variable, partial derivative) of all scalar statements.
+  /// Pairs (variable, partial derivative) of all scalar statements. Reads the whole tape to count them.
   [[nodiscard]] std::size_t operand_count() const { return state().operand_count(); }
   /// Bytes that these take up: 1 a statement, 4 an operand of partial derivative 1 or −1, 4 + sizeof(T) any
   /// other. Adjoints, sizeof(T) a statement, and what records hold come on top.
@@ -169,7 +183,8 @@ class Tape {
 
   /// For those who extend the tape; see jacobian.hpp.
   [[nodiscard]] const detail::Shared<detail::TapeState<T>>& shared_state() const {
-    if (!state_) state_ = detail::Shared<detail::TapeState<T>>::make();
+    const auto make = [this] { state_ = detail::Shared<detail::TapeState<T>>::make(); };
+    if (!state_ && !detail::succeeds(make)) detail::throw_deferred();
     return state_;
   }
 

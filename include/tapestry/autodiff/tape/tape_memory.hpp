@@ -118,6 +118,14 @@ class TapeMemory : public WriteHead {
 
   [[nodiscard]] std::size_t statement_count() const { return place().next_index - 1; }
 
+  /// Words of all statements.
+  [[nodiscard]] std::size_t used_words() const {
+    std::size_t count = place().word_count;
+    for (std::size_t i = 0; i < current_; ++i)
+      count += static_cast<std::size_t>(chunks_[i].words_end - chunks_[i].words());
+    return count;
+  }
+
   /// Memory of all chunks, those that serve again included.
   [[nodiscard]] std::size_t chunk_bytes() const {
     std::size_t bytes = 0;

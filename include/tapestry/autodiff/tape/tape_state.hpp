@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
 #include <tapestry/autodiff/tape/tape_record.hpp>
+#include <tapestry/autodiff/tape/thread_claim.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
@@ -17,6 +18,9 @@ namespace detail {
 /// The head of threads without an active tape: no variable is of its generation, and it has no room.
 template <class T>
 inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
+/// The same of threads whose tape is swept.
+template <class T>
+inline constinit WriteHead swept_tape{nullptr, nullptr, Link(0, no_generation), 0};
 
 /// A place on the tape; see Tape::mark().
 struct TapePosition {
@@ -47,17 +51,17 @@ class TapeState : public TapeDiagnosis {
   /// Where this thread writes statements: the head of a TapeState, or one without room.
   static inline constinit thread_local WriteHead* active = &no_tape<T>;
 
-  static bool is_any_active() { return active != &no_tape<T>; }
+  static bool is_any_active() { return active != &no_tape<T> && active != &swept_tape<T>; }
 
   static TapeState& require_active() {
-    if (active == &no_tape<T>) throw_no_tape();
+    if (!is_any_active()) throw_no_tape();
     return static_cast<TapeState&>(*active);
   }
 
   /// \throws DomainError unless the variable with this link was recorded here and is still on the tape
   void require_own(Link link) const {
-    if (link.generation() != next.generation()) [[unlikely]]
-      require_older(link);
+    if (link.generation() != next.generation() && !owns_older(link)) [[unlikely]]
+      throw_not_own();
   }
 
   void require_own_if_active(Link link) const {
@@ -169,26 +173,27 @@ class TapeState : public TapeDiagnosis {
 
   [[nodiscard]] std::size_t operand_count() const {
     std::size_t count = 0;
-    visit_statements([&](const Word* end, StatementKind kind) {
-      if (kind == StatementKind::many_pairs)
-        count += end[-1];
-      else if (kind != StatementKind::record)
-        count += counts_of(kind).sum();
+    visit_backwards([&](const StatementRun& run) {
+      const Word* end = run.words_end;
+      for (std::size_t i = run.end_index - run.first_index; i-- > 0;) {
+        const StatementKind kind = run.kinds[i];
+        if (kind != StatementKind::record)
+          count += kind == StatementKind::many_pairs ? end[-1] : counts_of(kind).sum();
+        end -= words_before<T>(end, kind);
+      }
     });
     return count;
   }
   /// Bytes that statements take up, without adjoints and what records hold.
   [[nodiscard]] std::size_t statement_bytes() const {
-    std::size_t bytes = statement_count();
-    visit_statements(
-        [&](const Word* end, StatementKind kind) { bytes += words_before<T>(end, kind) * sizeof(Word); });
-    return bytes;
+    return statement_count() * sizeof(StatementKind) + used_words() * sizeof(Word);
   }
   [[nodiscard]] std::size_t record_count() const noexcept { return records_.size(); }
   void require_idle(const char* operation) const {
     if (is_sweeping_) throw DomainError(std::string(operation) + ": called from within reverse()");
   }
 
+  ThreadClaim claim;
   std::uint64_t vector_sweeps = 0;         ///< of several roots, so far
   TapeAttachment* array_memory = nullptr;  ///< owned: of the arrays on this tape; see arrays/array_memory.hpp
 
@@ -225,7 +230,7 @@ class TapeState : public TapeDiagnosis {
     explicit Sweeping(TapeState& state) : state_(state), previous_(active) {
       state.require_idle("reverse");
       state.is_sweeping_ = true;
-      if (active == &state) active = &no_tape<T>;
+      if (active == &state) active = &swept_tape<T>;
     }
     Sweeping(const Sweeping&) = delete;
     Sweeping& operator=(const Sweeping&) = delete;
@@ -240,6 +245,11 @@ class TapeState : public TapeDiagnosis {
   };
 
   [[noreturn]] static void throw_no_tape() {
+    if (active == &swept_tape<T>)
+      throw DomainError(
+          "an operation on an active variable cannot be recorded while reverse() sweeps its tape: a "
+          "pullback, "
+          "or a function that is computed again, takes values, or activates a tape of its own");
     throw DomainError(
         "an operation on an active variable needs an active tape: keep the result of "
         "Tape::activate() alive on this thread");
@@ -247,9 +257,13 @@ class TapeState : public TapeDiagnosis {
 
   [[nodiscard]] std::size_t next_statement() const { return statement_count() + 1; }
 
-  void require_older(Link link) const {
-    if (link.index() >= next_statement() || segment_of(link.index()).generation != link.generation())
-      throw DomainError("the variable belongs to another tape, or its tape was cleared or rewound");
+  [[nodiscard]] bool owns_older(Link link) const noexcept {
+    return link.index() < next_statement() && segment_of(link.index()).generation == link.generation();
+  }
+  [[noreturn]] static void throw_not_own() {
+    throw DomainError(
+        "the variable belongs to another tape, or its tape was cleared or rewound; a function that is "
+        "recorded on a tape of its own takes variables as arguments");
   }
 
   [[nodiscard]] const Segment& segment_of(std::size_t statement) const {
@@ -261,17 +275,6 @@ class TapeState : public TapeDiagnosis {
   void start_segment(std::size_t begin) {
     next = Link(next.index(), next_generation());
     segments_.push_back({begin, next.generation()});
-  }
-
-  template <class Visit>
-  void visit_statements(Visit visit) const {
-    visit_backwards([&](const StatementRun& run) {
-      const Word* end = run.words_end;
-      for (std::size_t i = run.end_index - run.first_index; i-- > 0;) {
-        visit(end, run.kinds[i]);
-        end -= words_before<T>(end, run.kinds[i]);
-      }
-    });
   }
 
   void drop_records(std::size_t size) {

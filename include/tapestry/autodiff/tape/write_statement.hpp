@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <tapestry/autodiff/tape/deferred_throw.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/formula.hpp>
 #include <tapestry/autodiff/tape/tape_memory.hpp>
@@ -56,19 +57,9 @@ struct Operands {
   }
 };
 
-/// The exception that record_carefully() met on this thread.
-inline std::exception_ptr& recording_failure() {
-  static thread_local std::exception_ptr failure;
-  return failure;
-}
-[[noreturn, gnu::noinline, gnu::cold]] inline void throw_recording_failure() {
-  std::rethrow_exception(std::exchange(recording_failure(), nullptr));
-}
-
 /// A formula that the fast way cannot record: with passive or older variables, where there is no more room,
-/// or where no tape is active, or one that watches values. It throws nothing: around a call that may throw,
-/// GCC keeps no floating-point number in a register where there is a destructor to run, and loops would wait
-/// for their own stores. \returns a passive link if it failed; throw_recording_failure() is to follow
+/// or where no tape is active, or one that watches values. Throws nothing, as deferred_throw.hpp says.
+/// \returns a passive link if it failed; throw_deferred() is to follow
 template <class T>
 [[nodiscard, gnu::noinline, gnu::cold]] Link record_carefully(const T& value, const Link* links,
                                                               const T* partials, std::size_t count) noexcept {
@@ -79,7 +70,7 @@ template <class T>
     state.note_value(link, static_cast<double>(value_of<Base<T>>(value)));
     return link;
   } catch (...) {
-    recording_failure() = std::current_exception();
+    deferred_exception() = std::current_exception();
     return {};
   }
 }
@@ -118,7 +109,7 @@ template <class E>
   push_factor(formula, One{}, operands);
   link = record_carefully<T>(formula.value(), operands.links, operands.partials, operands.count);
   if (!link.is_active()) [[unlikely]]
-    throw_recording_failure();
+    throw_deferred();
 }
 
 }  // namespace tapestry::detail

@@ -1,0 +1,33 @@
+#pragma once
+#include <exception>
+#include <utility>
+
+namespace tapestry::detail {
+
+// Calls that throw nothing, so that what they failed by is thrown behind them. Around a call that may throw,
+// GCC keeps no floating-point number in a register where there is a destructor to run: a loop before it would
+// move the number that it accumulates from and to an integer register, or wait for its own stores, if the
+// number is used behind the call.
+
+/// The exception that such a call met on this thread.
+inline std::exception_ptr& deferred_exception() {
+  static thread_local std::exception_ptr failure;
+  return failure;
+}
+[[noreturn, gnu::noinline, gnu::cold]] inline void throw_deferred() {
+  std::rethrow_exception(std::exchange(deferred_exception(), nullptr));
+}
+
+/// Calls f(). \returns false if it threw; throw_deferred() is to follow
+template <class F>
+[[nodiscard, gnu::noinline]] bool succeeds(F f) noexcept {
+  try {
+    f();
+    return true;
+  } catch (...) {
+    deferred_exception() = std::current_exception();
+    return false;
+  }
+}
+
+}  // namespace tapestry::detail
