@@ -16,6 +16,7 @@
 #include <tapestry/raster/seen_faces.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/vertex_gradient/band_moments.hpp>
+#include <tapestry/raster/vertex_gradient/sliver.hpp>
 #include <vector>
 
 namespace tapestry::raster {
@@ -105,14 +106,14 @@ struct ShownGeometry {
 struct GeometryMoments {
   std::int32_t face;
   geometry::Vector3 sum{};
+  std::array<double, 3> place{};  ///< Σ coverage·b
 };
 
 /// Where a face is seen at a fixed point of the picture: the ray meets its plane at p, and a displacement d
 /// of the face there moves p along the ray by the share (n·d)/(n·p) of its distance. As d = Σ b_k·dq_k, each
 /// corner gets n/(n·p) times its sum.
-inline void add_plane_shares(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
+inline void add_plane_shares(const geometry::Mesh& mesh, const std::array<geometry::Vector3, 3>& corners,
                              const GeometryMoments& moments, std::vector<VertexShare>& shares) {
-  const auto corners = corners_in_view(mesh, positions_view, moments.face);
   const geometry::Vector3 normal =
       geometry::cross(geometry::subtract(corners[1], corners[0]), geometry::subtract(corners[2], corners[0]));
   const geometry::Vector3 slope = geometry::scale(normal, 1 / geometry::dot(normal, corners[0]));
@@ -123,7 +124,7 @@ inline void add_plane_shares(const geometry::Mesh& mesh, const std::vector<geome
 }
 
 /// Adds the part of the derivative that comes from what faces show, their outlines held still: exact for the
-/// samples that are drawn.
+/// samples that are drawn, but for slivers, see sliver_factor().
 /// \returns the faces that are seen where the adjoint is not 0
 template <GeometryOutput Output, std::floating_point T, std::size_t Rank>
 SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& fragments,
@@ -132,6 +133,7 @@ SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& 
   std::vector<BandMoments<GeometryMoments>> bands(fragments.band_count());
   std::vector<std::vector<VertexShare>> shares(bands.size());
   SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
+  const auto step = sample_step(fragments);
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, FragmentGrain::face, [&](const Fragment& fragment) {
       typename ShownGeometry<Output>::Colour adjoint;
@@ -140,7 +142,8 @@ SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& 
         adjoint[c] = fragment.coverage * static_cast<double>(pixel[c]);
       if (adjoint == decltype(adjoint){}) return;
       seen.band(index).add(fragment.pixel, fragment.face);
-      auto& sum = bands[index].of(fragment.face).sum;
+      auto& [face, sum, place] = bands[index].of(fragment.face);
+      place = geometry::add(place, geometry::scale(fragment.barycentric, fragment.coverage));
       if constexpr (std::same_as<Output, Normal>)
         sum = geometry::add(sum, adjoint);
       else
@@ -148,9 +151,12 @@ SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& 
             sum, geometry::scale(fragment.barycentric,
                                  shown.radial_adjoint(fragment.face, fragment.barycentric, adjoint)));
     });
-    if constexpr (!std::same_as<Output, Normal>)
-      for (const GeometryMoments& moments : bands[index].all())
-        add_plane_shares(shown.mesh, shown.positions_view, moments, shares[index]);
+    for (GeometryMoments& moments : bands[index].all()) {
+      const auto corners = corners_in_view(shown.mesh, shown.positions_view, moments.face);
+      moments.sum = geometry::scale(moments.sum, sliver_factor(corners, moments.place, step));
+      if constexpr (!std::same_as<Output, Normal>)
+        add_plane_shares(shown.mesh, corners, moments, shares[index]);
+    }
   });
   add_shares(shares, fragments.camera(), positions_adjoint);
   if constexpr (std::same_as<Output, Normal>)
@@ -199,7 +205,8 @@ template <GeometryOutput Output, std::floating_point T>
 /// Adds ∂L/∂positions, L being a function of geometry_picture(), to positions_adjoint, in units of L per unit
 /// of the world: what moves within faces, exact for the samples that are drawn, plus the integral along
 /// outlines, and of normals along every edge at which they jump and where faces cut through each other. Faces
-/// edge-on and without area add nothing. Where the mesh is cut by near or far, the cut's own motion is left
+/// edge-on and without area add nothing, and those thinner than a tenth of the distance of samples less than
+/// their samples would. Where the mesh is cut by near or far, the cut's own motion is left
 /// out. Sums are in double and the same for any number of threads.
 ///
 /// \param picture_adjoint    ∂L/∂picture, [H, W] of a depth, else [H, W, 3]

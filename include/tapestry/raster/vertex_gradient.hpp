@@ -200,7 +200,9 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
 ///
 /// The picture is premultiplied by its coverage: beside the mesh it is 0. Flat light turns with its faces;
 /// the normals of smooth light are taken as they are. Of a seam of duplicated vertices each side receives
-/// half. Where the mesh is cut by near or far, the cut's own motion is left out.
+/// half. Where the mesh is cut by near or far, the cut's own motion is left out. A face thinner in the
+/// picture than a tenth of the distance of samples counts less than its samples would, see sliver_factor():
+/// they would outweigh all others.
 ///
 /// \param render_adjoint     ∂L/∂picture, [H, W, 3]
 /// \param positions_adjoint  one entry a position of the mesh

@@ -20,6 +20,7 @@ class BandMoments {
     return moments_[last_];
   }
   [[nodiscard]] const std::vector<Moments>& all() const { return moments_; }
+  [[nodiscard]] std::vector<Moments>& all() { return moments_; }
 
  private:
   [[nodiscard]] std::uint32_t& slot_for(std::int32_t face) {

@@ -13,6 +13,7 @@
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/vertex_gradient/band_moments.hpp>
 #include <tapestry/raster/vertex_gradient/shares.hpp>
+#include <tapestry/raster/vertex_gradient/sliver.hpp>
 #include <vector>
 
 namespace tapestry::raster::detail {
@@ -24,6 +25,16 @@ struct FaceMoments {
   double light = 0;                              ///< derivative with respect to its light
   std::array<std::array<double, 3>, 3> first{};  ///< Σ b_k·σ_j, [k][j]
   std::array<double, 3> second{};                ///< Σ b_k·(Σ_j σ_j·b_j)
+  std::array<double, 3> place{};                 ///< Σ coverage·b
+
+  /// Multiplies what counts as derivatives.
+  void scale(double factor) {
+    light *= factor;
+    for (std::size_t k = 0; k < 3; ++k) {
+      first[k] = geometry::scale(first[k], factor);
+      second[k] *= factor;
+    }
+  }
 };
 
 /// ∂(what a face shows at fixed points of the picture)/∂(its corners), times an adjoint.
@@ -123,6 +134,7 @@ void add_fragment(const Colour& colour, const Fragment& fragment, const T* adjoi
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t j = 0; j < 3; ++j) moments.first[k][j] += b[k] * sum[j];
     moments.second[k] += b[k] * along;
+    moments.place[k] += fragment.coverage * b[k];
   }
   if (!is_turning) return;
   const auto tinted = colour.tinted(fragment.face, b);
@@ -146,6 +158,7 @@ SeenFaces add_interior(const Surface<T, Model>& surface, const Colour& colour, c
   std::vector<BandMoments<FaceMoments>> bands(fragments.band_count());
   std::vector<std::vector<VertexShare>> shares(bands.size());
   SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
+  const auto step = sample_step(fragments);
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
@@ -154,8 +167,9 @@ SeenFaces add_interior(const Surface<T, Model>& surface, const Colour& colour, c
       add_fragment(colour, fragment, adjoint, is_turning, bands[index].of(fragment.face));
     });
     shares[index].reserve(3 * bands[index].all().size());
-    for (const FaceMoments& face : bands[index].all()) {
+    for (FaceMoments& face : bands[index].all()) {
       const auto corners = corners_in_view(surface.body.mesh, fragments.positions_view(), face.face);
+      face.scale(sliver_factor(corners, face.place, step));
       const auto part = moving_texture_adjoint(corners, face);
       for (std::int32_t k = 0; k < 3; ++k)
         shares[index].push_back(
