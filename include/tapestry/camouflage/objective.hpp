@@ -102,6 +102,7 @@ class Objective {
   [[nodiscard]] const KeptLayers<T>& kept_layers(std::size_t member) const {
     return members_.at(member).kept;
   }
+
   /// Records the loss of a minibatch on the active tape and returns it.
   ///
   /// \param parameter  [texel, 3], or a row for each of the method's
