@@ -128,7 +128,7 @@ TEST_CASE("the share of products that a window leaves out is what its layers nee
   auto network = tapestry::test::random_detector<float>(
       io::parse_classifier_config("[net]\nwidth=32\nheight=32\n"
                                   "[convolutional]\nfilters=8\nsize=3\npad=1\nactivation=mish\n"
-                                  "[convolutional]\nfilters=4\nsize=3\nstride=2\npad=1\nactivation=leaky\n",
+                                  "[convolutional]\nfilters=4\nsize=3\nstride=2\npad=1\nactivation=linear\n",
                                   "some.cfg"),
       1);
   network.set_engine(nn::Engine::direct);
