@@ -197,3 +197,20 @@ TEST_CASE("the bytes of statements are those of every piece of memory, and less 
   tape.clear();
   CHECK(tape.statement_bytes() == 0);
 }
+
+TEST_CASE("a short tape takes pieces of 32 KiB and more, a long one of 2 and of 8 MiB",
+          "[autodiff][tape_memory]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(1.0);
+  Variable<double> y = x;
+  const auto bytes_with = [&](std::size_t statements) {  // of six words each; a piece is four fifths words
+    while (tape.statement_count() < statements) y = y * x;
+    return tape.shared_state()->chunk_bytes();
+  };
+  constexpr std::size_t kib = 1024;
+  CHECK(bytes_with(1000) <= 32 * kib);
+  CHECK(bytes_with(7000) <= (32 + 64 + 128) * kib);
+  CHECK(bytes_with(70000) <= (32 + 64 + 128 + 2048) * kib);
+  CHECK(bytes_with(200000) <= (32 + 64 + 128 + 2048 + 8192) * kib);
+}

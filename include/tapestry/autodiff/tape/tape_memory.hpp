@@ -169,6 +169,13 @@ class TapeMemory : public WriteHead {
   static constexpr std::size_t first_size = std::size_t(1) << 15U;
   static constexpr std::size_t largest_size = 4 * huge_page;
 
+  /// Of the piece behind one of about `size` bytes. Pages of 4 KiB cost several times as much to be made
+  /// present as large ones of the same memory: the fourth piece is a large page, the fifth four of them.
+  static std::size_t size_behind(std::size_t size) {
+    if (size >= huge_page / 2) return largest_size;
+    return size >= 3 * first_size ? huge_page : 2 * size;
+  }
+
   [[nodiscard]] std::size_t room() const {
     return static_cast<std::size_t>(chunks_[current_].words() + chunks_[current_].word_count - words);
   }
@@ -208,8 +215,8 @@ class TapeMemory : public WriteHead {
     const std::uint32_t first_index = chunks_.empty() ? 1 : next.index();
     const std::size_t needed = word_count > usual_words ? word_count : usual_words + 1;
     if (position == chunks_.size() || chunks_[position].word_count < needed) {
-      std::size_t size = position == 0 ? first_size : 2 * chunks_[current_].word_count * bytes_per_word;
-      if (size > largest_size) size = largest_size;
+      std::size_t size =
+          position == 0 ? first_size : size_behind(chunks_[current_].word_count * bytes_per_word);
       if (size < (needed + 1) * bytes_per_word) size = (needed + 1) * bytes_per_word;
       Chunk chunk = allocate(size);
       chunks_.insert(chunks_.begin() + static_cast<std::ptrdiff_t>(position), std::move(chunk));
