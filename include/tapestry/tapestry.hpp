@@ -155,6 +155,7 @@
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/geometry/icosphere.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/mesh_axes.hpp>
 #include <tapestry/geometry/mesh_topology.hpp>
 #include <tapestry/geometry/orientation.hpp>
 #include <tapestry/geometry/pinhole_camera.hpp>
