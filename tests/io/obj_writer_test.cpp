@@ -74,6 +74,32 @@ TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
   CHECK((io::read_image(folder.path("car.png")).shape() == tapestry::Extents<3>{2, 4, 3}));
 }
 
+TEST_CASE("texels that no painted face refers to are written with the colours around them", "[io][obj]") {
+  // A chart of 4 x 4 texels, red, in the middle of an atlas of 16 x 16 that is black elsewhere.
+  const tapestry::test::TemporaryFolder folder;
+  geometry::Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  mesh.uvs = {{6.5 / 16, 6.5 / 16}, {9.5 / 16, 6.5 / 16}, {9.5 / 16, 9.5 / 16}, {6.5 / 16, 9.5 / 16}};
+  mesh.faces = {{0, 1, 2}, {0, 2, 3}, {0, 1, 3}};
+  mesh.face_uvs = {{0, 1, 2}, {0, 2, 3}, {-1, -1, -1}};
+  auto texture = tapestry::zeros<float, 3>({16, 16, 3});
+  for (std::size_t row = 6; row < 10; ++row)
+    for (std::size_t column = 6; column < 10; ++column) texture(row, column, 0) = 1;
+  auto layout = two_wide;
+  layout.u_extent = 1;
+  const auto is_red = [&] {
+    const auto written = io::read_image(folder.path("car.png"));
+    for (std::size_t i = 0; i < written.size(); ++i)
+      if (written.data()[i] != (i % 3 == 0 ? 255 : 0)) return false;
+    return true;
+  };
+  io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture);
+  CHECK(is_red());
+  layout.kind = tapestry::raster::TextureKind::cube;  // a picture that somebody has baked is written as it is
+  io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture);
+  CHECK_FALSE(is_red());
+}
+
 TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {
   const tapestry::test::TemporaryFolder folder;
   auto mesh = small_mesh();

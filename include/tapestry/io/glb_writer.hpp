@@ -44,8 +44,8 @@ void write_painted_glb(const std::string& path, const raster::PaintedMesh& body,
     throw ShapeError("write_painted_glb: painted has " + std::to_string(painted.size()) +
                      " entries, expected " + std::to_string(mesh.faces.size()));
   if (!(layout.u_extent > 0)) throw DomainError("write_painted_glb: u_extent must be positive");
-  write_file_atomically(path,
-                        detail::glb_file(path, mesh, body.painted, png_file(path, texture), layout.u_extent));
+  const std::string png = png_file(path, detail::with_gutters_filled(body, texture));
+  write_file_atomically(path, detail::glb_file(path, mesh, body.painted, png, layout.u_extent));
 }
 
 }  // namespace tapestry::io

@@ -16,7 +16,9 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <vector>
 
 namespace tapestry::io {
@@ -151,6 +153,26 @@ inline void require_writable_mesh(const geometry::Mesh& mesh) {
     for (const double value : position)
       if (!std::isfinite(value)) throw NumericError("write_obj: a vertex is not finite");
 }
+
+/// A texture whose texels beside the charts take the colours around them, whoever made it: viewers filter
+/// over the charts' rims, and what lies there would show as seams. That of another kind than an atlas has
+/// been baked so.
+template <std::floating_point T>
+Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture) {
+  if (body.layout.kind != raster::TextureKind::atlas || texture.shape(2) != 3) return texture;
+  body.layout.height = texture.shape(0);
+  body.layout.width = texture.shape(1);
+  body.painted.resize(body.mesh.faces.size());
+  for (std::size_t face = 0; face < body.painted.size(); ++face)  // those without uv use no texel
+    if (face >= body.mesh.face_uvs.size() || std::ranges::min(body.mesh.face_uvs[face]) < 0)
+      body.painted[face] = 0;
+  Array<T, 2> texels(Extents<2>{texture.size() / 3, 3});
+  std::copy_n(texture.data(), texture.size(), texels.data());
+  texels = raster::with_unused_filled(body.layout, raster::used_texels_or_all<T>(body), texels);
+  Array<T, 3> filled = texture;
+  std::copy_n(texels.data(), texels.size(), filled.data());
+  return filled;
+}
 }  // namespace detail
 
 /// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`. Faces keep their order.
@@ -168,8 +190,9 @@ inline void write_obj(const std::string& path, const geometry::Mesh& mesh) {
 /// the OBJ last. Painted faces get a material of their own with the texture; the others keep theirs.
 ///
 /// \param body     the texture spans u in [0, body.layout.u_extent); written u are divided by it, as viewers
-///                 expect. The rest of the layout does not matter
-/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1
+///                 expect. Of the rest the kind of texture matters alone
+/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1. Where no painted face refers to it, the written
+///                 one has the colours around, if the layout is that of an atlas
 /// \throws ShapeError unless body.painted has an entry a face; otherwise as write_obj()
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
@@ -182,7 +205,7 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
   if (!(layout.u_extent > 0)) throw DomainError("write_painted_obj: u_extent must be positive");
   const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
   const std::string name = stem.filename().string();
-  write_image(stem.string() + ".png", texture);
+  write_image(stem.string() + ".png", detail::with_gutters_filled(body, texture));
   write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, name + ".png"));
   write_file_atomically(path, detail::obj_text(mesh, painted, name + ".mtl", layout.u_extent));
 }
