@@ -19,6 +19,7 @@
 #include "../scenes/drawn_frames.hpp"
 #include "../scenes/photograph.hpp"
 #include "../scenes/vehicle.hpp"
+#include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
@@ -30,6 +31,7 @@ using namespace tapestry::shell;
 
 struct Options {
   std::string mesh = BundledAssets().mesh();
+  geometry::MeshAxes axes;
   std::vector<std::string> material;
   std::string faces;
   double length = 0;
@@ -48,7 +50,9 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& options) {
-  app.add_option("--mesh", options.mesh, "OBJ file of the car, z up; the bundled sedan when left out");
+  app.add_option("--mesh", options.mesh, "OBJ file of the car; the bundled sedan when left out");
+  app.add_option("--up", options.axes.up, up_help)->capture_default_str();
+  app.add_option("--forward", options.axes.forward, forward_help)->capture_default_str();
   app.add_option("--material", options.material, "materials whose faces take the car's colour");
   app.add_option("--faces", options.faces, "text file of those faces instead, one 1-based number a line");
   app.add_option("--length", options.length,
@@ -101,6 +105,9 @@ void describe(CLI::App& app, Options& options) {
 }
 
 void require_ranges(const Options& options) {
+  ProblemList list;
+  require_axes(options.axes, list);
+  list.throw_first();
   const auto require = [](const char* name, double low, double high) {
     if (low > high)
       throw Error(ErrorKind::usage, std::string(name) + ": " + std::to_string(low) + " is more than " +
@@ -124,8 +131,9 @@ scenes::Vehicle load_vehicle(const Options& options, std::vector<std::string>& i
                              : options.material;
   auto painted = selected_faces(options.mesh, loaded.mesh, materials, options.faces, warnings);
   print_warnings(warnings);
+  auto mesh = upright_car(options.mesh, std::move(loaded.mesh), options.axes);
   try {
-    return scenes::stand_on_ground(std::move(loaded.mesh), std::move(painted), options.length);
+    return scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length);
   } catch (const DomainError& error) {
     throw FileError(ErrorKind::mismatch, {options.mesh, "", error.what()});
   }

@@ -23,6 +23,7 @@
 
 #include "shell/contact_sheet.hpp"
 #include "shell/file_status.hpp"
+#include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/mesh_views.hpp"
 #include "shell/own_texture.hpp"
@@ -37,6 +38,7 @@ constexpr double rad_per_deg = std::numbers::pi / 180;
 
 struct Options {
   std::string mesh;
+  geometry::MeshAxes axes;
   std::vector<std::string> material;
   std::string faces;
   std::string texture;
@@ -67,6 +69,8 @@ struct Options {
 void describe_scene(CLI::App& app, Options& o) {
   app.option_defaults()->group("Mesh and light");
   app.add_option("--mesh", o.mesh, "OBJ file; the bundled sedan when left out");
+  app.add_option("--up", o.axes.up, up_help)->capture_default_str();
+  app.add_option("--forward", o.axes.forward, forward_help)->capture_default_str();
   app.add_option("--material", o.material,
                  "materials whose faces are painted; all faces when this and --faces are left out");
   app.add_option("--faces", o.faces,
@@ -204,6 +208,7 @@ void require_sound_light(const Options& o, ProblemList& list) {
 
 void require_sound(const Options& o) {
   ProblemList list;
+  require_axes(o.axes, list);
   require_sound_files(o, list);
   require_sound_light(o, list);
   list.require_choice("--view", o.view, mesh_view_names());
@@ -294,7 +299,9 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   if (!o.material.empty() || !o.faces.empty())
     scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
   require_kept(o, loaded);
-  scene.mesh = std::move(loaded.mesh);
+  scene.mesh = geometry::turned_upright(std::move(loaded.mesh), o.axes);
+  if (const std::string word = word_on_height(scene.mesh, o.axes); !word.empty())
+    loaded.warnings.push_back(o.mesh + ": " + word);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
   set_texture(o, scene, loaded.warnings);
   print_warnings(loaded.warnings);

@@ -38,7 +38,7 @@ expect_exit 2 "steps of noise" "$camouflage" --method random --worst-views 0.5 -
 expect_error_line '--worst-views have no part in --method random'
 expect_exit 2 "light that is not estimated" "$camouflage" --method rauca --output none
 expect_error_line '--method rauca .*needs --light photo'
-printf '%s\n' 'v 0 -1 0' 'v 0 1 0' 'v 0 0 1' 'vt 0 0' 'vt 1 0' 'vt .5 1' 'f 1/1 2/2 3/3' >front.obj
+printf '%s\n' 'v 0 -1 0' 'v 0 1 0' 'v 0 0 1' 'v -2 0 0' 'vt 0 0' 'vt 1 0' 'vt .5 1' 'f 1/1 2/2 3/3' >front.obj
 echo 1 >front.txt
 front=(--method upc --mesh front.obj --faces front.txt)
 expect_exit 4 "a car without panels" "$camouflage" "${front[@]}" --output none

@@ -80,6 +80,18 @@ expect_same pose.png orbit.png
 frame=$(ls "$assets"/frames/test/*.npz 2>/dev/null | head -n 1)
 [ -n "$frame" ] && expect_exit 0 "a frame's camera" "$render" --size 96 --frame "$frame" --output frame.png
 
+# A mesh with y up draws as it does with z up, and brings a warning where it stands on its nose.
+awk '$1 == "v" { print "v", $3, $4, $2; next } $1 == "vn" { print "vn", $3, $4, $2; next } { print }' \
+  "$assets/car_sedan.obj" >y_up.obj
+cp "$assets/car_sedan.mtl" .
+expect_exit 0 "y up" "$render" --mesh y_up.obj --up y --forward z --size 96 --output upright.png
+expect_same car.png upright.png
+[ -s command.err ] && fail "a word on a mesh that lies as told: $(cat command.err)" || pass
+expect_exit 0 "a mesh on its nose" "$render" --mesh y_up.obj --size 96 --output nose.png
+grep -q '^warning: y_up.obj: the mesh is .* high (along z).*--up' command.err && pass || fail "no warning of a mesh on its nose"
+expect_exit 0 "a front at a negative axis" "$render" --mesh y_up.obj --up y --forward -z --size 96 --output behind.png
+cmp -s upright.png behind.png && fail "the front does not count" || pass
+
 # Exports: the painted car drawn again looks the same.
 expect_exit 0 "export as OBJ" "$render" --size 96 --material body --texture car.png --export out.obj --output one.png
 expect_exit 0 "the export" "$render" --mesh out.obj --size 96 --material paint --texture out.png --u-extent 1 \
@@ -87,6 +99,9 @@ expect_exit 0 "the export" "$render" --mesh out.obj --size 96 --material paint -
 expect_same one.png two.png
 expect_exit 0 "the export with its own texture" "$render" --mesh out.obj --size 96 --output two.png
 expect_same one.png two.png
+# Texels beside the charts of a user's atlas take the colours around them: viewers filter over the charts' rims.
+expect_exit 0 "export of its texture" "$render" --size 96 --material body --texture car.png --export gutter.obj --output two.png
+cmp -s car.png gutter.png && fail "texels beside the charts are exported as they are" || pass
 # O35
 sed 's/ out.png/ absent.png/' out.mtl >other.mtl && sed 's/out.mtl/other.mtl/' out.obj >other.obj
 expect_exit 0 "a texture that is not there" "$render" --mesh other.obj --size 96 --output two.png

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh_axes.hpp"
 #include "problem_list.hpp"
 
 namespace tapestry::shell {
@@ -25,6 +26,7 @@ namespace tapestry::shell {
 struct SceneSettings {
   static constexpr const char* group = "Car and pictures";
   std::string mesh;
+  geometry::MeshAxes axes;
   std::vector<std::string> material;
   std::string faces;
   std::string frames;
@@ -81,6 +83,8 @@ struct OptimisationSettings {
 template <class Visit>
 void visit_settings(SceneSettings& s, Visit visit) {
   visit("mesh", s.mesh, "OBJ file of the car; the bundled sedan when left out");
+  visit("up", s.axes.up, up_help);
+  visit("forward", s.axes.forward, forward_help);
   visit("material", s.material, "materials whose faces are painted; left out, 'body' for the bundled car");
   visit("faces", s.faces,
         "text file of painted faces, one 1-based number a line, instead of --material; none when left out");
@@ -201,6 +205,8 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
+  if (name == "up") return "z";
+  if (name == "forward") return "x";
   if (name == "method") return "fca";
   if (name == "precision") return "float";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
@@ -224,6 +230,7 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
 inline bool is_texture_file(const std::string& start) { return start.ends_with(".npz"); }
 
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
+  require_axes(s.axes, list);
   list.require_choice("--mask", s.mask, {"auto", "silhouette", "file", "u2net"});
   list.require(s.segmenter.empty() || s.mask == "u2net", "--segmenter needs --mask u2net");
   list.require_choice("--texture", s.texture, {"atlas", "cube"});
