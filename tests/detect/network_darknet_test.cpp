@@ -11,7 +11,9 @@
 #include <filesystem>
 
 #include "../support/catch.hpp"
+#include "../support/differential.hpp"
 #include "../support/random_array.hpp"
+#include "../support/random_cfg.hpp"
 #include "../support/random_detector.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
@@ -106,7 +108,50 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
   CHECK(head == pass.logits.size());
   free_network(darknet);
 }
+
+/// Whether Darknet as Debian has it computes a network: layers, options and activations that came later are
+/// not in it, and behind a softmax it has lost the extents. Boxes are compared of a single [region] only.
+bool is_known_to_darknet(const detect::NetworkConfig& config) {
+  using enum detect::LayerKind;
+  using enum tapestry::nn::Activation;
+  std::size_t heads = 0, regions = 0;
+  for (std::size_t i = 0; i < config.layers.size(); ++i) {
+    const detect::LayerConfig& layer = config.layers[i];
+    heads += is_head(layer.kind) ? 1U : 0U;
+    regions += layer.kind == region ? 1U : 0U;
+    const auto is_one_of = [&](auto found, auto... known) { return ((found == known) || ...); };
+    if (is_one_of(layer.kind, dropout, reorg3d, scale_channels, sam)) return false;
+    if (is_one_of(layer.activation, swish, mish, hard_mish, relu6)) return false;
+    if (layer.kind == softmax && i + 1 < config.layers.size()) return false;
+    if (layer.kind == route && layer.groups > 1) return false;
+    if (layer.kind == shortcut && layer.sources.size() > 1) return false;
+    if (layer.dilation > 1) return false;
+    // Darknet reads the pixels of these one after another, whatever stride and padding say.
+    const bool has_steps = layer.stride > 1 || layer.padding > 0;
+    if (layer.kind == convolutional && layer.size == 1 && has_steps) return false;
+  }
+  return regions == 0 || heads == 1;
+}
+
+tapestry::test::RandomCfg random_cfg_for_darknet(std::uint64_t seed) {
+  for (std::uint64_t attempt = 0;; ++attempt) {
+    tapestry::test::RandomCfg cfg(tapestry::Random(seed).fork(attempt).bits());
+    if (is_known_to_darknet(cfg.config())) return cfg;
+  }
+}
 }  // namespace
+
+TEST_CASE("logits of random networks equal those of Darknet", "[detect][darknet][differential]") {
+  DifferentialRun run("random networks against Darknet", 4);
+  while (run.next()) {
+    const auto cfg = random_cfg_for_darknet(run.seed());
+    INFO(run.repeat() << "\n" << cfg.text());
+    const TemporaryFolder folder;
+    // Rounding of at most a dozen layers, some of which cancel; a layer that is another differs by O(1).
+    check_against_darknet(random_detector<float>(cfg.config(), run.seed()),
+                          folder.write("some.cfg", cfg.text()), 1e-4);
+  }
+}
 
 TEST_CASE("logits equal those of Darknet for every common layer", "[detect][darknet]") {
   const TemporaryFolder folder;

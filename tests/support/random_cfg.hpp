@@ -37,6 +37,7 @@ class RandomCfg {
     text_ = "[net]\n";
     option("height", pick(extents), text_);
     option("width", pick(extents), text_);
+    option("channels", 3, text_);
     config_ = io::detail::parse_cfg(text_, "random.cfg");
     shapes_.clear();
     const std::size_t layer_count = 2 + random_.index(11);

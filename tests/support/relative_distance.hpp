@@ -3,7 +3,7 @@
 #include <cstddef>
 
 namespace tapestry::test {
-/// ‖a − b‖ / ‖b‖ of `count` numbers, in double.
+/// ‖a − b‖ / ‖b‖ of `count` numbers, in double; 0 where both are 0.
 template <class A, class B>
 double relative_distance(const A* a, const B* b, std::size_t count) {
   double difference = 0;
@@ -13,7 +13,7 @@ double relative_distance(const A* a, const B* b, std::size_t count) {
     difference += d * d;
     norm += static_cast<double>(b[i]) * static_cast<double>(b[i]);
   }
-  return std::sqrt(difference / norm);
+  return difference == 0 ? 0 : std::sqrt(difference / norm);
 }
 
 /// The same of two arrays of one shape.
