@@ -94,12 +94,14 @@ TEST_CASE("results that are not supported are refused of constants, too", "[nn][
                     "net.onnx: 1 node cannot be run: Relu \"y\" (opset 13): result 1 is not supported");
 }
 
-TEST_CASE("the adjoint of a constant that is a weight of one node counts what other nodes read of it",
+TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it is a result",
           "[nn][network][gradient]") {
+  const bool is_result = GENERATE(false, true);
   nn::NetworkDescription description;
   description.opset = 13;
   description.inputs = {{"x", {2, 2}}};
   description.outputs = {"y"};
+  if (is_result) description.outputs.push_back("w");
   description.constants["w"] = {{2, 2}, nn::ElementType::floating, std::vector<double>{0.3, -0.7, 0.45, 0.2}};
   description.nodes = {{"", "MatMul", {"x", "w"}, {"product"}, {}},
                        {"", "Tanh", {"product"}, {"bent"}, {}},
@@ -114,19 +116,20 @@ TEST_CASE("the adjoint of a constant that is a weight of one node counts what ot
   nn::NetworkPass<double> pass;
   network.forward({x.data()}, pass, nn::Mode::training);
   std::vector<double> gradient(network.constants().size(), 0.0);
-  network.adjoint(pass, {adjoint.data()}, {nullptr}, gradient.data());
+  network.adjoint(pass, {adjoint.data(), adjoint.data()}, {nullptr}, gradient.data());
   const auto value_at = [&](std::size_t i, double step) {
     auto moved = description;
     std::get<std::vector<double>>(moved.constants["w"].values)[i] += step;
     nn::Network<double>(moved).forward({x.data()}, pass);
     double sum = 0;
-    for (std::size_t k = 0; k < 4; ++k) sum += adjoint.data()[k] * pass.output(0)[k];
+    for (std::size_t result = 0; result < description.outputs.size(); ++result)
+      for (std::size_t k = 0; k < 4; ++k) sum += adjoint.data()[k] * pass.output(result)[k];
     return sum;
   };
   // Third derivatives of tanh(x · w) by w stay below 2 · |x|³ < 1: with h = 1e-5 truncation is below 1e-10,
   // and so is rounding, 4 ε/h.
   for (std::size_t i = 0; i < 4; ++i) {
-    CAPTURE(i);
+    CAPTURE(i, is_result);
     const double difference = (value_at(i, 1e-5) - value_at(i, -1e-5)) / 2e-5;
     CHECK(std::abs(gradient[network.weights()[0].offset + i] - difference) <= 1e-9);
   }

@@ -21,7 +21,7 @@ using Numbers = std::vector<double>;
 Numbers drawn(std::size_t count, std::uint64_t seed) {
   tapestry::Random random(seed);
   Numbers values(count);
-  for (double& value : values) value = static_cast<float>(random.uniform(-1, 1));
+  for (double& value : values) value = static_cast<double>(static_cast<float>(random.uniform(-1, 1)));
   return values;
 }
 

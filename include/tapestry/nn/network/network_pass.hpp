@@ -134,7 +134,10 @@ class NetworkPass {
     for (std::size_t i = 0; i < program.inputs.size(); ++i)
       if (i < inputs_adjoint.size()) goals_[program.inputs[i]] = inputs_adjoint[i];
     wants_inputs_ = std::ranges::any_of(inputs_adjoint, [](const T* wanted) { return wanted != nullptr; });
-    constants_adjoint_ = constants_adjoint;
+    wants_weights_ = constants_adjoint != nullptr;
+    for (std::size_t v = 0; wants_weights_ && v < program.values.size(); ++v)
+      if (program.values[v].is_constant() && use.follows_weights[v])
+        goals_[v] = constants_adjoint + program.values[v].constant;
     find_gathered(program, outputs_gathered);
     for (std::size_t i = 0; i < program.outputs.size(); ++i) seed(program, i, output_adjoints.at(i));
     for (std::size_t s = program.steps.size(); s-- > 0;) pull_back(program, use, s, engine);
@@ -145,7 +148,8 @@ class NetworkPass {
     if (adjoint == nullptr) return;
     const std::size_t value = program.outputs[i];
     const std::size_t count = size_of(program.values[value].shape);
-    if (goals_[value] != nullptr) return add(adjoint, goals_[value], count);  // an input that is a result
+    if (goals_[value] != nullptr)
+      return add(adjoint, goals_[value], count);  // an input or a weight that is a result
     if (adjoints_[value].empty()) {
       adjoints_[value] = workspace_.take(count);
       copy(adjoint, adjoints_[value].data(), count);
@@ -195,8 +199,7 @@ class NetworkPass {
   [[nodiscard]] bool wants(const ProgramUse& use, const ProgramStep<T>& step, std::size_t i) const {
     const std::size_t value = step.inputs[i];
     if (value == no_value || !step.operation->is_differentiable(i)) return false;
-    return (wants_inputs_ && use.follows_inputs[value]) ||
-           (constants_adjoint_ != nullptr && use.follows_weights[value]);
+    return (wants_inputs_ && use.follows_inputs[value]) || (wants_weights_ && use.follows_weights[value]);
   }
 
   void pull_back(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine) {
@@ -241,7 +244,6 @@ class NetworkPass {
   [[nodiscard]] T* goal_of(const Program<T>& program, const ProgramStep<T>& step, std::size_t i,
                            bool& is_fresh) {
     const std::size_t value = step.inputs[i];
-    if (program.values[value].is_constant()) return constants_adjoint_ + program.values[value].constant;
     if (goals_[value] != nullptr) return goals_[value];
     if (adjoints_[value].empty()) {
       adjoints_[value] = workspace_.take(size_of(program.values[value].shape));
@@ -257,10 +259,10 @@ class NetworkPass {
   std::vector<bool> is_kept_;
   std::vector<OperationState<T>> states_;  ///< of each step
   std::vector<Buffer<T>> adjoints_;        ///< of each value, while they are gathered
-  std::vector<T*> goals_;                  ///< where adjoints of inputs go
+  std::vector<T*> goals_;                  ///< where adjoints of inputs and weights go
   std::vector<Gathered> gathered_;         ///< results whose adjoints are wanted
   bool wants_inputs_ = false;
-  T* constants_adjoint_ = nullptr;
+  bool wants_weights_ = false;
   std::vector<TensorView<const T>> inputs_;
   std::vector<TensorView<T>> results_;
   Workspace<T> workspace_;
