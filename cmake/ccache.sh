@@ -4,7 +4,7 @@
 # A precompiled header holds absolute paths and is made anew in each clone. What is compiled with it depends on the
 # checksum of the headers in it, which is the same in all.
 export CCACHE_BASEDIR="$1" CCACHE_NOHASHDIR=1 CCACHE_PCH_EXTSUM=1
-export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+export CCACHE_SLOPPINESS=pch_defines,time_macros
 shift
 depfile= output= previous= makes_header=false
 for argument; do
