@@ -137,7 +137,9 @@ Slope slope_of(Value value, double magnitude) {
 struct Tally {
   std::size_t smooth = 0, rough = 0;  ///< slopes that were compared, and that could not be
   std::size_t kinked = 0;             ///< gradients in float beside a kink
+  std::size_t beside = 0;             ///< networks with a wrong slope at one point and none at another
   std::string problems{};             ///< of the network at hand
+  std::string slopes{};               ///< of them that are wrong, at the point at hand
 
   void expect(bool holds, const std::string& what) {
     if (!holds) problems += (problems.empty() ? "" : "; ") + what;
@@ -149,7 +151,9 @@ struct Tally {
 
 void check_slope(const Slope& slope, double found, const char* what, Tally& tally) {
   ++(slope.is_smooth ? tally.smooth : tally.rough);
-  if (slope.is_smooth) tally.expect_at_most(std::abs(found - slope.value), slope.error, what);
+  const double error = std::abs(found - slope.value);
+  if (slope.is_smooth && !(error <= slope.error))
+    tally.slopes += std::string("; ") + what + ": off by " + std::to_string(error / slope.error);
 }
 
 /// Input and weight gradients against differences along drawn directions.
@@ -224,11 +228,12 @@ nn::NetworkDescription opened(nn::NetworkDescription description) {
   return description;
 }
 
-void check_network(std::uint64_t seed, Tally& tally) {
+/// \param point  where; of 0, 1, … each another
+void check_network(std::uint64_t seed, std::uint64_t point, Tally& tally) {
   const nn::NetworkDescription description = RandomNetwork(seed).description;
   const std::size_t outputs = description.outputs.size();
   Run<double> run(description, true, outputs), open(opened(description), true, outputs);
-  const Numbers x = drawn(run.input_size, seed + 17);
+  const Numbers x = drawn(run.input_size, seed + 17 + 100000000 * point);
   open.forward(x);
   const Numbers plain = open.results();
   run.forward(x);
@@ -266,13 +271,22 @@ TEST_CASE("random networks are right in every mode, precision and form", "[nn][n
   while (networks.next()) {
     INFO(networks.repeat());
     tally.problems.clear();
+    tally.slopes.clear();
     try {
-      check_network(networks.seed(), tally);
+      check_network(networks.seed(), 0, tally);
+      if (!tally.slopes
+               .empty()) {  // by a kink within a fraction of a step, or by a mistake, which is everywhere
+        tally.slopes.clear();
+        ++tally.beside;
+        check_network(networks.seed(), 1, tally);
+      }
     } catch (const tapestry::Error& error) {
       tally.expect(false, error.what());
     }
+    tally.problems += tally.slopes;
     if (!tally.problems.empty()) FAIL_CHECK(tally.problems << "; see " << saved(networks.seed()));
   }
   CHECK(tally.rough <= 1 + (tally.smooth + tally.rough) / 20);
+  CHECK(tally.beside <= 3 + tally.smooth / 1000);
   CHECK(tally.kinked <= 3 + tally.smooth / 400);
 }
