@@ -100,8 +100,8 @@ void pull_back_shape(const PosedView<Model>& view, const FragmentBands& fragment
 /// each, and none if they depend on passive inputs only; what is passive is not differentiated. Positions
 /// move the picture through vertex_adjoint(), coverage through silhouette_adjoint(), and texels and light get
 /// the exact derivatives of the samples that were drawn, but where the sun's shadow falls is held still: its
-/// motion, which the derivative by the sun's direction lacks, can be larger than what is left. Textures that are drawn from unmoved cameras again
-/// and again are faster through a TextureOperator that is kept.
+/// motion, which the derivative by the sun's direction lacks, can be larger than what is left. Textures that
+/// are drawn from unmoved cameras again and again are faster through a TextureOperator that is kept.
 ///
 /// \param body      copied: it may change or go once this returns
 /// \param light     Unlit, Light (flat), SmoothLight, OutdoorLight, or a ClearCoat over one of them; of
