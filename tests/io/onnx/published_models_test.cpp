@@ -74,7 +74,7 @@ TEST_CASE("detectors that others trained are read", "[io][onnx]") {
 }
 
 TEST_CASE("a detector in half precision whose Casts stand at the end is read in order", "[io][onnx]") {
-  const std::string path = std::string(TAPESTRY_SHARED) + "/data/detectors/yolov5n_fp16.onnx";
+  const std::string path = tapestry::test::in_shared("data/detectors/yolov5n_fp16.onnx");
   if (!is_there(path)) return;
   const nn::NetworkDescription network = io::read_onnx(path);
   std::set<std::string> made{""};
