@@ -25,7 +25,7 @@ std::string processor_name() {
 #if defined(__x86_64__)
   constexpr unsigned first = 0x80000002U, last = 0x80000004U;  // 16 letters each
   std::array<unsigned, 12> words{};
-  if (__get_cpuid_max(0x80000000U, nullptr) >= last) {
+  if (static_cast<unsigned>(__get_cpuid_max(0x80000000U, nullptr)) >= last) {  // an int by clang
     for (unsigned leaf = first, i = 0; leaf <= last; ++leaf, i += 4)
       __get_cpuid(leaf, &words[i], &words[i + 1], &words[i + 2], &words[i + 3]);
     std::array<char, sizeof words + 1> letters{};

@@ -132,13 +132,14 @@ struct Pow {
   }
 
  private:
-  /// x^y · factor, 0 where the power is and no digits of it are lost.
+  /// x^y · factor, 0 where the power is and no digits of it are lost, and at x = y = 0.
   template <Scalar T>
   static T times(const T& x, const T& y, const T& pow_xy, const T& factor) {
+    if (x == 0 && y == 0) return T(0);
     if (is_normal_number(number_of(pow_xy))) return pow_xy * factor;
     T product(0);
     if (x > 0 && lowered_power(x, y, 0, factor, product)) return product;
-    return pow_xy == 0 || (x == 0 && y == 0) ? T(0) : T(pow_xy * factor);
+    return pow_xy == 0 ? T(0) : T(pow_xy * factor);
   }
 };
 
