@@ -27,7 +27,7 @@ class KeptLayers {
  public:
   using Views = std::span<const std::shared_ptr<const View<T>>>;
 
-  /// What is kept of each view, to hand to detect::forward_within(); null for views that are not worth it or
+  /// Kept layers of each view, for detect::forward_within(); null for views that are not worth it or
   /// beyond the memory, nothing if all are.
   ///
   /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); asked when a view comes first

@@ -41,7 +41,7 @@ template <class T>
   return product;
 }
 
-/// By what A is multiplied before it is inverted: a reciprocal of a pivot overflows below 2⁻¹⁰²⁴, and then
+/// Factor for A before it is inverted: a reciprocal of a pivot overflows below 2⁻¹⁰²⁴, and then
 /// meets zeros. 1 where no pivot is so small, or another entry would overflow.
 template <class T>
 [[nodiscard]] Base<T> scale_of_inversion(const LuDecomposition<T>& lu) {

@@ -169,7 +169,7 @@ class TapeMemory : public WriteHead {
   static constexpr std::size_t first_size = std::size_t(1) << 15U;
   static constexpr std::size_t largest_size = 4 * huge_page;
 
-  /// Of the piece behind one of about `size` bytes. Pages of 4 KiB cost several times as much to be made
+  /// Size of the piece behind one of about `size` bytes. Pages of 4 KiB cost several times as much to be made
   /// present as large ones of the same memory: the fourth piece is a large page, the fifth four of them.
   static std::size_t size_behind(std::size_t size) {
     if (size >= huge_page / 2) return largest_size;
