@@ -46,10 +46,10 @@ print_times() {
   echo "slowest to compile:"
   for preset in "${presets[@]}"; do
     awk -v preset="$preset" '/\.o\t/ {printf "  %.0f s  %s: %s\n", ($2 - $1) / 1000, preset, $4}' "build/$preset/.ninja_log"
-  done | sed 's|CMakeFiles/[^/]*/||; s|\.o$||' | sort --key=1,1 --numeric-sort --reverse | sed 10q
+  done | sed 's|CMakeFiles/[^/]*/||; s|\.o$||' | sort --key=1,1 --numeric-sort --reverse | sed -n 1,10p
   echo "slowest tests:"
   sed -nE 's|^ *[0-9]+/[0-9]+ Test +#[0-9]+: (.*[^. ])[ .]+\*{0,3}[A-Z][A-Za-z ]* +([0-9.]+) sec.*|  \2 s  \1|p' build/tests.log |
-    sort --key=1,1 --numeric-sort --reverse | sed 10q
+    sort --key=1,1 --numeric-sort --reverse | sed -n 1,10p
 }
 
 jobs=$(nproc)
