@@ -57,12 +57,14 @@ class Network {
   [[nodiscard]] const std::vector<WeightBlock>& weights() const { return program_.weights; }
   /// All constants, weights among them.
   [[nodiscard]] const std::vector<T>& constants() const { return program_.constants; }
+  /// Passes of before keep their results; for an adjoint forward() runs again.
+  ///
   /// \throws ShapeError unless there are as many as constants()
-  void set_constants(std::vector<T> constants) {
+  void set_constants(const std::vector<T>& constants) {
     if (constants.size() != program_.constants.size())
       throw ShapeError("Network: constants is [" + std::to_string(constants.size()) + "], expected [" +
                        std::to_string(program_.constants.size()) + "]");
-    program_.constants = std::move(constants);
+    std::ranges::copy(constants, program_.constants.begin());  // in place: passes point to them
     prepare();
   }
 
