@@ -1,3 +1,3 @@
-// The compiled parts of the readers alone: instrumented for a fuzzer, kernels would take a compiler minutes.
+// The compiled parts of the readers alone; those of networks are beside this.
 #undef TAPESTRY_EXTERN_KERNELS
 #include <tapestry/implementation.hpp>
