@@ -1,4 +1,4 @@
-// The compiled parts of the readers alone: instrumented for a fuzzer, kernels would take a compiler minutes.
+// The compiled parts of the readers alone; those of networks are beside this.
 #include <tapestry/io/implementation.hpp>
 
 #include <tapestry/detect/implementation.hpp>

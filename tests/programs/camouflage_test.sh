@@ -234,6 +234,12 @@ expect_exit 0 "other colours on purpose" "$programs/evaluate" --run own_mesh --a
 grep -q '^warning: own_mesh: inputs have changed since the run: own/car_sedan.mtl' command.err && pass || fail "no warning"
 grep -A 2 '"changed_inputs"' remeasured/metrics.json | grep -q own/car_sedan.mtl && pass || fail "metrics.json does not name what has changed"
 grep -q 'Inputs have changed since the run: own/car_sedan.mtl' remeasured/report.html && pass || fail "nor does the page"
+# So is that of the run it is compared with, though the measured one is as it was.
+expect_exit 0 "a run after the change" "$camouflage" "${own[@]}" --output own_later
+expect_exit 7 "against a run with other colours" "$programs/evaluate" --run own_later --against own_mesh
+expect_error_line '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl '
+expect_exit 0 "against it on purpose" "$programs/evaluate" --run own_later --against own_mesh --accept-changed-inputs --output compared
+grep -A 2 '"changed_inputs"' compared/metrics.json | grep -q own/car_sedan.mtl && pass || fail "metrics.json does not name what has changed"
 expect_exit 0 "another mesh on purpose" "$programs/evaluate" --run own_mesh --mesh "$assets/car_sedan.obj"
 mv own/car_sedan.mtl kept.mtl
 expect_exit 7 "measured without colours" "$programs/evaluate" --run own_mesh

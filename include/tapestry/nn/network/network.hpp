@@ -51,8 +51,10 @@ class Network {
   [[nodiscard]] const std::vector<WeightBlock>& weights() const { return program_.weights; }
   /// All constants, weights among them.
   [[nodiscard]] const std::vector<T>& constants() const { return program_.constants; }
+  /// Passes of before keep their results; for an adjoint forward() runs again.
+  ///
   /// \throws ShapeError unless there are as many as constants()
-  void set_constants(std::vector<T> constants);
+  void set_constants(const std::vector<T>& constants);
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
   /// \param pass    takes the results, and what `mode` says is kept

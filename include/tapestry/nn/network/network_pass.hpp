@@ -16,7 +16,7 @@ class Network;
 template <std::floating_point T>
 class NetworkPass {
  public:
-  /// Values of a result in row-major order, until the pass is used again.
+  /// Values of a result in row-major order, the pass's own until it is used again.
   [[nodiscard]] const T* output(std::size_t i) const { return where_[outputs_.at(i)]; }
 
  private:

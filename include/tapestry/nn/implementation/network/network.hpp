@@ -20,11 +20,11 @@
 namespace tapestry::nn {
 
 template <std::floating_point T>
-void Network<T>::set_constants(std::vector<T> constants) {
+void Network<T>::set_constants(const std::vector<T>& constants) {
   if (constants.size() != program_.constants.size())
     throw ShapeError("Network: constants is [" + std::to_string(constants.size()) + "], expected [" +
                      std::to_string(program_.constants.size()) + "]");
-  program_.constants = std::move(constants);
+  std::ranges::copy(constants, program_.constants.begin());  // in place: passes point to them
   prepare();
 }
 

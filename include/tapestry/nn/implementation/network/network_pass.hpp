@@ -37,6 +37,13 @@ void NetworkPass<T>::begin(const Program<T>& program, const std::vector<const T*
   for (std::size_t v = 0; v < program.values.size(); ++v)
     if (program.values[v].is_constant()) where_[v] = program.constants.data() + program.values[v].constant;
   for (std::size_t i = 0; i < program.inputs.size(); ++i) where_[program.inputs[i]] = inputs.at(i);
+  for (const std::size_t v : outputs_) {
+    if (where_[v] == nullptr || !buffers_[v].empty()) continue;  // a step makes it, or it is copied
+    const std::size_t count = size_of(program.values[v].shape);
+    buffers_[v] = workspace_.take(count);  // inputs and constants may be gone before the pass
+    copy(where_[v], buffers_[v].data(), count);
+    where_[v] = buffers_[v].data();
+  }
 }
 
 template <std::floating_point T>
