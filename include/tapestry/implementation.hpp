@@ -1,8 +1,7 @@
 #pragma once
 /// \file
 /// What of the library is compiled once: exactly one source file of a program includes this header, or the
-/// program links the CMake target tapestry::compiled, which is made of it. The tape alone needs neither, and the
-/// header of one folder, tapestry/raster/implementation.hpp and so on, brings what that folder compiles.
+/// program links the CMake target tapestry::compiled, which is made of it. The tape alone needs neither.
 #include <tapestry/io/implementation.hpp>  // first, for it must see stb before anyone else
 
 #include <tapestry/camouflage/implementation.hpp>
