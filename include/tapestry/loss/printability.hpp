@@ -21,7 +21,10 @@ inline constexpr double printable_spread = 0.05;
 
 namespace detail {
 
-std::array<double, 3> colour_at(const auto& colours, std::size_t row);
+inline std::array<double, 3> colour_at(const auto& colours, std::size_t row) {
+  return {static_cast<double>(colours(row, 0)), static_cast<double>(colours(row, 1)),
+          static_cast<double>(colours(row, 2))};
+}
 
 /// The score of one colour, and its derivative by it where `slope` is not null.
 double score_of(const std::array<double, 3>& colour, const Array<double, 2>& palette, double spread,

@@ -26,20 +26,4 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-std::string nearest_word(std::string_view word, const std::ranges::forward_range auto& known) {
-  std::string nearest;
-  std::size_t best = 0;
-  for (const std::string_view candidate : known) {
-    const auto [shorter, longer] = std::minmax({word.size(), candidate.size()});
-    if (3 * (longer - shorter) > longer) continue;  // so many insertions at least, without looking
-    const std::size_t distance = edit_distance(word, candidate);
-    if (3 * distance > longer) continue;
-    if (nearest.empty() || distance < best) {
-      nearest = candidate;
-      best = distance;
-    }
-  }
-  return nearest;
-}
-
 }  // namespace tapestry::io

@@ -30,11 +30,6 @@ Array<double, 2> printable_colours() {
 
 namespace tapestry::loss::detail {
 
-std::array<double, 3> colour_at(const auto& colours, std::size_t row) {
-  return {static_cast<double>(colours(row, 0)), static_cast<double>(colours(row, 1)),
-          static_cast<double>(colours(row, 2))};
-}
-
 double score_of(const std::array<double, 3>& colour, const Array<double, 2>& palette, double spread,
                 std::array<double, 3>* slope) {
   const double two_variances = 2 * spread * spread;
