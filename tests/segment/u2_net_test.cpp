@@ -1,3 +1,4 @@
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/segment/u2_net.hpp>
 
 #include <cmath>

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstdint>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 #include <vector>
 

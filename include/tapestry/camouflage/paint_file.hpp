@@ -3,6 +3,7 @@
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 
 namespace tapestry::camouflage {
 

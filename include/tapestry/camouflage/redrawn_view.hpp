@@ -4,6 +4,7 @@
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
 namespace tapestry::camouflage {

@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh_topology.hpp>
 #include <tapestry/loss/mesh_regularity_variable.hpp>
 #include <tapestry/raster/mesh_edges.hpp>

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/input_encoding.hpp>

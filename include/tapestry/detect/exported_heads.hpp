@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/nn/network/tensor.hpp>

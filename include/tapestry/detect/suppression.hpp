@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/suppression_measure.hpp>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/raster/texture_charts.hpp>
 #include <vector>
 

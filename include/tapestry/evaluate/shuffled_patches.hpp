@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/texture_charts.hpp>
 #include <tapestry/raster/texture_layout.hpp>

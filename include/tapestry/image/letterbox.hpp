@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/resize.hpp>
 

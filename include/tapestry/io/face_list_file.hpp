@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <vector>
 
 namespace tapestry::io {

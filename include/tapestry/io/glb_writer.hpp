@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <vector>

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/io/png_scan.hpp>
 #include <vector>
 

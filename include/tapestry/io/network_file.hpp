@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/network.hpp>
 #include <vector>
 

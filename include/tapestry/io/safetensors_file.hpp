@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/safetensors_header.hpp>
 #include <vector>

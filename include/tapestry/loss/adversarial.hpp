@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/loss/max_score.hpp>
 
 namespace tapestry::loss {

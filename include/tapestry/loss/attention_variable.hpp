@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/loss/attention.hpp>
 
 namespace tapestry::loss {

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/loss/printability.hpp>
 
 namespace tapestry::loss {

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <memory>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/loss/neighbour_steps_variable.hpp>
 #include <tapestry/loss/total_variation.hpp>
 #include <vector>

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>

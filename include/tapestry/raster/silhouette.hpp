@@ -4,6 +4,7 @@
 #include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>

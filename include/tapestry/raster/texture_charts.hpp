@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/core/error.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <vector>
 

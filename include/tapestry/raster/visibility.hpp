@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/raster_kernels.hpp>

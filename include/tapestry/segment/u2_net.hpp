@@ -6,6 +6,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/network/network.hpp>

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <vector>
 

@@ -9,6 +9,7 @@
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <vector>
 
 namespace tapestry::camouflage {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {

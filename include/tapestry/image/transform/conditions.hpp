@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <vector>

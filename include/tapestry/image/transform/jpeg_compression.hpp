@@ -2,6 +2,7 @@
 #include <concepts>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 
 namespace tapestry::image {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/file_source.hpp>
 

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <tapestry/core/error.hpp>
 #include <tapestry/io/dataset/dataset.hpp>
 #include <tapestry/io/file_status.hpp>
 #include <tapestry/io/folder_listing.hpp>

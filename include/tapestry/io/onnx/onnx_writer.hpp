@@ -1,6 +1,7 @@
 #pragma once
 #include <map>
 #include <string>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::io {
