@@ -147,7 +147,7 @@ inline void parse_product(const std::string& path, SectionReader& reader, std::s
   layer.activation = parse_activation(path, reader, nn::Activation::linear);
 }
 
-/// YOLOv2's head. Its background class, its tree of classes and masks beside boxes are not implemented.
+/// YOLOv2's head, of boxes alone: a background class, a tree of classes and masks are refused by their keys.
 inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   layer.classes = reader.count("classes", 20, 1, 1 << 20);
   if (const auto coords = reader.integer("coords", 4, 0, any_count); coords != 4)
