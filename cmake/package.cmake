@@ -25,6 +25,9 @@ if(TAPESTRY_BUILD_EXAMPLES)
     message(STATUS "A Debian package made here states no dependencies: that needs dpkg-dev and file")
   endif()
 endif()
+if(TARGET MPI::MPI_CXX)  # linked by camouflage and evaluate, which do not start without it
+  message(STATUS "A Debian package made here depends on the MPI library that was found; TAPESTRY_MPI=OFF leaves it out")
+endif()
 # What Debian asks for beside the files: who may do what, and a changelog in its form, compressed.
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE licence)
 file(WRITE ${PROJECT_BINARY_DIR}/package/copyright

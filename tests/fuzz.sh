@@ -25,6 +25,12 @@ for target in "${targets[@]}"; do
   mkdir -p "seeds/$target" "corpus/$target"
   export TAPESTRY_FUZZ_TARGET=$target
   TAPESTRY_FUZZ_SEEDS=seeds/$target "$program"
+  # ONNX's own models, one an operator, where Debian's libonnx-testdata is installed.
+  case $target in onnx | onnx_network)
+    for model in "${TAPESTRY_ONNX_TESTDATA:-/usr/share/libonnx-testdata/data}"/*/*/model.onnx; do
+      [ ! -e "$model" ] || cp "$model" "seeds/$target/$(basename "$(dirname "$model")").onnx"
+    done ;;
+  esac
   words=()
   for dictionary in "$OLDPWD"/tests/fuzz/*.dict; do # cfg's is also that of classifier_cfg
     [[ $target != *$(basename "$dictionary" .dict) ]] || words=("-dict=$dictionary")

@@ -37,7 +37,7 @@ function(add_page_program page name opening)
   endwhile()
   file(CONFIGURE OUTPUT ${name}.cpp CONTENT "${program}" @ONLY)
   add_executable(${name} ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
-  target_link_libraries(${name} PRIVATE tapestry_strict)
+  target_link_libraries(${name} PRIVATE tapestry_strict tapestry_compiled)
   add_test(NAME "${page}: the example runs" COMMAND ${name})
 endfunction()
 

@@ -4,6 +4,7 @@
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npz_file.hpp>
+#include <tapestry/io/zip_writer.hpp>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>
 

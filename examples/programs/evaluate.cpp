@@ -58,9 +58,10 @@ void describe(CLI::App& app, Options& options) {
   auto* const run = app.add_option(
       "--run", options.run,
       "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
-  app.add_flag("--accept-changed-inputs", options.accept_changed_inputs,
-               "measure although mesh, weights or frames of the run are not what they were, which is refused "
-               "otherwise; what has changed is written into the metrics")
+  app.add_flag(
+         "--accept-changed-inputs", options.accept_changed_inputs,
+         "measure although mesh, weights or frames of the run, or of that of --against, are not what they "
+         "were, which is refused otherwise; what has changed is written into the metrics")
       ->needs(run);
   app.add_option("--against", options.against,
                  "folder of another run of the same car, measured as 'other run': what --run does beyond it");
@@ -153,6 +154,18 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
   for (const auto* row : rows_of(report)) print_row(*row);
 }
 
+/// What has changed since the runs that are measured, each file once.
+/// \throws Error (in_use) unless that is accepted
+std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inputs) {
+  std::vector<ChangedInput> changed;
+  for (const std::string& run : {options.run, options.against})
+    for (const ChangedInput& input :
+         require_run_inputs({run, options.accept_changed_inputs}, options.scene, inputs.car, options.detector,
+                            inputs.frames.test, inputs.warnings))
+      if (std::ranges::find(changed, input) == changed.end()) changed.push_back(input);
+  return changed;
+}
+
 int run(const CLI::App& app, Options& options) {
   if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
     throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
@@ -178,8 +191,7 @@ int run(const CLI::App& app, Options& options) {
                               options.output,
                               {options.run, options.accept_changed_inputs}});
   Inputs inputs = load_inputs(options.scene, options.detector);
-  const auto changed = require_run_inputs({options.run, options.accept_changed_inputs}, options.scene,
-                                          inputs.car, options.detector, inputs.frames.test, inputs.warnings);
+  const auto changed = changed_since_runs(options, inputs);
   const auto& car = inputs.car.painted;
   const auto& network = *inputs.detector.network;
   const camouflage::ViewStore<float>::Settings store_settings{network.input_height(), network.input_width(),

@@ -12,6 +12,7 @@
 #include <tapestry/segment/car_component.hpp>
 #include <tapestry/segment/u2_net.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
+#include <tapestry/segment/u2_net_input.hpp>
 #include <utility>
 #include <vector>
 

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/geometry/icosphere.hpp>
+#include <tapestry/geometry/position_array.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/loss/mesh_regularity_variable.hpp>
 #include <tapestry/optim/adam.hpp>

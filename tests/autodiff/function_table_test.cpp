@@ -50,14 +50,12 @@ const std::map<std::string, std::vector<Row>>& table() {
 
 /// Distance in units in the last place of the reference, denormals having the spacing of the smallest,
 /// sixteen of which are as good as none: what a formula rounds there on its way, it may multiply. Where the
-/// reference overflows, ∞ is right, as is a number a rounding away from it, and of higher order a NaN of ∞ −
-/// ∞.
-double ulps(double found, double expected, std::size_t order) {
+/// reference overflows, ∞ is right, as is a number a rounding away from it.
+double ulps(double found, double expected) {
   constexpr double largest = std::numeric_limits<double>::max() * (1 - 0x1p-50);
   constexpr double infinity = std::numeric_limits<double>::infinity();
   if (found == expected) return 0;
   if (std::isinf(expected)) {
-    if (order >= 2 && std::isnan(found)) return 0;
     return found * std::copysign(1.0, expected) >= largest ? 0 : infinity;
   }
   if (!std::isfinite(found))
@@ -109,8 +107,9 @@ Worst worst_of(const std::string& name, std::size_t arguments, const Found& foun
                                                   : i < 4        ? orders_of_two[i]
                                                                  : later_orders_of_two[i - 4]);
       const double expected = row[arguments + i];
+      if (name == "atan2" && order == 3 && std::isinf(expected) && std::isnan(found[i])) continue;  // ∞ − ∞
       const double difference = std::abs(found[i] - expected) / (0x1p-53 * sizes[order]);
-      const double error = std::fmin(ulps(found[i], expected, order), sizes[order] > 0 ? difference : 1e300);
+      const double error = std::fmin(ulps(found[i], expected), sizes[order] > 0 ? difference : 1e300);
       if (error > worst.error[order]) {
         worst.error[order] = error;
         worst.at[order] = row[0];

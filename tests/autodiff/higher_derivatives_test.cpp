@@ -300,3 +300,40 @@ TEST_CASE("derivatives have their limits at infinity", "[autodiff][higher]") {
   CHECK(hessian_at([](auto x, auto y) { return pow(x, y); }, infinity, -2) == std::vector<double>(4));
   CHECK(hessian_at([](auto x, auto y) { return pow(x, y); }, 2, -infinity) == std::vector<double>(4));
 }
+
+TEST_CASE("derivatives of duals that overflow are infinite with their sign up to the third, not NaN",
+          "[autodiff][higher]") {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const auto check = [](const char* name, const auto& f, double x, const Series& expected) {
+    const Series found = in_forward_mode(f, x);
+    INFO(name << " at " << x << ": " << found[0] << ' ' << found[1] << ' ' << found[2] << ' ' << found[3]);
+    CHECK(agrees(found, expected));
+  };
+  const Series all{infinity, infinity, infinity, infinity};
+  for (const double x : {1026.0, 1e308, infinity}) {
+    check(
+        "exp", [](auto v) { return exp(v); }, x, all);
+    check(
+        "exp2", [](auto v) { return exp2(v); }, x, all);
+    check(
+        "exp10", [](auto v) { return exp10(v); }, x, all);
+    check(
+        "expm1", [](auto v) { return expm1(v); }, x, all);
+    check(
+        "tgamma", [](auto v) { return tgamma(v); }, x, all);
+  }
+  check("exp10", [](auto v) { return exp10(v); }, 308.2,
+        {std::pow(10.0, 308.2), infinity, infinity, infinity});
+  check(
+      "tgamma", [](auto v) { return tgamma(v); }, 171.63, all);
+  // (1/x)' = −1/x², (1/x)″ = 2/x³, (1/x)‴ = −6/x⁴.
+  for (const double x : {1e-155, 1e-250, 1e-307}) {
+    check("1 / x", [](auto v) { return 1 / v; }, x, {1 / x, -infinity, infinity, -infinity});
+    check("1 / x", [](auto v) { return 1 / v; }, -x, {-1 / x, -infinity, -infinity, -infinity});
+    check("x^-1", [](auto v) { return pow(v, -1); }, x, {1 / x, -infinity, infinity, -infinity});
+  }
+  check("1 / x", [](auto v) { return 1 / v; }, 0.0, {infinity, -infinity, infinity, -infinity});
+  check("1 / x", [](auto v) { return 1 / v; }, -0.0, {-infinity, -infinity, -infinity, -infinity});
+  // 0^y · logⁿ 0 for y < 0.
+  check("0^y", [](auto v) { return pow(0, v); }, -1, {infinity, -infinity, infinity, -infinity});
+}

@@ -1,7 +1,9 @@
 #include <cmath>
 #include <memory>
 #include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/loss/printability.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

@@ -5,6 +5,7 @@
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/io/npz_file.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -5,6 +5,7 @@
 #include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
+#include <tapestry/geometry/bounds.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <thread>
 #include <vector>

@@ -9,7 +9,7 @@ function(add_consumer_test what folder option)
            COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${CMAKE_CURRENT_SOURCE_DIR}/${folder}
                    -DBINARY_DIR=${consumer_dir}/${build_folder} -DOPTION=${option} -DCOMPILER=${CMAKE_CXX_COMPILER}
                    -DGENERATOR=${CMAKE_GENERATOR} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/build_consumer.cmake)
-  set_tests_properties("consumer: ${what}" PROPERTIES TIMEOUT 300)
+  set_tests_properties("consumer: ${what}" PROPERTIES TIMEOUT 300 COST 200)
   if(TAPESTRY_CCACHE_PROGRAM)
     set_tests_properties("consumer: ${what}" PROPERTIES
       ENVIRONMENT "CMAKE_CXX_COMPILER_LAUNCHER=ccache;CCACHE_BASEDIR=${PROJECT_SOURCE_DIR};CCACHE_NOHASHDIR=1")

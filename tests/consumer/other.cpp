@@ -1,6 +1,5 @@
 #include "other.hpp"
 
-#include <tapestry/implementation.hpp>
 #include <tapestry/tapestry.hpp>
 
 double smoothness_elsewhere(const tapestry::Array<double, 3>& render) {

@@ -1,4 +1,5 @@
 #include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/detect/box_formula.hpp>
 
 #include <cmath>
 #include <vector>

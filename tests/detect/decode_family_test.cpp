@@ -1,4 +1,5 @@
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>

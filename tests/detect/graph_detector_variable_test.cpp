@@ -40,7 +40,7 @@ void stir(detect::GraphDetector<float>& detector) {
   for (const nn::WeightBlock& weight : detector.network().weights())
     for (std::size_t i = 0; i < nn::size_of(weight.shape); ++i)
       constants[weight.offset + i] += static_cast<float>(random.uniform(-0.1, 0.1));
-  detector.network().set_constants(std::move(constants));
+  detector.network().set_constants(constants);
 }
 
 std::string written(const detect::GraphDetector<float>& detector, const std::string& bytes) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <variant>

@@ -1,4 +1,6 @@
+#include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/meter.hpp>
+#include <tapestry/image/batch.hpp>
 
 #include <limits>
 #include <vector>

@@ -5,6 +5,7 @@
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/npz_file.hpp>
+#include <tapestry/io/zip_writer.hpp>
 
 #include "target.hpp"
 

@@ -1,3 +1,4 @@
-// The compiled parts of the readers alone: instrumented for a fuzzer, kernels would take a compiler minutes.
-#undef TAPESTRY_EXTERN_KERNELS
-#include <tapestry/implementation.hpp>
+// The compiled parts of the readers alone; those of networks are beside this.
+#include <tapestry/io/implementation.hpp>
+
+#include <tapestry/detect/implementation.hpp>

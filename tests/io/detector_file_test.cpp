@@ -1,6 +1,8 @@
+#include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/network_file.hpp>
+#include <tapestry/io/sha256.hpp>
 
 #include <algorithm>
 #include <cmath>

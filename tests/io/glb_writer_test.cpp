@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tapestry/geometry/transform.hpp>
+#include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>
 

@@ -1,4 +1,5 @@
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/pnm_file.hpp>
 
 #include <algorithm>
 #include <cmath>

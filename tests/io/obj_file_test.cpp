@@ -1,3 +1,4 @@
+#include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 
 #include <tiny_obj_loader.h>

@@ -1,3 +1,4 @@
+#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
 
 #include <limits>

@@ -77,6 +77,6 @@ expect_exit 2 "a filter that knows no positions" "$camouflage" --method mesh_adv
 expect_error_line '--method mesh_adv moves the mesh, .*needs --filter bilinear and --light frame'
 expect_exit 2 "light that knows no positions" "$camouflage" --method mesh_adv --filter bilinear --light photo --output none
 expect_error_line '--method mesh_adv moves the mesh, .*needs --filter bilinear and --light frame'
-expect_exit 0 "mesh_adv on cubes, under conditions, of a printer" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 \
+expect_exit 0 "mesh_adv on cubes, under conditions, of a printer" "$camouflage" --frames frames --scenes 20 --texture cube --texels 3 --epochs 1 \
   --method mesh_adv --conditions camera jpeg --printability 1 --smooth-over picture --worst-views 0.5 --batch 2 --output mesh_adv_cubes
 finish

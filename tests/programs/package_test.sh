@@ -2,7 +2,7 @@
 # The .deb that cpack makes of the build folder: what is in it, and that it is of use where it is unpacked.
 source "$(dirname "$0")/support.sh"
 build=$programs/..
-command -v cpack dpkg-deb pkg-config >/dev/null && [ -e "$build/CPackConfig.cmake" ] || exit 77
+command -v cpack dpkg-deb objdump pkg-config >/dev/null && [ -e "$build/CPackConfig.cmake" ] || exit 77
 for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector train_segmenter; do
   [ -x "$programs/$name" ] || exit 77
 done
@@ -22,8 +22,17 @@ for name in copyright changelog.gz; do expect_file "root/usr/share/doc/tapestry/
 grep -q 'MIT' root/usr/share/doc/tapestry/copyright && pass || fail "the copyright names no licence"
 gzip -dc root/usr/share/doc/tapestry/changelog.gz | head -n 1 | grep -q "^tapestry ($version) " && pass || fail "the changelog is not of $version"
 grep -Eq '^ Maintainer: .+ <[^ @]+@[^ @]+>$' fields && pass || fail "nobody can be written to: $(grep Maintainer fields)"
+# It depends on MPI where a program in it does, and there alone.
+depends=$(sed -n 's/^ Depends: //p' fields)
+echo "the package depends on: ${depends:-nothing that is stated}"
+linked=$(objdump -p root/usr/bin/camouflage root/usr/bin/evaluate | grep -ic 'needed.*libmpi')
+case $linked:$depends in
+  0:*mpi*) fail "the package depends on MPI, and no program does" ;;
+  [1-9]*:*mpi* | 0:* | *:) pass ;;
+  *) fail "programs need MPI, and the package does not say so" ;;
+esac
 if grep -q '^TAPESTRY_MPI:BOOL=OFF' "$build/CMakeCache.txt"; then
-  grep -iq 'depends:.*mpi' fields && fail "the package needs MPI" || pass
+  [ "$linked" = 0 ] && pass || fail "programs need MPI"
 fi
 [ -e root/usr/bin/make_assets ] && fail "make_assets is packed" || pass
 expect_exit 0 "what is bundled" root/usr/bin/detect root/usr/share/tapestry/assets/frames/test/000.npz

@@ -1,3 +1,4 @@
+#include <tapestry/geometry/position_array.hpp>
 #include <tapestry/raster/silhouette_variable.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>

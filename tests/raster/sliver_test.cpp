@@ -18,6 +18,7 @@ using geometry::Camera;
 using geometry::Mesh;
 using geometry::Vector3;
 using tapestry::test::cube;
+using tapestry::test::largest_component;
 using tapestry::test::Scene;
 using tapestry::test::side;
 using tapestry::test::small_atlas;
@@ -27,13 +28,6 @@ using tapestry::test::vertex;
 using tapestry::test::warm;
 
 namespace {
-
-double largest_component(const std::vector<Vector3>& gradient) {
-  double largest = 0;
-  for (const Vector3& value : gradient)
-    for (const double component : value) largest = std::max(largest, std::abs(component));
-  return largest;
-}
 
 /// A square over the whole picture, and before it a face that is 2·half_width px wide, by the grid of 4 x 4
 /// samples so placed that it takes a column of samples all the same: coordinates are rounded to 1/256 of a

@@ -2,6 +2,7 @@
 
 #include <set>
 #include <tapestry/raster/texture_cube.hpp>
+#include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"

@@ -339,10 +339,7 @@ double largest_component(const ScoredView& view, const Policy& policy) {
   std::vector<Vector3> gradient(view.mesh.positions.size(), Vector3{0, 0, 0});
   raster::vertex_adjoint(scene.surface(), view.camera, tapestry::test::scoring_weights(view.size), gradient,
                          policy);
-  double largest = 0;
-  for (const Vector3& value : gradient)
-    for (const double component : value) largest = std::max(largest, std::abs(component));
-  return largest;
+  return tapestry::test::largest_component(gradient);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour.hpp>
+#include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>

@@ -1,3 +1,4 @@
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/segment/u2_net.hpp>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
+#include <tapestry/segment/u2_net_input.hpp>
 #include <tapestry/segment/u2_net_variable.hpp>
 #include <vector>
 

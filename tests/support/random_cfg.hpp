@@ -176,7 +176,7 @@ class RandomCfg {
     const bool is_of_pixels = random_.chance(0.4);
     std::string text = is_of_pixels ? "[convolutional]\n" : "[avgpool]\n[convolutional]\n";
     option("filters", is_of_pixels ? 1 : shapes_.back().channels, text);
-    if (is_of_pixels && random_.chance(0.5)) text += "size=3\npad=1\n";
+    text += is_of_pixels && random_.chance(0.5) ? "size=3\npad=1\n" : "size=1\n";
     text += activation(0);
     text += "[scale_channels]\n";
     option("from", shapes_.size() - 1, text);
@@ -190,9 +190,9 @@ class RandomCfg {
     const std::size_t anchors = 1 + random_.index(2);
     std::string text = "[convolutional]\n";
     option("filters", anchors * (5 + classes), text);
-    if (random_.chance(0.5)) text += "size=3\npad=1\n";
+    text += random_.chance(0.5) ? "size=3\npad=1\n" : "size=1\n";
     text += activation(0.7);
-    text += random_.chance(0.3) ? "[region]\n" : "[yolo]\n";
+    text += random_.chance(0.3) ? "[region]\n" : anchors == 1 ? "[yolo]\nmask=0\n" : "[yolo]\nmask=0,1\n";
     option("classes", classes, text);
     option("num", anchors, text);
     return text + (anchors == 1 ? "anchors=4,5\n" : "anchors=4,5, 9,8\n");

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -55,6 +56,13 @@ inline double along(const std::vector<geometry::Vector3>& gradient,
   double sum = 0;
   for (std::size_t i = 0; i < gradient.size(); ++i) sum += geometry::dot(gradient[i], direction[i]);
   return sum;
+}
+
+inline double largest_component(const std::vector<geometry::Vector3>& gradient) {
+  double largest = 0;
+  for (const geometry::Vector3& value : gradient)
+    for (const double component : value) largest = std::max(largest, std::abs(component));
+  return largest;
 }
 
 inline std::vector<geometry::Vector3> random_motion(std::size_t count, std::uint64_t seed) {

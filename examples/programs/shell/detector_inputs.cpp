@@ -5,6 +5,7 @@
 #include <optional>
 #include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/io/detector_description_file.hpp>
 #include <tapestry/io/names_file.hpp>

@@ -72,6 +72,8 @@ struct ChangedInput {
   std::string path{};
   std::string expected{};  ///< SHA-256 as recorded; empty if the file was no input
   std::string found{};     ///< SHA-256 as the file is now; empty if it is no input any more
+
+  bool operator==(const ChangedInput&) const = default;
 };
 
 /// What differs between two lists as of input_hashes(): in the order of paths what is other or new, then what

@@ -6,6 +6,7 @@
 #include <string>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/network_file.hpp>

@@ -6,8 +6,9 @@
 /// four exceptions. Where a third derivative passes through 0 by terms that cancel, its error is within 4 ε
 /// of the terms: that of sigmoid, tanh, asinh, atan, erf, erfc, tgamma, logsumexp, hypot and atan2. digamma,
 /// and with it the slopes of lgamma and tgamma, is within 1e-18 beside its roots at negative x. A derivative
-/// below 2^-1070 may be off by 16 units of the smallest number, or 0 where a length overflows. A higher one
-/// that overflows may be NaN. tests/autodiff/function_table_test.cpp holds every function to this.
+/// below 2^-1070 may be off by 16 units of the smallest number, or 0 where a length overflows. Where a third
+/// one overflows it may be NaN of atan2, by both operands, or of a tape of duals of duals; those of exp2 are
+/// infinite where exp2 is. tests/autodiff/function_table_test.cpp holds every function to this.
 #include <tapestry/autodiff/functions/arithmetic.hpp>
 #include <tapestry/autodiff/functions/exponential.hpp>
 #include <tapestry/autodiff/functions/hyperbolic.hpp>

@@ -1,7 +1,5 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -32,45 +30,19 @@ class KeptLayers {
   ///
   /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); asked when a view comes first
   [[nodiscard]] std::vector<detect::KeptPicture<T>*> of(const detect::Detector<T>& detector, Views views,
-                                                        double least_share) {
-    std::vector<detect::KeptPicture<T>*> pictures;
-    for (const auto& view : views) {
-      const auto [found, is_new] = views_.try_emplace(view->name);
-      Kept& kept = found->second;
-      if (is_new) kept.share = detector.share_kept(view->window);
-      if (is_new && !is_full_ && kept.share >= least_share) kept.picture.emplace(view->window);
-      pictures.push_back(kept.picture && kept.picture->window() == view->window ? &*kept.picture : nullptr);
-    }
-    if (std::ranges::count(pictures, nullptr) == std::ssize(pictures)) pictures.clear();
-    return pictures;
-  }
+                                                        double least_share);
 
   /// To be called after a pass over views: forgets them, and takes no more, if they need more memory than
   /// there is.
-  void limit_to(std::size_t bytes, Views views) {
-    if (is_full_ || this->bytes() <= bytes) return;
-    for (const auto& view : views) views_[view->name].picture.reset();
-    is_full_ = true;
-  }
+  void limit_to(std::size_t bytes, Views views);
 
-  [[nodiscard]] std::size_t bytes() const {
-    std::size_t sum = 0;
-    for (const auto& [name, kept] : views_) sum += kept.picture ? kept.picture->bytes() : 0;
-    return sum;
-  }
+  [[nodiscard]] std::size_t bytes() const;
 
   /// Views that have been seen, and those of them of which layers are kept.
   [[nodiscard]] std::size_t view_count() const { return views_.size(); }
-  [[nodiscard]] std::size_t kept_count() const {
-    return static_cast<std::size_t>(
-        std::ranges::count_if(views_, [](const auto& entry) { return entry.second.picture.has_value(); }));
-  }
+  [[nodiscard]] std::size_t kept_count() const;
   /// Mean over all views of the share of multiply-adds that is left out, 0 where nothing is kept.
-  [[nodiscard]] double share() const {
-    double sum = 0;
-    for (const auto& [name, kept] : views_) sum += kept.picture ? kept.share : 0;
-    return views_.empty() ? 0 : sum / static_cast<double>(views_.size());
-  }
+  [[nodiscard]] double share() const;
 
  private:
   struct Kept {

@@ -1,7 +1,6 @@
 #pragma once
 #include <chrono>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
 #include <utility>
 
 namespace tapestry::camouflage {
@@ -51,10 +50,7 @@ class StageClock {
 
   /// What was recorded since the last call was this stage.
   /// \param reverse  where the sweep over it counts
-  void end_of(Stage forward, Stage reverse) {
-    shared_->count(forward);
-    mark(reverse);
-  }
+  void end_of(Stage forward, Stage reverse);
   void end_of(Stage stage) { end_of(stage, stage); }
 
  private:
@@ -73,13 +69,7 @@ class StageClock {
   };
 
   /// Where one stage ends and the next begins.
-  void mark(Stage before) {
-    if (!is_swept_) return;
-    record_mark<T>([shared = shared_, before] {
-      shared->count(shared->swept);
-      shared->swept = before;
-    });
-  }
+  void mark(Stage before);
 
   std::shared_ptr<Shared> shared_;
   bool is_swept_;

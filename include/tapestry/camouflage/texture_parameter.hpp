@@ -1,7 +1,5 @@
 #pragma once
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>
@@ -39,29 +37,14 @@ template <class T>
 /// The parameter whose colours are given: p = atanh(2c − 1), with c first moved into
 /// [colour_margin, 1 − colour_margin], since a full white or black would need an infinite p.
 template <class T>
-[[nodiscard]] Array<T, 2> parameter_of_colours(const Array<T, 2>& colours) {
-  Array<T, 2> parameter(colours.shape());
-  for (std::size_t i = 0; i < colours.size(); ++i) {
-    const T c = std::clamp(colours.data()[i], T(colour_margin), T(1 - colour_margin));
-    parameter.data()[i] = std::atanh(T(2) * c - T(1));
-  }
-  return parameter;
-}
+[[nodiscard]] Array<T, 2> parameter_of_colours(const Array<T, 2>& colours);
 
 /// Every texel an independent colour, uniform in [0.02, 0.98]³: the random start and the noise control.
 template <class T>
-[[nodiscard]] Array<T, 2> random_colours(std::size_t texel_count, Random& random) {
-  Array<T, 2> colours(Extents<2>{texel_count, 3});
-  for (T& value : colours.storage()) value = static_cast<T>(random.uniform(0.02, 0.98));
-  return colours;
-}
+[[nodiscard]] Array<T, 2> random_colours(std::size_t texel_count, Random& random);
 
 /// Every texel the same colour.
 template <class T>
-[[nodiscard]] Array<T, 2> solid_colours(std::size_t texel_count, const std::array<double, 3>& colour) {
-  Array<T, 2> colours(Extents<2>{texel_count, 3});
-  for (std::size_t i = 0; i < colours.size(); ++i) colours.data()[i] = static_cast<T>(colour[i % 3]);
-  return colours;
-}
+[[nodiscard]] Array<T, 2> solid_colours(std::size_t texel_count, const std::array<double, 3>& colour);
 
 }  // namespace tapestry::camouflage

@@ -1,12 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,7 +13,6 @@
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/camouflage/worst_views.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
 #include <vector>
@@ -63,19 +60,7 @@ class Training {
   /// \param usable     the store's views that show the car, at least one
   /// \param start      [texel, 3]; of another method than FCA's its first_parameter()
   Training(Objective<T>& objective, ViewStore<T>& store, std::vector<std::size_t> usable, Array<T, 2> start,
-           TrainingOptions options)
-      : objective_(objective),
-        store_(store),
-        usable_(std::move(usable)),
-        options_(options),
-        adam_(start.size(), options.adam) {
-    if (usable_.empty()) throw Error(ErrorKind::mismatch, "training: no view shows the car");
-    if (options.batch == 0) throw DomainError("training: a batch needs at least one view");
-    if (!(options.worst_share > 0 && options.worst_share <= 1))
-      throw DomainError("training: the worst share of views is " + std::to_string(options.worst_share) +
-                        ", expected above 0 and at most 1");
-    state_.parameter = std::move(start);
-  }
+           TrainingOptions options);
 
   /// Minibatches in an epoch; the last one may be smaller.
   [[nodiscard]] std::size_t steps_per_epoch() const { return block_count(usable_.size(), options_.batch); }
@@ -94,20 +79,11 @@ class Training {
   void share(SharedSteps shared) { shared_ = std::move(shared); }
 
   /// A copy of everything a checkpoint needs.
-  [[nodiscard]] TrainingState<T> state() const {
-    TrainingState<T> state = state_;
-    state.adam = adam_.state();
-    return state;
-  }
+  [[nodiscard]] TrainingState<T> state() const;
 
   /// Continues from a saved state.
   /// \throws ShapeError if it belongs to a texture of another size
-  void restore(TrainingState<T> state) {
-    require_shape("training", "parameter", state.parameter, state_.parameter.shape());
-    adam_.restore(std::move(state.adam));
-    state_ = std::move(state);
-    state_.adam = {};
-  }
+  void restore(TrainingState<T> state);
 
   /// One minibatch: records and reverses each view alone, which takes the memory of one, adds their gradients
   /// in the minibatch's order, and updates. Where only the worst views count, the losses of all are computed
@@ -116,51 +92,18 @@ class Training {
   /// \returns the number of views in it
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state
   ///         is then what it was before the step
-  std::size_t step() {
-    const auto views = next_batch();
-    const Array<T, 2> gradient = gradient_of(views);
-    require_finite_terms(views);
-    require_finite_gradient(gradient, views);
-    const ScopedTimer timer(objective_.times().update);
-    adam_.step(state_.parameter, gradient);
-    state_.history.push_back(terms_);
-    ++state_.step;
-    return views.size();
-  }
+  std::size_t step();
 
  private:
   using ViewPointer = std::shared_ptr<const View<T>>;
 
-  [[nodiscard]] std::vector<ViewPointer> next_batch() {
-    const std::size_t epoch = state_.step / steps_per_epoch();
-    if (epoch_of_order_ != epoch || order_.empty()) {
-      order_ = usable_;
-      Random(options_.seed).fork(epoch).shuffle(order_);
-      epoch_of_order_ = epoch;
-    }
-    const auto [begin, end] = block_range(state_.step % steps_per_epoch(), order_.size(), options_.batch);
-    std::vector<ViewPointer> batch;
-    for (std::size_t i = begin; i < end; ++i) batch.push_back(store_.view(order_[i]));
-    return batch;
-  }
+  [[nodiscard]] std::vector<ViewPointer> next_batch();
 
   /// Depends on the seed and the step's number only, as does the batch.
-  [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const {
-    if (options_.conditions == image::Conditions{}) return {};
-    const Random random = Random(options_.seed).fork(0x70686F746FULL).fork(state_.step);
-    return draw_session<T>(views, options_.conditions, random, true);
-  }
+  [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const;
 
   /// Leaves the terms in terms_.
-  [[nodiscard]] Array<T, 2> gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session) {
-    tape_.clear();
-    const auto scope = tape_.activate();
-    const ArrayVariable<T, 2> parameter = tape_.input(state_.parameter);
-    const Variable<T> loss = objective_(parameter, std::span(&view, 1), session ? &*session : nullptr);
-    terms_ = objective_.terms();
-    tape_.reverse(loss);
-    return parameter.adjoint();
-  }
+  [[nodiscard]] Array<T, 2> gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session);
 
   /// Has `width` numbers found for each of some indices by the process that the index is dealt to, and takes
   /// them in order.
@@ -205,61 +148,15 @@ class Training {
 
   /// The mean of the views' gradients, or their weighted sum where only the worst count. Leaves the terms' in
   /// terms_.
-  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views) {
-    constexpr auto& terms = ObjectiveTerms::all;
-    const auto session = next_session(views);
-    const auto shot_of = [&](std::size_t i) {
-      return session ? std::optional(PhotoSession{session->print, {session->shots[i]}}) : std::nullopt;
-    };
-    std::vector<std::size_t> counting(views.size());
-    std::iota(counting.begin(), counting.end(), std::size_t{0});
-    const auto divisors = divisors_of(views, counting, shot_of);
-    std::erase_if(counting, [&](std::size_t i) { return std::isinf(divisors[i]); });
-    Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
-    ObjectiveTerms mean{};
-    const auto find = [&](std::size_t i) {
-      const Array<T, 2> slopes = gradient_of(views[i], shot_of(i));
-      std::vector<double> numbers;
-      for (const auto& [name, term] : terms) numbers.push_back(terms_.*term);
-      numbers.insert(numbers.end(), slopes.begin(), slopes.end());
-      return numbers;
-    };
-    const auto add = [&](std::size_t i, const double* numbers) {
-      for (std::size_t k = 0; k < terms.size(); ++k) mean.*terms[k].second += numbers[k] / divisors[i];
-      const double* const slopes = numbers + terms.size();
-      for (std::size_t k = 0; k < gradient.size(); ++k)
-        gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(divisors[i]);
-    };
-    deal(counting, terms.size() + gradient.size(), find, add);
-    terms_ = mean;
-    return gradient;
-  }
+  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views);
 
-  void require_finite_terms(const std::vector<ViewPointer>& views) const {
-    for (const auto& [name, term] : ObjectiveTerms::all)
-      if (!std::isfinite(terms_.*term))
-        throw NumericError("step " + std::to_string(state_.step + 1) + ": term " + name + " is " +
-                           std::to_string(terms_.*term) + " in the minibatch of " + names_of(views));
-  }
+  void require_finite_terms(const std::vector<ViewPointer>& views) const;
 
-  void require_finite_gradient(const Array<T, 2>& gradient, const std::vector<ViewPointer>& views) const {
-    for (std::size_t i = 0; i < gradient.size(); ++i)
-      if (!std::isfinite(gradient.data()[i]))
-        throw NumericError("step " + std::to_string(state_.step + 1) + ": the gradient of " +
-                           row_name(i / 3) + " is not finite in the minibatch of " + names_of(views));
-  }
+  void require_finite_gradient(const Array<T, 2>& gradient, const std::vector<ViewPointer>& views) const;
 
-  [[nodiscard]] std::string row_name(std::size_t row) const {
-    const auto& shape = objective_.method().shape;
-    const std::size_t texels = state_.parameter.shape(0) - (shape ? shape->row_count() : 0);
-    return row < texels ? "texel " + std::to_string(row) : "position " + std::to_string(row - texels);
-  }
+  [[nodiscard]] std::string row_name(std::size_t row) const;
 
-  [[nodiscard]] static std::string names_of(const std::vector<ViewPointer>& views) {
-    std::string names;
-    for (const auto& view : views) names += (names.empty() ? "" : ", ") + view->name;
-    return names;
-  }
+  [[nodiscard]] static std::string names_of(const std::vector<ViewPointer>& views);
 
   Objective<T>& objective_;
   ViewStore<T>& store_;

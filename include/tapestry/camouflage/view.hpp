@@ -1,31 +1,19 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-#include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/geometry/bounds.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/image/colour.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/over.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/io/frame.hpp>
-#include <tapestry/raster/cropped.hpp>
-#include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 
@@ -67,84 +55,21 @@ struct View {
 namespace detail {
 /// The camera that sees the frame in its place: the field of view grows by what is beside the frame, and a
 /// frame that is not in the middle shears the view along its axis, see geometry::pinhole_camera().
-inline geometry::Camera placed(geometry::Camera camera, const image::Placement& place, std::size_t height,
-                               std::size_t width) {
-  const auto place_axis = [&](std::size_t axis, double& tan_half_fov, std::size_t extent, std::size_t placed,
-                              std::size_t before) {
-    const auto whole = static_cast<double>(extent);
-    tan_half_fov *= whole / static_cast<double>(placed);
-    const double shift = 2 * static_cast<double>(before) + static_cast<double>(placed) - whole;
-    if (shift == 0) return;
-    const double shear = tan_half_fov * shift / whole;
-    for (std::size_t i = 0; i < 3; ++i) camera.rotation[axis][i] += shear * camera.rotation[2][i];
-    camera.translation[axis] += shear * camera.translation[2];
-  };
-  place_axis(0, camera.tan_half_fov_x, width, place.width, place.left);
-  place_axis(1, camera.tan_half_fov_y, height, place.height, place.top);
-  return camera;
-}
-
-/// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
-/// published data set, whose masks are slightly dilated silhouettes. Beside the frame it is 0.
-template <class T>
-Array<T, 2> mask_of(const io::Frame& frame, std::size_t height, std::size_t width, image::FitKind fit) {
-  Array<T, 3> marked(Extents<3>{frame.image.shape(0), frame.image.shape(1), 1});
-  for (std::size_t i = 0; i < marked.size(); ++i)
-    marked.data()[i] = !frame.mask || frame.mask->data()[i] != 0 ? T(1) : T(0);
-  const Array<T, 3> canvas = image::fitted(marked, height, width, {fit, 0});
-  Array<T, 2> mask(Extents<2>{height, width});
-  for (std::size_t i = 0; i < mask.size(); ++i) mask.data()[i] = canvas.data()[i] > T(0) ? T(1) : T(0);
-  return mask;
-}
+geometry::Camera placed(geometry::Camera camera, const image::Placement& place, std::size_t height,
+                        std::size_t width);
 
 /// Which pixels are covered wholly, as are those right of and below them: steps between them are steps of the
 /// paint, not of its outline.
 template <class T>
-Array<T, 2> interior_of(const Array<T, 2>& coverage) {
-  auto interior = zeros<T, 2>(coverage.shape());
-  for (std::size_t y = 0; y + 1 < coverage.shape(0); ++y)
-    for (std::size_t x = 0; x + 1 < coverage.shape(1); ++x)
-      if (coverage(y, x) == T(1) && coverage(y + 1, x) == T(1) && coverage(y, x + 1) == T(1))
-        interior(y, x) = 1;
-  return interior;
-}
+Array<T, 2> interior_of(const Array<T, 2>& coverage);
 
-/// See View::orbit.
-inline geometry::Orbit orbit_around(const geometry::Mesh& car, const geometry::Camera& camera) {
-  const auto bounds = geometry::bounds_of(car.positions);
-  const auto offset = geometry::subtract(geometry::eye_of(camera), bounds.middle());
-  if (!(geometry::length(offset) > 0) || !geometry::is_finite(offset)) return {};
-  auto orbit = geometry::orbit_of(camera, bounds.middle());
-  if (bounds.half_length() > 0) orbit.distance /= bounds.half_length();
-  return orbit;
-}
-
-/// Pixels of coverage where the frame lies.
-template <class T>
-double covered_in(const Array<T, 2>& coverage, const image::Placement& place) {
-  double sum = 0;
-  for (std::size_t y = place.top; y < place.top + place.height; ++y)
-    for (std::size_t x = place.left; x < place.left + place.width; ++x)
-      sum += static_cast<double>(coverage(y, x));
-  return sum;
-}
-
-inline detect::Box box_around(const image::PixelWindow& window) {
-  const auto height = static_cast<double>(window.height), width = static_cast<double>(window.width);
-  return {static_cast<double>(window.left) + width / 2, static_cast<double>(window.top) + height / 2, width,
-          height};
-}
 }  // namespace detail
 
 /// What a frame is drawn by; parameters as for make_view().
 /// \throws DomainError as io::camera_of()
 template <class T>
 [[nodiscard]] Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height,
-                                std::size_t width, std::size_t samples_per_axis, image::FitKind fit) {
-  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit);
-  return {detail::placed(io::camera_of(frame), place, height, width), frame_light(frame, space),
-          detail::mask_of<T>(frame, height, width, fit), samples_per_axis};
-}
+                                std::size_t width, std::size_t samples_per_axis, image::FitKind fit);
 
 /// Prepares one frame for a network input of height × width pixels, into which it goes by `fit`.
 ///
@@ -159,43 +84,7 @@ template <class T>
 template <class T>
 [[nodiscard]] View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis = 2,
-                                const image::Fit& fit = {}, const std::optional<PhotoLight>& photo = {}) {
-  if (frame.mask)
-    require_shape("make_view", "mask", *frame.mask, {frame.image.shape(0), frame.image.shape(1)});
-  if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
-    throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
-  const Sight<T> sight = sight_of<T>(frame, car.space, height, width, samples_per_axis, fit.kind);
-  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
-  double silhouette = 0;  // pixels
-  const auto lit = [&](const auto& light) {
-    auto bare = raster::texture_operator<T>(car, sight.camera, height, width, light, samples_per_axis);
-    silhouette = detail::covered_in(bare.coverage, place);
-    return raster::masked(std::move(bare), sight.mask);
-  };
-  auto estimate = photo ? photo_light(frame, car, *photo) : std::nullopt;
-  const auto whole = estimate ? lit(estimate->light) : lit(sight.light);
-  const double shown = detail::covered_in(whole.coverage, place);
-  View<T> view;
-  if (estimate) {
-    estimate->light.shadow = nullptr;  // a view is small
-    estimate->light.occlusion = nullptr;
-    view.photo_light = std::make_shared<const raster::EstimatedLight>(*estimate);
-  }
-  view.name = frame.name;
-  view.space = car.space;
-  view.pyramid = car.pyramid;
-  view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
-  view.window = raster::covered_window(whole.coverage);
-  view.paint_to_picture = raster::cropped(whole, view.window);
-  const auto& coverage = view.paint_to_picture.coverage;
-  view.interior = detail::interior_of(coverage);
-  view.visible_pixels = static_cast<std::size_t>(
-      std::count_if(coverage.begin(), coverage.end(), [](T share) { return share > T(0); }));
-  if (silhouette > 0) view.hidden_share = 1 - shown / silhouette;
-  view.orbit = detail::orbit_around(car.mesh, io::camera_of(frame));
-  if (view.visible_pixels > 0) view.target = detail::box_around(view.window);
-  return view;
-}
+                                const image::Fit& fit = {}, const std::optional<PhotoLight>& photo = {});
 
 /// The picture that the detector sees: I_adv = m·O + (1 − m·c)·I, with O the render multiplied by its
 /// coverage c. So along the silhouette, where a pixel is partly covered, the frame shows through instead of a
@@ -205,11 +94,6 @@ template <class T>
 /// \param colours  [texel, 3], encoded in either space
 /// \returns        [H, W, 3]
 template <class T>
-[[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
-  const auto render = raster::render(
-      view.paint_to_picture, raster::stored_texels(view.pyramid, image::in_space(view.space, colours)));
-  return image::over(render, view.paint_to_picture.coverage, view.background, view.window.top,
-                     view.window.left, view.space);
-}
+[[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours);
 
 }  // namespace tapestry::camouflage

@@ -8,7 +8,6 @@
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <utility>
 #include <vector>
@@ -17,11 +16,7 @@ namespace tapestry::camouflage {
 
 /// Bytes that a prepared view holds, besides small change.
 template <class T>
-[[nodiscard]] std::size_t view_bytes(const View<T>& view) {
-  const std::size_t mask = view.sight ? view.sight->mask.size() : 0;
-  return (view.background.size() + view.interior.size() + mask) * sizeof(T) +
-         raster::memory_bytes(view.paint_to_picture);
-}
+[[nodiscard]] std::size_t view_bytes(const View<T>& view);
 
 /// Prepares views when they are first asked for and keeps them up to a memory limit, so that an epoch
 /// after the first rasterises nothing as long as the frames fit, and 12,500 frames still run. Frames that
@@ -53,13 +48,7 @@ class ViewStore {
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
   /// View number `index`; throws what its loader throws. Threads may ask at once.
-  [[nodiscard]] ViewPointer view(std::size_t index) {
-    const Kept& kept = kept_[index];  // which does not change once it is there
-    if (locked([&] { return kept.view != nullptr; })) return unpacked(kept);
-    auto made = make(index);
-    keep(index, made);
-    return made;
-  }
+  [[nodiscard]] ViewPointer view(std::size_t index);
 
   /// Calls visit(index, view) for every view in order, preparing some at a time in parallel.
   template <class Visit>
@@ -76,30 +65,9 @@ class ViewStore {
     Array<std::uint8_t, 3> background{};
   };
 
-  [[nodiscard]] ViewPointer make(std::size_t index) const {
-    const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn] = settings_;
-    const io::Frame frame = loaders_[index]();
-    auto view = make_view<T>(frame, car_, height, width, samples, fit, photo_light);
-    if (redrawn)
-      view.sight =
-          std::make_shared<const Sight<T>>(sight_of<T>(frame, car_.space, height, width, samples, fit.kind));
-    return std::make_shared<const View<T>>(std::move(view));
-  }
+  [[nodiscard]] ViewPointer make(std::size_t index) const;
 
-  void keep(std::size_t index, const ViewPointer& view) {
-    if (locked([&] { return kept_bytes_ >= settings_.keep_bytes; })) return;
-    Kept kept = packed(view);
-    const std::size_t bytes = view_bytes(*kept.view) + kept.background.size();
-    locked([&] {
-      if (kept_[index].view) return;  // another thread was quicker
-      if (kept_bytes_ + bytes > settings_.keep_bytes) {
-        kept_bytes_ = settings_.keep_bytes;  // full from now on
-        return;
-      }
-      kept_bytes_ += bytes;
-      kept_[index] = std::move(kept);
-    });
-  }
+  void keep(std::size_t index, const ViewPointer& view);
 
   template <class Body>
   decltype(auto) locked(Body body) const {
@@ -107,20 +75,8 @@ class ViewStore {
     return body();
   }
 
-  [[nodiscard]] static Kept packed(const ViewPointer& view) {
-    Kept kept{view, image::to_bytes(view->background)};
-    if (image::from_bytes<T>(kept.background) != view->background) return {view};
-    auto rest = std::make_shared<View<T>>(*view);
-    rest->background = Array<T, 3>();
-    kept.view = std::move(rest);
-    return kept;
-  }
-  [[nodiscard]] static ViewPointer unpacked(const Kept& kept) {
-    if (kept.background.size() == 0) return kept.view;
-    auto view = std::make_shared<View<T>>(*kept.view);
-    view->background = image::from_bytes<T>(kept.background);
-    return view;
-  }
+  [[nodiscard]] static Kept packed(const ViewPointer& view);
+  [[nodiscard]] static ViewPointer unpacked(const Kept& kept);
 
   const raster::PaintedMesh& car_;
   Settings settings_;

@@ -1,35 +1,15 @@
 #pragma once
-#include <cmath>
 #include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/finite.hpp>
-#include <tapestry/detect/network/prepared_weights.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect {
 
 /// The same network with convolutions that have a bias only, as after fold_batch_norm().
-[[nodiscard]] inline NetworkConfig without_batch_norm(NetworkConfig config) {
-  for (LayerConfig& layer : config.layers) layer.batch_normalize = false;
-  return config;
-}
-
-namespace detail {
-/// How many parameters are left when batch normalisation is folded.
-[[nodiscard]] inline std::size_t folded_count(const ParameterLayout& layout) {
-  std::size_t count = 0;
-  for (const ParameterBlock& block : layout.blocks)
-    if (block.role == ParameterRole::bias || block.role == ParameterRole::weight) count += block.count;
-  return count;
-}
-}  // namespace detail
+[[nodiscard]] NetworkConfig without_batch_norm(NetworkConfig config);
 
 /// The parameters of without_batch_norm(config) that give the same outputs: with f = γ/√(σ² + ε) of each
 /// filter, weights f·w and biases β − f·μ. They are worked out in double and rounded once, as Network does
@@ -40,37 +20,7 @@ namespace detail {
 /// \throws NumericError naming the layer of the first result that is not finite as a float
 template <std::floating_point T>
 [[nodiscard]] Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,
-                                          const Array<T, 1>& parameters) {
-  std::vector<T> folded;
-  folded.reserve(parameters.size());
-  const auto append = [&](std::size_t layer, double value) {
-    if (!is_finite(static_cast<float>(value)))
-      throw NumericError("fold_batch_norm: layer " + std::to_string(layer) + " becomes " +
-                         std::to_string(value) + ", expected finite numbers");
-    folded.push_back(static_cast<T>(value));
-  };
-  std::vector<double> factors;
-  for (const ParameterBlock& block : layout.blocks) {
-    if (block.role != ParameterRole::bias && block.role != ParameterRole::weight) continue;
-    const LayerConfig& layer = config.layers[block.layer];
-    const ConvolutionParameters& own = layout.layers[block.layer];
-    factors.assign(layer.filters, 1);
-    for (std::size_t m = 0; layer.batch_normalize && m < layer.filters; ++m)
-      factors[m] = detail::folded_factor(parameters, own, m, config.batch_norm_epsilon);
-    const std::size_t filter_size = block.count / layer.filters;
-    for (std::size_t i = 0; i < block.count; ++i) {
-      const std::size_t m = i / filter_size;
-      const auto value = static_cast<double>(parameters[block.offset + i]);
-      const bool shifts = block.role == ParameterRole::bias && layer.batch_normalize;
-      if (block.role == ParameterRole::weight)
-        append(block.layer, value * factors[m]);
-      else
-        append(block.layer,
-               shifts ? value - static_cast<double>(parameters[own.mean + m]) * factors[m] : value);
-    }
-  }
-  return array_of(folded);
-}
+                                          const Array<T, 1>& parameters);
 
 /// Adds (∂folded/∂parameters)ᵀ · folded_adjoint to parameters_adjoint, the running means and variances being
 /// constants, which get nothing; arguments otherwise as in fold_batch_norm().
@@ -84,33 +34,6 @@ template <std::floating_point T>
 template <std::floating_point T>
 void fold_batch_norm_adjoint(const NetworkConfig& config, const ParameterLayout& layout,
                              const Array<T, 1>& parameters, const Array<T, 1>& folded_adjoint,
-                             Array<T, 1>& parameters_adjoint) {
-  require_shape("fold_batch_norm_adjoint", "folded_adjoint", folded_adjoint, {detail::folded_count(layout)});
-  require_shape("fold_batch_norm_adjoint", "parameters_adjoint", parameters_adjoint, parameters.shape());
-  std::size_t from = 0;
-  for (const ParameterBlock& block : layout.blocks) {
-    if (block.role != ParameterRole::bias && block.role != ParameterRole::weight) continue;
-    const LayerConfig& layer = config.layers[block.layer];
-    const ConvolutionParameters& own = layout.layers[block.layer];
-    const std::size_t filter_size = block.count / layer.filters;
-    for (std::size_t m = 0; m < layer.filters; ++m) {
-      const bool is_weight = block.role == ParameterRole::weight;
-      const double factor = layer.batch_normalize && is_weight
-                                ? detail::folded_factor(parameters, own, m, config.batch_norm_epsilon)
-                                : 1;
-      double factor_adjoint = 0;
-      for (std::size_t i = m * filter_size; i < (m + 1) * filter_size; ++i, ++from) {
-        const auto adjoint = static_cast<double>(folded_adjoint[from]);
-        parameters_adjoint[block.offset + i] += static_cast<T>(factor * adjoint);
-        factor_adjoint += adjoint * (is_weight ? static_cast<double>(parameters[block.offset + i])
-                                               : -static_cast<double>(parameters[own.mean + m]));
-      }
-      if (layer.batch_normalize)
-        parameters_adjoint[own.scale + m] +=
-            static_cast<T>(factor_adjoint / std::sqrt(static_cast<double>(parameters[own.variance + m]) +
-                                                      config.batch_norm_epsilon));
-    }
-  }
-}
+                             Array<T, 1>& parameters_adjoint);
 
 }  // namespace tapestry::detect

@@ -1,6 +1,6 @@
 #pragma once
 #include <concepts>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
@@ -15,13 +15,6 @@ namespace tapestry::detect {
 /// \throws NumericError, ShapeError as fold_batch_norm(); DomainError if parameters are on no active tape
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,
-                                                  const ArrayVariable<T, 1>& parameters) {
-  const auto pullback = [&config, &layout, values = parameters.shared_value()](
-                            const Array<T, 1>& folded_adjoint, Array<T, 1>* parameters_adjoint) {
-    if (parameters_adjoint != nullptr)
-      fold_batch_norm_adjoint(config, layout, *values, folded_adjoint, *parameters_adjoint);
-  };
-  return record_array<T, 1>(fold_batch_norm(config, layout, parameters.value()), pullback, parameters);
-}
+                                                  const ArrayVariable<T, 1>& parameters);
 
 }  // namespace tapestry::detect

@@ -1,9 +1,6 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
-#include <functional>
 #include <string>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/head.hpp>
@@ -26,111 +23,13 @@ struct ExportedHeads {
   std::vector<HeadPiece> pieces{};
 };
 
-namespace detail {
-
-/// The outputs of one grid.
-struct OutputGroup {
-  std::size_t height = 0, width = 0;
-  std::vector<std::size_t> outputs{};
-  std::size_t channels = 0;  ///< of all of them
-};
-
-/// Outputs by grid, finest first.
-[[nodiscard]] inline std::vector<OutputGroup> grouped_by_grid(const std::string& path,
-                                                              const std::vector<nn::Shape>& shapes) {
-  std::vector<OutputGroup> groups;
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const nn::Shape& shape = shapes[i];
-    if (shape.size() != 4 || shape[0] != 1)
-      throw FileError(ErrorKind::mismatch, {path, "", "not a detector: a convolution behind its outputs",
-                                            "[1, C, H, W]", tapestry::detail::to_text(shape)});
-    auto group = std::ranges::find_if(groups, [&](const OutputGroup& other) {
-      return other.height == shape[2] && other.width == shape[3];
-    });
-    if (group == groups.end()) group = groups.insert(groups.end(), {shape[2], shape[3], {}, 0});
-    group->outputs.push_back(i);
-    group->channels += shape[1];
-  }
-  std::ranges::stable_sort(groups, std::greater<>(), &OutputGroup::height);
-  return groups;
-}
-
-/// Moves a group's outputs into the order in which a head wants its channels: for yolox boxes (4), objectness
-/// (1), classes; for distance whichever comes first there.
-inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes, OutputGroup& group) {
-  const std::size_t boxes = head.box_channel_count();
-  const auto rank = [&](std::size_t output) {
-    const std::size_t channels = shapes[output][1];
-    if (channels == boxes) return head.box_channel() == 0 ? 0 : 2;
-    return channels == 1 && head.has_objectness() ? 1 : head.box_channel() == 0 ? 2 : 0;
-  };
-  std::ranges::stable_sort(group.outputs, {}, rank);
-}
-
-/// The one head of decoded outputs.
-/// \param shapes  of what add_decoded_outputs() made
-[[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path,
-                                                 const std::vector<nn::Shape>& shapes) {
-  constexpr std::size_t box = 4;
-  const std::size_t channels = shapes.front().size() == 4 ? shapes.front()[1] : 0;
-  if (channels <= box)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "not a detector of the kind boxes_and_scores: its outputs, joined as logits",
-                     "[1, 4 + classes, 1, candidates]", tapestry::detail::to_text(shapes.front())});
-  Head head;
-  head.classes = channels - box;
-  head.decode = DecodeFamily::decoded;
-  head.grid_height = 1;
-  head.grid_width = shapes.front()[3];
-  return {{head}, {{0, 0, 0, nn::size_of(shapes.front())}}};
-}
-
-}  // namespace detail
-
 /// Puts together the heads of a network's raw outputs: those of one grid are one head, one behind the other.
 ///
 /// \param path    of the network, for messages
 /// \param shapes  of the outputs, each [1, C, H, W]
 /// \throws FileError (mismatch) if they are not what detectors of this kind have
-[[nodiscard]] inline ExportedHeads exported_heads(const std::string& path, const DetectorDescription& kind,
-                                                  const std::vector<nn::Shape>& shapes,
-                                                  std::size_t input_height, std::size_t input_width) {
-  const auto refuse = [&](const std::string& what, const std::string& expected, const std::string& found) {
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
-                     expected, found});
-  };
-  if (kind.head == HeadKind::boxes_and_scores) return detail::decoded_heads(path, shapes);
-  auto groups = detail::grouped_by_grid(path, shapes);
-  if (groups.size() != kind.strides.size() || groups.empty())
-    refuse("grids of outputs", std::to_string(kind.strides.size()), std::to_string(groups.size()));
-  ExportedHeads exported;
-  try {
-    exported.heads = heads_of(kind, class_count_of(kind, groups.front().channels), input_height, input_width);
-  } catch (const Error& error) {
-    throw FileError(ErrorKind::mismatch, {path, "", error.what()});
-  }
-  for (std::size_t h = 0; h < groups.size(); ++h) {
-    detail::OutputGroup& group = groups[h];
-    const Head& head = exported.heads[h];
-    if (group.height != head.grid_height || group.width != head.grid_width)
-      refuse("grid of stride " + std::to_string(head.stride),
-             std::to_string(head.grid_height) + " x " + std::to_string(head.grid_width),
-             std::to_string(group.height) + " x " + std::to_string(group.width));
-    if (group.channels != head.channel_count())
-      refuse("channels at stride " + std::to_string(head.stride), std::to_string(head.channel_count()),
-             std::to_string(group.channels));
-    if (has_anchors(head.decode) && group.outputs.size() > 1)
-      refuse("outputs of stride " + std::to_string(head.stride) + ", whose anchors stand side by side", "1",
-             std::to_string(group.outputs.size()));
-    detail::put_in_order(head, shapes, group);
-    std::size_t channel = 0;
-    for (const std::size_t output : group.outputs) {
-      exported.pieces.push_back({output, h, channel, nn::size_of(shapes[output])});
-      channel += shapes[output][1];
-    }
-  }
-  return exported;
-}
+[[nodiscard]] ExportedHeads exported_heads(const std::string& path, const DetectorDescription& kind,
+                                           const std::vector<nn::Shape>& shapes, std::size_t input_height,
+                                           std::size_t input_width);
 
 }  // namespace tapestry::detect

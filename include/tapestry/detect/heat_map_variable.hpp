@@ -1,13 +1,9 @@
 #pragma once
-#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/detect/best_candidate.hpp>
-#include <tapestry/detect/heat_map.hpp>
-#include <tapestry/detect/network_variable.hpp>
-#include <utility>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <vector>
 
 namespace tapestry::detect {
@@ -18,28 +14,6 @@ struct ExplainedLogits {
   std::vector<ArrayVariable<T, 4>> logits;  ///< as forward() gives them
   std::vector<ArrayVariable<T, 2>> heat;    ///< [H, W] of a layer, one an image
 };
-
-namespace detail {
-
-/// What the score of an image's surest candidate asks of the first told layer, without what is negative,
-/// [C, H, W]; zeros if there is no candidate.
-template <class T>
-[[nodiscard]] Array<T, 3> positive_layer_adjoint(const Detector<T>& detector, Pass<T>& pass,
-                                                 std::size_t class_index, std::size_t image) {
-  std::vector<const Array<T, 4>*> logits;
-  for (const auto& head : pass.logits) logits.push_back(&head);
-  const auto best = best_candidate(detector.heads(), logits, image, {class_index}, detector.input_height(),
-                                   detector.input_width());
-  if (!best) return zeros<T, 3>(detector.layer_values(pass, 0, image).shape());
-  const auto adjoints = score_adjoint(detector.heads(), pass.logits, image, class_index, *best);
-  std::vector<const Array<T, 4>*> pointers;
-  for (const auto& head : adjoints) pointers.push_back(&head);
-  auto asked = detector.layer_adjoint(pass, pointers, 0, image);
-  for (T& value : asked.storage()) value = std::max(value, T(0));
-  return asked;
-}
-
-}  // namespace detail
 
 /// Logits and, of each picture, the layer_cam() of the surest candidate of a class, over the first layer that
 /// the detector tells, on the tape. The pullback of a map is that of the layer's values; what the score asks
@@ -53,26 +27,6 @@ template <class T>
 template <std::floating_point T>
 [[nodiscard]] ExplainedLogits<T> explained_forward(const Detector<T>& detector,
                                                    const ArrayVariable<T, 4>& images, std::size_t class_index,
-                                                   std::shared_ptr<Pass<T>> pass = nullptr) {
-  if (!pass) pass = std::make_shared<Pass<T>>();
-  detector.forward(images.value(), *pass, Mode::input_gradient);
-  ExplainedLogits<T> explained{detail::record_logits(detector, pass, images), {}};
-  for (std::size_t image = 0; image < pass->images; ++image) {
-    const auto weights = std::make_shared<const Array<T, 3>>(
-        detail::positive_layer_adjoint(detector, *pass, class_index, image));
-    auto heat = layer_cam(detector.layer_values(*pass, 0, image), *weights);
-    const auto pullback = [&detector, pass, weights, image, kept = heat](const Array<T, 2>& heat_adjoint,
-                                                                         Array<T, 4>* images_adjoint) {
-      Array<T, 3> layer_adjoint = *weights;
-      for (std::size_t i = 0; i < layer_adjoint.size(); ++i) {
-        const std::size_t place = i % kept.size();
-        layer_adjoint.data()[i] *= kept.data()[place] > T(0) ? heat_adjoint.data()[place] : T(0);
-      }
-      detector.pull_back_layer(*pass, 0, image, layer_adjoint, *images_adjoint);
-    };
-    explained.heat.push_back(record_array(std::move(heat), pullback, images));
-  }
-  return explained;
-}
+                                                   std::shared_ptr<Pass<T>> pass = nullptr);
 
 }  // namespace tapestry::detect

@@ -1,8 +1,7 @@
 #pragma once
-#include <algorithm>
 #include <concepts>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network.hpp>
 #include <vector>
@@ -12,23 +11,13 @@ namespace detail {
 /// The logits of a pass, which live as long as any of these does.
 template <class T>
 [[nodiscard]] std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(
-    const std::shared_ptr<Pass<T>>& pass) {
-  std::vector<std::shared_ptr<const Array<T, 4>>> logits;
-  for (const auto& head : pass->logits) logits.emplace_back(pass, &head);
-  return logits;
-}
+    const std::shared_ptr<Pass<T>>& pass);
 
 /// The logits of a pass as one record, whose pullback reaches the pictures.
 template <class T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
                                                              const std::shared_ptr<Pass<T>>& pass,
-                                                             const ArrayVariable<T, 4>& images) {
-  const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                          Array<T, 4>* images_adjoint) {
-    detector.pull_back(*pass, logits_adjoint, images_adjoint);
-  };
-  return record_shared_arrays<T, 4>(shared_logits(pass), pullback, images);
-}
+                                                             const ArrayVariable<T, 4>& images);
 }  // namespace detail
 
 /// Logits of every head for a batch of pictures, as one record on the active tape: its pullback is
@@ -44,11 +33,7 @@ template <class T>
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Detector<T>& detector,
                                                        const ArrayVariable<T, 4>& images,
-                                                       std::shared_ptr<Pass<T>> pass = nullptr) {
-  if (!pass) pass = std::make_shared<Pass<T>>();
-  detector.forward(images.value(), *pass, images.is_active() ? Mode::input_gradient : Mode::inference);
-  return detail::record_logits(detector, pass, images);
-}
+                                                       std::shared_ptr<Pass<T>> pass = nullptr);
 
 /// The same, bit for bit, of pictures that change within a window each from call to call, without computing
 /// again what the windows do not reach: see Detector::forward_within(). The adjoint that it hands to the
@@ -61,11 +46,7 @@ template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward_within(const Detector<T>& detector,
                                                               const ArrayVariable<T, 4>& images,
                                                               const std::vector<KeptPicture<T>*>& kept,
-                                                              std::shared_ptr<Pass<T>> pass = nullptr) {
-  if (!pass) pass = std::make_shared<Pass<T>>();
-  detector.forward_within(images.value(), kept, *pass, Mode::input_gradient);
-  return detail::record_logits(detector, pass, images);
-}
+                                                              std::shared_ptr<Pass<T>> pass = nullptr);
 
 /// The same in training mode, differentiable by the parameters, too: batch normalisation uses the batch's
 /// statistics. The network takes over the parameters' values, which must stay until the tape's last
@@ -77,22 +58,6 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& images,
                                                        const ArrayVariable<T, 1>& parameters,
-                                                       std::shared_ptr<Pass<T>> pass = nullptr) {
-  network.require_images(images.value());
-  require_shape("forward", "parameters", parameters.value(), {network.layout().count});
-  tapestry::detail::require_recordable<T>(images.link(), parameters.link());
-  T* const own = network.parameters().data();
-  for (const ParameterBlock& block : network.layout().blocks)
-    if (!is_running_statistic(block.role))
-      std::copy_n(parameters.value().data() + block.offset, block.count, own + block.offset);
-  if (!pass) pass = std::make_shared<Pass<T>>();
-  network.forward(images.value(), *pass, Mode::training);
-  auto logits = detail::shared_logits(pass);
-  const auto pullback = [&network, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                         Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) {
-    network.pull_back(*pass, logits_adjoint, images_adjoint, parameters_adjoint);
-  };
-  return record_shared_arrays<T, 4>(std::move(logits), pullback, images, parameters);
-}
+                                                       std::shared_ptr<Pass<T>> pass = nullptr);
 
 }  // namespace tapestry::detect

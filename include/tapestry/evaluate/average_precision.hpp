@@ -1,15 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/evaluate/average_precision/class_matches.hpp>
 #include <tapestry/evaluate/average_precision/scored_box.hpp>
 #include <vector>
 
@@ -39,107 +31,6 @@ struct AveragePrecision {
   std::vector<ClassPrecision> classes{};
 };
 
-namespace detail {
-
-/// COCO's precision and recall of a class at one threshold.
-struct CurveSummary {
-  double precision = 0;  ///< interpolated, mean over 101 recalls
-  double recall = 0;     ///< the largest
-};
-
-/// The mean over r = 0, .01, … 1 of the largest precision at a recall of at least r, 0 where there is none.
-///
-/// \param outcomes  most confident first
-/// \param truths    that can be found, at least 1
-[[nodiscard]] inline CurveSummary curve_summary(const std::vector<Outcome>& outcomes, std::size_t truths) {
-  constexpr std::size_t steps = 100;
-  std::vector<double> precision;   // at each hit
-  std::size_t hits = 0, seen = 0;  // detections that count
-  for (const Outcome outcome : outcomes) {
-    if (outcome == Outcome::ignored) continue;
-    ++seen;
-    if (outcome != Outcome::hit) continue;
-    ++hits;
-    precision.push_back(static_cast<double>(hits) / static_cast<double>(seen));
-  }
-  for (std::size_t i = precision.size(); i-- > 1;)
-    precision[i - 1] = std::max(precision[i - 1], precision[i]);
-  double sum = 0;
-  std::size_t needed = 1;  // hits for a recall
-  for (std::size_t r = 0; r <= steps; ++r) {
-    const double recall = static_cast<double>(r) * 0.01;
-    while (needed <= hits && static_cast<double>(needed) / static_cast<double>(truths) < recall) ++needed;
-    if (needed > hits) break;
-    sum += precision[needed - 1];
-  }
-  return {sum / (steps + 1), static_cast<double>(hits) / static_cast<double>(truths)};
-}
-
-inline constexpr std::array<AreaRange, 4> coco_area_ranges{
-    {{0, 1e10}, {0, 32.0 * 32}, {32.0 * 32, 96.0 * 96}, {96.0 * 96, 1e10}}};
-inline constexpr std::size_t coco_threshold_count = 10;
-
-[[nodiscard]] inline ClassPrecision class_precision(const std::vector<TruthBox>& truths,
-                                                    const std::vector<ScoredBox>& detections) {
-  ClassPrecision result;
-  result.detections = detections.size();
-  const ClassMatches matches(truths, detections);
-  PrecisionSummary& summary = result.summary;
-  const std::array of_range{&summary.ap, &summary.ap_small, &summary.ap_medium, &summary.ap_large};
-  for (std::size_t a = 0; a < coco_area_ranges.size(); ++a) {
-    const std::size_t count = matches.truth_count(coco_area_ranges[a]);
-    if (a == 0) result.truths = count;
-    if (count == 0) continue;
-    double precision = 0, recall = 0;
-    for (std::size_t t = 0; t < coco_threshold_count; ++t) {
-      const double threshold = static_cast<double>(10 + t) / 20;
-      const CurveSummary curve = curve_summary(matches.outcomes(coco_area_ranges[a], threshold), count);
-      precision += curve.precision;
-      recall += curve.recall;
-      if (a == 0 && t == 0) summary.ap50 = curve.precision;
-      if (a == 0 && t == 5) summary.ap75 = curve.precision;
-    }
-    *of_range[a] = precision / coco_threshold_count;
-    if (a == 0) summary.recall = recall / coco_threshold_count;
-  }
-  return result;
-}
-
-inline void require_sound_box(std::string_view what, std::size_t index, const detect::Box& box) {
-  if (std::isfinite(box.cx) && std::isfinite(box.cy) && std::isfinite(box.w) && std::isfinite(box.h) &&
-      box.w >= 0 && box.h >= 0)
-    return;
-  throw DomainError("average_precision: box of " + std::string(what) + " " + std::to_string(index) +
-                    " is not finite, or of negative extent");
-}
-
-inline void require_class_below(std::string_view what, std::size_t index, std::size_t class_index,
-                                std::size_t class_count) {
-  if (class_index >= class_count)
-    throw DomainError("average_precision: " + std::string(what) + " " + std::to_string(index) +
-                      " is of class " + std::to_string(class_index) + ", expected less than " +
-                      std::to_string(class_count));
-}
-
-[[nodiscard]] inline PrecisionSummary mean_summary(const std::vector<ClassPrecision>& classes) {
-  PrecisionSummary mean;
-  for (const auto member :
-       {&PrecisionSummary::ap, &PrecisionSummary::ap50, &PrecisionSummary::ap75, &PrecisionSummary::ap_small,
-        &PrecisionSummary::ap_medium, &PrecisionSummary::ap_large, &PrecisionSummary::recall}) {
-    double sum = 0;
-    std::size_t count = 0;
-    for (const auto& one : classes)
-      if (const auto& value = one.summary.*member) {
-        sum += *value;
-        ++count;
-      }
-    if (count > 0) mean.*member = sum / static_cast<double>(count);
-  }
-  return mean;
-}
-
-}  // namespace detail
-
 /// Average precision as COCO defines it. For each class, threshold t and range of areas, detections are
 /// matched with truths by ClassMatches, and ranked over all pictures by falling confidence; then
 ///
@@ -157,34 +48,8 @@ inline void require_class_below(std::string_view what, std::size_t index, std::s
 /// \param class_count  of the classes looked for; a class without truths has no value and is in no mean
 /// \throws DomainError for a class that is not below class_count, for a box or an area that is not finite or
 ///         negative; NumericError for a confidence that is not finite
-[[nodiscard]] inline AveragePrecision average_precision(const std::vector<TruthBox>& truths,
-                                                        const std::vector<ScoredBox>& detections,
-                                                        std::size_t class_count) {
-  std::vector<std::vector<TruthBox>> truths_of(class_count);
-  std::vector<std::vector<ScoredBox>> detections_of(class_count);
-  for (std::size_t i = 0; i < truths.size(); ++i) {
-    detail::require_class_below("truth", i, truths[i].class_index, class_count);
-    detail::require_sound_box("truth", i, truths[i].box);
-    if (!(std::isfinite(truths[i].area) && truths[i].area >= 0))
-      throw DomainError("average_precision: area of truth " + std::to_string(i) +
-                        " is not finite, or negative");
-    truths_of[truths[i].class_index].push_back(truths[i]);
-  }
-  for (std::size_t i = 0; i < detections.size(); ++i) {
-    detail::require_class_below("detection", i, detections[i].class_index, class_count);
-    detail::require_sound_box("detection", i, detections[i].box);
-    if (!std::isfinite(detections[i].confidence))
-      throw NumericError("average_precision: confidence of detection " + std::to_string(i) +
-                         " is not finite");
-    detections_of[detections[i].class_index].push_back(detections[i]);
-  }
-  AveragePrecision result;
-  result.classes.resize(class_count);
-  parallel_for(class_count, [&](std::size_t k) {
-    result.classes[k] = detail::class_precision(truths_of[k], detections_of[k]);
-  });
-  result.mean = detail::mean_summary(result.classes);
-  return result;
-}
+[[nodiscard]] AveragePrecision average_precision(const std::vector<TruthBox>& truths,
+                                                 const std::vector<ScoredBox>& detections,
+                                                 std::size_t class_count);
 
 }  // namespace tapestry::evaluate

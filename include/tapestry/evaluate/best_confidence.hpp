@@ -1,6 +1,5 @@
 #pragma once
 #include <concepts>
-#include <tapestry/detect/best_candidate.hpp>
 #include <tapestry/loss/prediction.hpp>  // Target
 
 namespace tapestry::evaluate {
@@ -19,11 +18,6 @@ namespace tapestry::evaluate {
 ///         as detect::require_layout()
 template <std::floating_point T>
 [[nodiscard]] double best_confidence(const loss::Predictions<T>& predictions, const loss::Target& target,
-                                     double iou_threshold = 0.5) {
-  const auto best = detect::best_candidate(predictions.heads, predictions.logits, predictions.image,
-                                           {target.class_index, target.box, iou_threshold},
-                                           predictions.input_height, predictions.input_width);
-  return best ? best->confidence : 0;
-}
+                                     double iou_threshold = 0.5);
 
 }  // namespace tapestry::evaluate

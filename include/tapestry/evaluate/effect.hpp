@@ -29,14 +29,7 @@ std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::s
 
 /// \param control, adversarial  measured in the same views, in the same order
 /// \throws ShapeError if they do not have as many views; DomainError as paired_bootstrap()
-[[nodiscard]] inline Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
-                                          const BootstrapSettings& settings = {}) {
-  const auto compare = [&](const auto& of_control, const auto& of_adversarial) {
-    return paired_bootstrap(detail::means_of_views(of_control, control.draws),
-                            detail::means_of_views(of_adversarial, adversarial.draws), settings);
-  };
-  return {control.name, compare(control.best_confidence, adversarial.best_confidence),
-          compare(control.found, adversarial.found)};
-}
+[[nodiscard]] Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
+                                   const BootstrapSettings& settings = {});
 
 }  // namespace tapestry::evaluate

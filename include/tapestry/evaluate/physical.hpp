@@ -1,7 +1,6 @@
 #pragma once
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <vector>
@@ -36,38 +35,14 @@ struct PhysicalFrame {
 };
 
 /// Surroundings × distances: first those photographed, then the same as they are.
-[[nodiscard]] inline ProtocolTable physical_table(const PhysicalGrid& grid) {
-  ProtocolTable table{"surroundings", {}, "distance", detail::short_numbers(grid.distances)};
-  for (const char* as_it_is : {"", " as it is"})
-    for (std::size_t place = 0; place < grid.surroundings; ++place)
-      table.rows.push_back("street " + std::to_string(place + 1) + as_it_is);
-  table.pictures_a_view.assign(grid.surroundings, grid.photographs);
-  return table;
-}
+[[nodiscard]] ProtocolTable physical_table(const PhysicalGrid& grid);
 
 /// The frames of a grid, by surroundings, then distance, then direction; of each view its photographs, then
 /// itself.
 /// \throws DomainError unless the azimuths divide a full turn and there is a photograph
-[[nodiscard]] inline std::vector<ProtocolFrame> physical_frames(const PhysicalGrid& grid) {
-  if (grid.photographs == 0) throw DomainError("physical_frames: no photographs of a view");
-  const ViewGrid views{grid.distances, {grid.elevation_deg}, grid.azimuth_step_deg};
-  std::vector<ProtocolFrame> frames;
-  for (std::size_t place = 0; place < grid.surroundings; ++place)
-    detail::for_each_view(
-        "physical_frames", views, [&](std::size_t column, double distance, double elevation, double azimuth) {
-          frames.insert(frames.end(), grid.photographs, {distance, elevation, azimuth, place, column});
-          frames.push_back({distance, elevation, azimuth, grid.surroundings + place, column});
-        });
-  return frames;
-}
+[[nodiscard]] std::vector<ProtocolFrame> physical_frames(const PhysicalGrid& grid);
 
 /// What the frame-th of physical_frames() shows.
-[[nodiscard]] inline PhysicalFrame physical_frame(const PhysicalGrid& grid, std::size_t frame) {
-  const std::size_t view = frame / grid.frames_a_view(), picture = frame % grid.frames_a_view();
-  const std::size_t views_a_place = grid.distances.size() * (360 / grid.azimuth_step_deg);
-  PhysicalFrame shown{view, view / views_a_place};
-  if (picture < grid.photographs) shown.photograph = picture;
-  return shown;
-}
+[[nodiscard]] PhysicalFrame physical_frame(const PhysicalGrid& grid, std::size_t frame);
 
 }  // namespace tapestry::evaluate

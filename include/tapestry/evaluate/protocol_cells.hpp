@@ -1,5 +1,4 @@
 #pragma once
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -11,7 +10,6 @@
 #include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/views.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::evaluate {
@@ -211,65 +209,19 @@ template <std::predicate<std::size_t> Belongs>
 /// The cells of a table, row by row.
 /// \param frames  one for every frame of the outcomes
 /// \throws ShapeError as cell_of(), or for another number of frames or a frame beside the table
-[[nodiscard]] inline std::vector<Cell> cells_of(const ProtocolTable& table,
-                                                const std::vector<ProtocolFrame>& frames,
-                                                const ProtocolOutcomes& outcomes) {
-  if (frames.size() != outcomes.frame_count())
-    throw ShapeError("cells_of: outcomes of " + std::to_string(outcomes.frame_count()) +
-                     " frames, expected " + std::to_string(frames.size()));
-  for (const ProtocolFrame& frame : frames)
-    if (frame.row >= table.rows.size() || frame.column >= table.columns.size())
-      throw ShapeError("cells_of: a frame is in row " + std::to_string(frame.row) + ", column " +
-                       std::to_string(frame.column) + " of a table of " + std::to_string(table.rows.size()) +
-                       " by " + std::to_string(table.columns.size()));
-  std::vector<Cell> cells;
-  for (std::size_t cell = 0; cell < table.cell_count(); ++cell)
-    cells.push_back(cell_of(
-        outcomes, [&](std::size_t frame) { return table.cell_of(frames[frame]) == cell; },
-        table.pictures_of_row(cell / table.columns.size())));
-  return cells;
-}
-
-namespace detail {
-/// The cell of the lowest figure of its views; of equal ones that with more views, then the first. None where
-/// there are no views.
-/// \param share_of  gives of a cell the figure and its views
-template <class ShareOf>
-[[nodiscard]] std::optional<std::size_t> lowest_cell(const std::vector<Cell>& cells, ShareOf share_of) {
-  std::optional<std::size_t> lowest;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto [share, views] = share_of(cells[i]);
-    if (views == 0) continue;
-    if (lowest) {
-      const auto [other_share, other_views] = share_of(cells[*lowest]);
-      if (share > other_share || (share == other_share && views <= other_views)) continue;
-    }
-    lowest = i;
-  }
-  return lowest;
-}
-}  // namespace detail
+[[nodiscard]] std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
+                                         const ProtocolOutcomes& outcomes);
 
 /// The cell in which a texture hides the car least: whose attack success is surely lowest, by the upper end
 /// of its interval, so that one frame does not outweigh ninety. None where the clean car is never found.
 ///
 /// \param texture  its number in the outcomes
-[[nodiscard]] inline std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
-                                                                  std::size_t texture) {
-  return detail::lowest_cell(cells, [&](const Cell& cell) {
-    const AttackSuccess& success = cell.textures.at(texture).success;
-    return std::pair(success.interval[1], success.views);
-  });
-}
+[[nodiscard]] std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
+                                                           std::size_t texture);
 
 /// The cell in which a detector finds the car least, by the upper end of P@0.5's interval. None without
 /// frames.
-[[nodiscard]] inline std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
-                                                                 std::size_t texture) {
-  return detail::lowest_cell(cells, [&](const Cell& cell) {
-    const DetectionRate& rate = cell.textures.at(texture).rate;
-    return std::pair(rate.interval[1], rate.views);
-  });
-}
+[[nodiscard]] std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
+                                                          std::size_t texture);
 
 }  // namespace tapestry::evaluate

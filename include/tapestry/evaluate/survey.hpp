@@ -9,7 +9,6 @@
 #include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::evaluate {

@@ -4,7 +4,6 @@
 #include <memory>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <utility>
 
 namespace tapestry::image {
 

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/resize.hpp>
 
@@ -39,12 +38,7 @@ inline constexpr std::array<FitKind, 3> fit_kinds{FitKind::letterbox, FitKind::l
 
 /// The fit of a name with its usual fill: ½ for letterbox, 114 of 255 for letterbox_top_left.
 /// \throws DomainError for any other name than letterbox, letterbox_top_left and stretch
-[[nodiscard]] inline Fit fit_by_name(std::string_view name) {
-  for (const FitKind kind : fit_kinds)
-    if (name_of(kind) == name) return {kind, kind == FitKind::letterbox_top_left ? 114.0 / 255 : 0.5};
-  throw DomainError("no fit is called " + in_quotes(name) +
-                    "; expected letterbox, letterbox_top_left or stretch");
-}
+[[nodiscard]] Fit fit_by_name(std::string_view name);
 
 /// Where a picture lies on a canvas.
 struct Placement {
@@ -58,23 +52,8 @@ struct Placement {
 /// not fill the canvas is rounded down, for a centred picture to the parity of the canvas, so that the
 /// margins are equal and the centre stays the centre. Source of the idea: Darknet's letterbox_image, which
 /// rounds down only. \throws DomainError if an extent is 0
-[[nodiscard]] inline Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height,
-                                         std::size_t width, FitKind kind = FitKind::letterbox) {
-  if (from_height == 0 || from_width == 0 || height == 0 || width == 0)
-    throw DomainError("placement: a picture without pixels");
-  Placement place{height, width, 0, 0};
-  if (kind == FitKind::stretch) return place;
-  if (from_width * height > from_height * width)
-    place.height = std::max<std::size_t>(1, from_height * width / from_width);
-  else
-    place.width = std::max<std::size_t>(1, from_width * height / from_height);
-  if (kind == FitKind::letterbox_top_left) return place;
-  if ((height - place.height) % 2 != 0 && place.height > 1) --place.height;
-  if ((width - place.width) % 2 != 0 && place.width > 1) --place.width;
-  place.top = (height - place.height) / 2;
-  place.left = (width - place.width) / 2;
-  return place;
-}
+[[nodiscard]] Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height,
+                                  std::size_t width, FitKind kind = FitKind::letterbox);
 
 /// Pixels of a picture from pixels of the canvas that it lies on: x = x_scale · (x_canvas − left), y alike;
 /// extents are only scaled.
@@ -93,15 +72,9 @@ struct PictureFromCanvas {
 /// Inverts placement(), whose arguments it takes. The two scales of a letterboxed picture differ by what
 /// rounding the placed extents to whole pixels makes them differ.
 /// \throws DomainError if an extent is 0
-[[nodiscard]] inline PictureFromCanvas picture_from_canvas(std::size_t picture_height,
-                                                           std::size_t picture_width, std::size_t height,
-                                                           std::size_t width,
-                                                           FitKind kind = FitKind::letterbox) {
-  const Placement place = placement(picture_height, picture_width, height, width, kind);
-  return {static_cast<double>(picture_width) / static_cast<double>(place.width),
-          static_cast<double>(picture_height) / static_cast<double>(place.height),
-          static_cast<double>(place.left), static_cast<double>(place.top)};
-}
+[[nodiscard]] PictureFromCanvas picture_from_canvas(std::size_t picture_height, std::size_t picture_width,
+                                                    std::size_t height, std::size_t width,
+                                                    FitKind kind = FitKind::letterbox);
 
 /// The picture, [h, w, C], resized bilinearly into its place on a canvas, [height, width, C].
 /// \throws DomainError if an extent is 0

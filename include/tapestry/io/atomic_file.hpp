@@ -1,90 +1,37 @@
 #pragma once
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <cerrno>
 #include <cstddef>
-#include <cstring>
-#include <filesystem>
 #include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::io {
 namespace detail {
 
-inline constexpr std::string_view part_mark = ".tapestry-part";
-
 /// Name of a temporary beside its target, cut to what file systems allow.
-inline std::string part_path(const std::string& target, unsigned attempt) {
-  const std::string end = std::string(part_mark) + std::to_string(::getpid()) + "-" + std::to_string(attempt);
-  const auto slash = target.find_last_of('/');
-  const std::size_t folder = slash == std::string::npos ? 0 : slash + 1;
-  constexpr std::size_t longest = 255;
-  return target.substr(0, folder + std::min(target.size() - folder, longest - end.size())) + end;
-}
+std::string part_path(const std::string& target, unsigned attempt);
 
 /// A file beside its target that vanishes unless it is renamed over the target. It is locked as long as its
 /// process lives.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const std::string& target) : target_(target) {
-    for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
-      path_ = part_path(target, attempt);
-      descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (descriptor_ < 0 && errno != EEXIST && errno != EINTR) fail("create a file beside it");
-      if (descriptor_ >= 0 && !claim()) {
-        ::close(descriptor_);
-        descriptor_ = -1;
-      }
-    }
-    struct ::stat status {};
-    if (::stat(target_.c_str(), &status) == 0) ::fchmod(descriptor_, status.st_mode & 0777U);
-  }
+  explicit TemporaryFile(const std::string& target);
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!renamed_) ::unlink(path_.c_str());
-  }
+  ~TemporaryFile();
 
-  void write(std::span<const std::byte> bytes) {
-    constexpr std::size_t largest = std::size_t(1) << 30U;
-    while (!bytes.empty()) {
-      const ::ssize_t count = ::write(descriptor_, bytes.data(), std::min(bytes.size(), largest));
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) fail("write");
-      bytes = bytes.subspan(static_cast<std::size_t>(count));
-    }
-  }
+  void write(std::span<const std::byte> bytes);
 
-  void rename_over_target() {
-    while (::fsync(descriptor_) != 0)
-      if (errno != EINTR) fail("flush");
-    if (::rename(path_.c_str(), target_.c_str()) != 0) fail("rename into place");
-    renamed_ =
-        true;  // only then is it closed, which gives up the lock; what closing could say, fsync has said
-  }
+  void rename_over_target();
 
  private:
   /// Locks the file; false if remove_abandoned_parts() was quicker. Where there are no locks, it is not
   /// asked.
-  [[nodiscard]] bool claim() const {
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
-    struct ::stat status {};
-    return ::fstat(descriptor_, &status) != 0 || status.st_nlink > 0;
-  }
+  [[nodiscard]] bool claim() const;
 
-  [[noreturn]] void fail(const char* action) const {
-    throw FileError(ErrorKind::write,
-                    {target_, "", std::string("cannot ") + action + ": " + std::strerror(errno)});
-  }
+  [[noreturn]] void fail(const char* action) const;
 
   std::string target_;
   std::string path_;
@@ -92,68 +39,15 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
-/// Makes a rename within the folder of `path` durable; file systems that cannot are left to themselves.
-/// \throws FileError (write) where the device fails
-inline void flush_folder_of(const std::string& path) {
-  const auto slash = path.find_last_of('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  int status = 0;
-  do {
-    status = ::fsync(descriptor);
-  } while (status != 0 && errno == EINTR);
-  const int reason = status == 0 ? 0 : errno;
-  ::close(descriptor);
-  if (reason == EIO || reason == ENOSPC || reason == EDQUOT)
-    throw FileError(ErrorKind::write,
-                    {path, "",
-                     "written, but may not outlast a loss of power: cannot flush its folder: " +
-                         std::string(std::strerror(reason))});
-}
-
-/// Whether a name ends as that of a temporary does: in a process and an attempt, `12-0`.
-inline bool is_part_name(std::string_view name) {
-  const auto mark = name.rfind(part_mark);
-  if (mark == std::string_view::npos) return false;
-  const std::string_view numbers = name.substr(mark + part_mark.size());
-  const auto dash = numbers.find('-');
-  const auto is_number = [](std::string_view text) {
-    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
-  };
-  return dash != std::string_view::npos && is_number(numbers.substr(0, dash)) &&
-         is_number(numbers.substr(dash + 1));
-}
-
 /// Whether a path still names the regular file that is open.
-inline bool is_still_at(const std::string& path, int descriptor) {
-  struct ::stat open {
-  }, there{};
-  return ::fstat(descriptor, &open) == 0 && ::lstat(path.c_str(), &there) == 0 && S_ISREG(open.st_mode) &&
-         open.st_dev == there.st_dev && open.st_ino == there.st_ino;
-}
+bool is_still_at(const std::string& path, int descriptor);
 }  // namespace detail
 
 /// Writes the parts one after the other to `path`, so that whatever happens either the old file or the
 /// whole new one is found there: a temporary in the same folder, flushed, then renamed over it.
 /// \throws FileError (write); the old file is then unchanged and the temporary removed, unless the message
 ///         says that only flushing the folder failed
-inline void write_file_atomically(const std::string& path,
-                                  std::initializer_list<std::span<const std::byte>> parts) {
-  struct ::stat status {};
-  if (path.find('\0') != std::string::npos || path.empty()) {
-    throw FileError(ErrorKind::write, {path, "", "not a file name"});
-  }
-  if (const int failed = ::stat(path.c_str(), &status); failed != 0 && errno != ENOENT && errno != ENOTDIR) {
-    throw FileError(ErrorKind::write, {path, "", std::string("cannot inspect: ") + std::strerror(errno)});
-  } else if (failed == 0 && !S_ISREG(status.st_mode)) {
-    throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
-  }
-  detail::TemporaryFile temporary(path);
-  for (const auto& part : parts) temporary.write(part);
-  temporary.rename_over_target();
-  detail::flush_folder_of(path);
-}
+void write_file_atomically(const std::string& path, std::initializer_list<std::span<const std::byte>> parts);
 
 /// As above, for one block of bytes.
 inline void write_file_atomically(const std::string& path, std::span<const std::byte> bytes) {
@@ -167,18 +61,6 @@ inline void write_file_atomically(const std::string& path, std::string_view text
 
 /// Removes from a folder the temporaries that write_file_atomically() left there when its process was killed;
 /// those of living processes are locked and stay. Failures are ignored: nothing depends on it.
-inline void remove_abandoned_parts(const std::string& folder) {
-  std::error_code ignored;
-  std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, ignored);
-  for (; !ignored && entry != std::filesystem::directory_iterator(); entry.increment(ignored)) {
-    const std::string path = entry->path().string();
-    if (!detail::is_part_name(entry->path().filename().string())) continue;
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    if (descriptor < 0) continue;
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && detail::is_still_at(path, descriptor))
-      ::unlink(path.c_str());
-    ::close(descriptor);
-  }
-}
+void remove_abandoned_parts(const std::string& folder);
 
 }  // namespace tapestry::io

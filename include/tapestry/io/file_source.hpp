@@ -1,18 +1,12 @@
 #pragma once
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::io {
@@ -25,10 +19,7 @@ inline constexpr std::size_t longest_path = 4096;
 
 /// Whether a name within a file leads to the folder that it begins in or below that: not an absolute path,
 /// nor one that leaves the folder by `..`. Links are not looked at.
-[[nodiscard]] inline bool stays_below(const std::string& name) {
-  const auto relative = std::filesystem::path(name).lexically_normal();
-  return !relative.has_root_path() && (relative.empty() || *relative.begin() != "..");
-}
+[[nodiscard]] bool stays_below(const std::string& name);
 
 /// A regular file open for reading, whose size was checked against a limit before anything is read.
 ///
@@ -39,24 +30,7 @@ class RegularFile {
   /// \param path   as the user gave it
   /// \param limit  largest accepted size in bytes
   /// \throws FileError  malformed if it cannot be opened or is not a regular file, limit if it is larger
-  explicit RegularFile(std::string path, std::uint64_t limit = default_file_limit) : path_(std::move(path)) {
-    if (path_.find('\0') != std::string::npos) fail(ErrorKind::malformed, "file name holds a zero byte");
-    do {
-      descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    } while (descriptor_ < 0 && errno == EINTR);
-    if (descriptor_ < 0) fail(ErrorKind::malformed, std::string("cannot open: ") + std::strerror(errno));
-    try {
-      size_ = measured_size();
-      if (size_ > limit) {
-        throw FileError(ErrorKind::limit,
-                        {path_, "", "file too large", "at most " + std::to_string(limit) + " bytes",
-                         std::to_string(size_) + " bytes"});
-      }
-    } catch (...) {
-      ::close(descriptor_);
-      throw;
-    }
-  }
+  explicit RegularFile(std::string path, std::uint64_t limit = default_file_limit);
 
   RegularFile(const RegularFile&) = delete;
   RegularFile& operator=(const RegularFile&) = delete;
@@ -67,43 +41,13 @@ class RegularFile {
 
   /// Fills `bytes` with the file's content from byte `offset` on.
   /// \throws FileError (malformed) if the file ends before or cannot be read
-  void read_at(std::uint64_t offset, std::span<std::byte> bytes) const {
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-      const ::ssize_t count =
-          ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<::off_t>(offset + done));
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) fail(ErrorKind::malformed, std::string("cannot read: ") + std::strerror(errno));
-      if (count == 0) {
-        throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(offset + done), "file ends early",
-                                               std::to_string(bytes.size() - done) + " more bytes", "none"});
-      }
-      done += static_cast<std::size_t>(count);
-    }
-  }
+  void read_at(std::uint64_t offset, std::span<std::byte> bytes) const;
 
   /// Throws FileError (malformed) if the file no longer has the size it was opened with.
-  void require_unchanged_size() const {
-    const std::uint64_t now = measured_size();
-    if (now != size_) {
-      throw FileError(ErrorKind::malformed,
-                      {path_, "", "file changed while it was read", std::to_string(size_) + " bytes",
-                       std::to_string(now) + " bytes"});
-    }
-  }
+  void require_unchanged_size() const;
 
  private:
-  [[nodiscard]] std::uint64_t measured_size() const {
-    struct ::stat status {};
-    if (::fstat(descriptor_, &status) != 0) {
-      fail(ErrorKind::malformed, std::string("cannot inspect: ") + std::strerror(errno));
-    }
-    if (!S_ISREG(status.st_mode)) {
-      fail(ErrorKind::malformed,
-           S_ISDIR(status.st_mode) ? "not a regular file but a folder" : "not a regular file");
-    }
-    return static_cast<std::uint64_t>(status.st_size);
-  }
+  [[nodiscard]] std::uint64_t measured_size() const;
 
   [[noreturn]] void fail(ErrorKind kind, const std::string& what) const {
     throw FileError(kind, {path_, "", what});
@@ -116,53 +60,17 @@ class RegularFile {
 
 /// The whole content of a regular file of at most `limit` bytes.
 /// \throws FileError as RegularFile does
-[[nodiscard]] inline std::vector<std::byte> read_file(const std::string& path,
-                                                      std::uint64_t limit = default_file_limit) {
-  const RegularFile file(path, limit);
-  std::vector<std::byte> bytes(static_cast<std::size_t>(file.size()));
-  file.read_at(0, bytes);
-  file.require_unchanged_size();
-  return bytes;
-}
+[[nodiscard]] std::vector<std::byte> read_file(const std::string& path,
+                                               std::uint64_t limit = default_file_limit);
 
 /// As read_file(), as text; line ends and encoding are left as they are.
-[[nodiscard]] inline std::string read_text_file(const std::string& path,
-                                                std::uint64_t limit = default_file_limit) {
-  const RegularFile file(path, limit);
-  std::string text(static_cast<std::size_t>(file.size()), '\0');
-  file.read_at(0, std::as_writable_bytes(std::span<char>(text.data(), text.size())));
-  file.require_unchanged_size();
-  return text;
-}
+[[nodiscard]] std::string read_text_file(const std::string& path, std::uint64_t limit = default_file_limit);
 
 /// What recognised_format() says of one of the formats that Tapestry reads.
 inline constexpr std::string_view recognised_safetensors = "a safetensors file";
 
 /// What a file that begins with these bytes probably is, when it is a well-known kind of file that people
 /// pass by mistake; empty when nothing is recognised. At least 16 bytes should be given.
-[[nodiscard]] inline std::string_view recognised_format(std::span<const std::byte> beginning) {
-  const std::string_view text(reinterpret_cast<const char*>(beginning.data()), beginning.size());
-  const auto starts = [&](std::string_view magic) { return text.substr(0, magic.size()) == magic; };
-  using namespace std::string_view_literals;
-  // First of all: its length field may be any other format's magic number.
-  if (text.size() > 9 && text[8] == '{' && text.substr(3, 5) == "\0\0\0\0\0"sv) return recognised_safetensors;
-  if (starts("version https://git-lfs"sv)) return "a Git LFS pointer, not the file it stands for";
-  if (starts("\x1f\x8b"sv)) return "a gzip archive";
-  if (starts("PK\x03\x04"sv)) return "a zip archive (npz, or a PyTorch checkpoint)";
-  if (starts("\x80\x02"sv) || starts("\x80\x03"sv) || starts("\x80\x04"sv)) return "a Python pickle";
-  if (starts("\x93NUMPY"sv)) return "a NumPy array";
-  if (starts("\x89PNG"sv)) return "a PNG image";
-  if (starts("\xff\xd8\xff"sv)) return "a JPEG image";
-  if (starts("%PDF"sv)) return "a PDF document";
-  if (starts("\x7f"
-             "ELF"sv))
-    return "a program";
-  if (starts("\x08"sv) && text.size() > 3 && text[1] > 0 && text[1] < 16 &&
-      (text[2] == 0x12 || text[2] == 0x1a))
-    return "an ONNX model";
-  const auto first = text.find_first_not_of(" \t\r\n");
-  if (first != std::string_view::npos && text[first] == '<') return "an HTML or XML page";
-  return {};
-}
+[[nodiscard]] std::string_view recognised_format(std::span<const std::byte> beginning);
 
 }  // namespace tapestry::io

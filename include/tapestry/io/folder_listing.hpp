@@ -1,13 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <cctype>
-#include <concepts>
 #include <filesystem>
 #include <iterator>
-#include <new>
 #include <string>
-#include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
@@ -33,12 +28,6 @@ template <std::predicate<const std::filesystem::path&> Accepts>
 inline constexpr const char* picture_endings = ".png, .jpg, .jpeg, .bmp, .pgm, .ppm or .pnm";
 
 /// Whether a name ends as that of a picture that can be read.
-[[nodiscard]] inline bool has_picture_name(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  constexpr std::string_view known[]{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".pnm"};
-  return std::find(std::begin(known), std::end(known), extension) != std::end(known);
-}
+[[nodiscard]] bool has_picture_name(const std::filesystem::path& path);
 
 }  // namespace tapestry::io

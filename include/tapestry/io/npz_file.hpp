@@ -11,7 +11,6 @@
 #include <tapestry/io/name_numbers.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/zip_archive.hpp>
-#include <tapestry/io/zip_writer.hpp>
 #include <utility>
 #include <vector>
 
@@ -28,20 +27,7 @@ class NpzFile {
 
   /// As read(), for a file held in memory; `path` is for messages.
   [[nodiscard]] static NpzFile parse(std::string_view bytes, const std::string& path,
-                                     const ZipLimits& limits = {}) {
-    const ZipArchive archive(bytes, path, limits);
-    NpzFile file;
-    file.path_ = path;
-    for (const auto& member : archive.members()) {
-      const std::string_view name = member.name;
-      if (!name.ends_with(".npy")) continue;  // not an array; NumPy hands such members out as bytes
-      file.names_.emplace_back(name.substr(0, name.size() - 4));
-      (void)file.numbers_.add(file.names_.back(),
-                              [&](std::size_t i) -> std::string_view { return file.names_[i]; });
-      file.arrays_.push_back(parse_npy(archive.unpack(member), path + ":" + member.name));
-    }
-    return file;
-  }
+                                     const ZipLimits& limits = {});
 
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Of the arrays, without .npy.
@@ -49,16 +35,7 @@ class NpzFile {
   [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
 
   /// \throws FileError (mismatch) listing the members there are, when `name` is not among them
-  [[nodiscard]] const NpyArray& get(std::string_view name) const {
-    const NpyArray* array = find(name);
-    if (array != nullptr) return *array;
-    std::string list;
-    for (const auto& other : names_) list += (list.empty() ? "" : ", ") + other;
-    throw FileError(ErrorKind::mismatch, {.path = path_,
-                                          .what = "member '" + std::string(name) + "' is missing",
-                                          .expected = std::string(name),
-                                          .found = list.empty() ? "no arrays" : list});
-  }
+  [[nodiscard]] const NpyArray& get(std::string_view name) const;
 
   /// A member as an array; see NpyArray::array().
   template <class T, std::size_t Rank>
@@ -67,11 +44,7 @@ class NpzFile {
   }
 
  private:
-  [[nodiscard]] const NpyArray* find(std::string_view name) const {
-    const std::size_t number =
-        numbers_.find(name, [&](std::size_t i) -> std::string_view { return names_[i]; });
-    return number == NameNumbers::none ? nullptr : &arrays_[number];
-  }
+  [[nodiscard]] const NpyArray* find(std::string_view name) const;
 
   std::string path_;
   std::vector<std::string> names_;
@@ -113,11 +86,7 @@ class NpzWriter {
   }
 
   /// The bytes of the file.
-  [[nodiscard]] std::string bytes(bool compress = false) const {
-    ZipWriter archive;
-    for (const auto& [name, content] : members_) archive.add(name, content, compress);
-    return archive.bytes();
-  }
+  [[nodiscard]] std::string bytes(bool compress = false) const;
 
   /// Replaces `path` by the whole file, or leaves it as it was. Equal arrays give equal bytes.
   /// \throws FileError (write); Error (limit) beyond 4 GiB

@@ -17,33 +17,12 @@ namespace detail {
 /// classification, max_score, total.
 template <class T>
 [[nodiscard]] Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const Target> targets,
-                                                 AdversarialLoss kind, const AdversarialWeights& weights) {
-  std::vector<AdversarialTerms<T>> terms(targets.size());
-  parallel_for(targets.size(),
-               [&](std::size_t n) { terms[n] = adversarial(logits.of_image(n), targets[n], kind, weights); });
-  const double share = 1 / static_cast<double>(targets.size());
-  const auto mean = [&](T AdversarialTerms<T>::*member) {
-    double sum = 0;
-    for (const auto& of_image : terms) sum += share * static_cast<double>(of_image.*member);
-    return static_cast<T>(sum);
-  };
-  using Terms = AdversarialTerms<T>;
-  return {mean(&Terms::iou), mean(&Terms::objectness), mean(&Terms::classification), mean(&Terms::max_score),
-          mean(&Terms::total)};
-}
+                                                 AdversarialLoss kind, const AdversarialWeights& weights);
 
 /// What one image's terms get of the adjoint of the means.
 template <class T>
 [[nodiscard]] TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
-                                        const AdversarialWeights& weights) {
-  const T share = static_cast<T>(1 / static_cast<double>(images));
-  const auto of_image = [&](std::size_t term) {
-    return static_cast<double>(means_adjoint.data()[term] * share);
-  };
-  const double total = of_image(4);
-  return {of_image(0) + total * weights.iou, of_image(1) + total * weights.objectness,
-          of_image(2) + total * weights.classification, of_image(3) + total * weights.max_score};
-}
+                                        const AdversarialWeights& weights);
 
 }  // namespace detail
 
@@ -80,16 +59,6 @@ template <Detector D, std::floating_point T>
 
 /// Means of the terms of several detectors, at least one, on the tape.
 template <std::floating_point T>
-[[nodiscard]] AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>> terms) {
-  using Terms = AdversarialTerms<Variable<T>>;
-  Terms mean = std::move(terms.front());
-  if (terms.size() == 1) return mean;
-  for (const auto term :
-       {&Terms::iou, &Terms::objectness, &Terms::classification, &Terms::max_score, &Terms::total}) {
-    for (std::size_t i = 1; i < terms.size(); ++i) mean.*term += terms[i].*term;
-    mean.*term /= static_cast<T>(terms.size());
-  }
-  return mean;
-}
+[[nodiscard]] AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>> terms);
 
 }  // namespace tapestry::loss

@@ -1,55 +1,9 @@
 #pragma once
-#include <cmath>
 #include <concepts>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
-#include <vector>
 
 namespace tapestry::loss {
-namespace detail {
-
-/// The parts of a heat map that hang together: for each place the number of its part, from 1, or 0 where
-/// there is no heat; neighbours are above, below, left and right.
-struct HeatParts {
-  std::vector<std::size_t> part;
-  std::vector<std::size_t> sizes;  ///< of part p at p − 1
-
-  /// What a place of a part counts: 1 over the number of parts and H·W + 1 − size.
-  [[nodiscard]] double weight(std::size_t place) const {
-    const std::size_t rest = part.size() + 1 - sizes[part[place] - 1];
-    return 1 / (static_cast<double>(sizes.size()) * static_cast<double>(rest));
-  }
-};
-
-template <std::floating_point T>
-[[nodiscard]] HeatParts heat_parts(const Array<T, 2>& heat) {
-  const std::size_t height = heat.shape(0), width = heat.shape(1);
-  HeatParts parts{std::vector<std::size_t>(heat.size(), 0), {}};
-  std::vector<std::size_t> open;
-  const auto join = [&](std::size_t place) {
-    if (parts.part[place] != 0 || !(heat.data()[place] > T(0))) return;
-    parts.part[place] = parts.sizes.size();
-    ++parts.sizes.back();
-    open.push_back(place);
-  };
-  for (std::size_t start = 0; start < heat.size(); ++start) {
-    if (parts.part[start] != 0 || !(heat.data()[start] > T(0))) continue;
-    parts.sizes.push_back(0);
-    join(start);
-    while (!open.empty()) {
-      const std::size_t place = open.back(), x = place % width, y = place / width;
-      open.pop_back();
-      if (x > 0) join(place - 1);
-      if (x + 1 < width) join(place + 1);
-      if (y > 0) join(place - width);
-      if (y + 1 < height) join(place + width);
-    }
-  }
-  return parts;
-}
-
-}  // namespace detail
 
 /// How much a heat map is gathered, to be minimised so that a detector's attention is scattered:
 ///
@@ -62,27 +16,12 @@ template <std::floating_point T>
 /// \param heat  [H, W]
 /// \returns     at least 0; places whose heat is NaN count as without heat
 template <std::floating_point T>
-[[nodiscard]] T attention(const Array<T, 2>& heat) {
-  const auto parts = detail::heat_parts(heat);
-  double loss = 0;
-  for (std::size_t i = 0; i < heat.size(); ++i)
-    if (parts.part[i] != 0) loss += parts.weight(i) * std::tanh(static_cast<double>(heat.data()[i]));
-  return static_cast<T>(loss);
-}
+[[nodiscard]] T attention(const Array<T, 2>& heat);
 
 /// Adds loss_adjoint · ∂L/∂heat to heat_adjoint, [H, W]; parts are taken as they are, so that places without
 /// heat have none.
 /// \throws ShapeError if heat_adjoint has other extents than heat
 template <std::floating_point T>
-void attention_adjoint(const Array<T, 2>& heat, T loss_adjoint, Array<T, 2>& heat_adjoint) {
-  require_shape("attention_adjoint", "heat_adjoint", heat_adjoint, heat.shape());
-  const auto parts = detail::heat_parts(heat);
-  for (std::size_t i = 0; i < heat.size(); ++i) {
-    if (parts.part[i] == 0) continue;
-    const double value = std::tanh(static_cast<double>(heat.data()[i]));
-    heat_adjoint.data()[i] +=
-        static_cast<T>(static_cast<double>(loss_adjoint) * parts.weight(i) * (1 - value * value));
-  }
-}
+void attention_adjoint(const Array<T, 2>& heat, T loss_adjoint, Array<T, 2>& heat_adjoint);
 
 }  // namespace tapestry::loss

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/loss/attention.hpp>
 
 namespace tapestry::loss {
@@ -9,11 +10,6 @@ namespace tapestry::loss {
 ///
 /// \param heat  [H, W]
 template <std::floating_point T>
-[[nodiscard]] Variable<T> attention(const ArrayVariable<T, 2>& heat) {
-  const auto pullback = [kept = heat.value()](T loss_adjoint, Array<T, 2>* heat_adjoint) {
-    attention_adjoint(kept, loss_adjoint, *heat_adjoint);
-  };
-  return record_scalar(attention(heat.value()), pullback, heat);
-}
+[[nodiscard]] Variable<T> attention(const ArrayVariable<T, 2>& heat);
 
 }  // namespace tapestry::loss

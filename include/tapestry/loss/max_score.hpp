@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <tapestry/loss/responsible.hpp>
 
 namespace tapestry::loss {
@@ -11,15 +8,7 @@ namespace detail {
 /// head without objectness 1 − p·u as (1 − p) + p·(1 − u). Floored at the smallest normal number, so that the
 /// loss stays below 709.
 template <class T>
-[[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target) {
-  const auto& head = predictions.heads[best.candidate.head];
-  double unsure = nn::logistic(-class_logit(predictions, best.candidate, target.class_index));
-  if (const auto objectness = head.objectness_channel())
-    unsure = nn::logistic(-logit(predictions, best.candidate, *objectness)) + best.objectness * unsure;
-  const double value = unsure + best.confidence * (1 - best.overlap.iou);
-  return value < std::numeric_limits<double>::min() ? std::numeric_limits<double>::min()
-                                                    : value;  // NaN stays
-}
+[[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target);
 
 }  // namespace detail
 
@@ -31,12 +20,7 @@ template <class T>
 /// Stays finite for logits of any size. NaN logits give NaN. Source: Zhou et al., RAUCA (ICML 2024), eq. 9,
 /// there with complete IoU, which can be negative.
 template <class T>
-[[nodiscard]] double max_score(const Predictions<T>& predictions, const Target& target) {
-  const auto best = responsible(predictions, target);
-  if (!best) return 0;
-  const double score = best->score();
-  return score < 0.5 ? -std::log1p(-score) : -std::log(detail::miss(predictions, *best, target));
-}
+[[nodiscard]] double max_score(const Predictions<T>& predictions, const Target& target);
 
 /// Adds loss_adjoint times the derivative of max_score().
 ///
@@ -44,28 +28,6 @@ template <class T>
 /// less than that there.
 template <class T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
-                       const LogitsAdjoint<T>& logits_adjoint) {
-  const auto best = responsible(predictions, target);
-  if (!best) return;
-  const auto& head = predictions.heads[best->candidate.head];
-  const double missed = detail::miss(predictions, *best, target);
-  const auto slope = [&](double at, double others) {
-    return loss_adjoint * (logistic_slope(at) * others / missed);
-  };
-  const auto objectness = head.objectness_channel();
-  if (objectness)
-    add_to_logit(
-        predictions, best->candidate, *objectness,
-        slope(logit(predictions, best->candidate, *objectness), best->class_probability * best->overlap.iou),
-        logits_adjoint);
-  class_logit_adjoint(predictions, best->candidate, target.class_index,
-                      slope(class_logit(predictions, best->candidate, target.class_index),
-                            (objectness ? best->objectness : 1) * best->overlap.iou),
-                      logits_adjoint);
-  detect::Box box_adjoint{0, 0, 0, 0};
-  const double scale = best->confidence / std::max(missed, std::numeric_limits<double>::epsilon() / 2);
-  detail::add(box_adjoint, best->overlap.gradient, loss_adjoint * scale);
-  decoded_box_adjoint(predictions, best->candidate, box_adjoint, logits_adjoint);
-}
+                       const LogitsAdjoint<T>& logits_adjoint);
 
 }  // namespace tapestry::loss

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/loss/mesh_regularity.hpp>
 
 namespace tapestry::loss {
@@ -12,14 +13,7 @@ void laplacian(const geometry::MeshTopology&&, const ArrayVariable<T, 2>&) = del
 /// \param topology  must outlive the tape's last reverse(), unchanged
 template <std::floating_point T>
 [[nodiscard]] Variable<T> laplacian(const geometry::MeshTopology& topology,
-                                    const ArrayVariable<T, 2>& positions) {
-  return record_scalar(
-      laplacian(topology, positions.value()),
-      [&topology, at = positions.shared_value()](T adjoint, Array<T, 2>* positions_adjoint) {
-        laplacian_adjoint(topology, *at, adjoint, *positions_adjoint);
-      },
-      positions);
-}
+                                    const ArrayVariable<T, 2>& positions);
 
 template <std::floating_point T>
 void edge_length(const geometry::MeshTopology&&, const ArrayVariable<T, 2>&,
@@ -29,14 +23,7 @@ void edge_length(const geometry::MeshTopology&&, const ArrayVariable<T, 2>&,
 /// \param topology  must outlive the tape's last reverse(), unchanged
 template <std::floating_point T>
 [[nodiscard]] Variable<T> edge_length(const geometry::MeshTopology& topology,
-                                      const ArrayVariable<T, 2>& positions, double length = 0) {
-  return record_scalar(
-      edge_length(topology, positions.value(), length),
-      [&topology, length, at = positions.shared_value()](T adjoint, Array<T, 2>* positions_adjoint) {
-        edge_length_adjoint(topology, *at, length, adjoint, *positions_adjoint);
-      },
-      positions);
-}
+                                      const ArrayVariable<T, 2>& positions, double length = 0);
 
 template <std::floating_point T>
 void normal_consistency(const geometry::MeshTopology&&,
@@ -47,13 +34,6 @@ void normal_consistency(const geometry::MeshTopology&&,
 /// \param topology  must outlive the tape's last reverse(), unchanged
 template <std::floating_point T>
 [[nodiscard]] Variable<T> normal_consistency(const geometry::MeshTopology& topology,
-                                             const ArrayVariable<T, 2>& positions) {
-  return record_scalar(
-      normal_consistency(topology, positions.value()),
-      [&topology, at = positions.shared_value()](T adjoint, Array<T, 2>* positions_adjoint) {
-        normal_consistency_adjoint(topology, *at, adjoint, *positions_adjoint);
-      },
-      positions);
-}
+                                             const ArrayVariable<T, 2>& positions);
 
 }  // namespace tapestry::loss

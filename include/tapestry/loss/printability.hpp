@@ -1,15 +1,12 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::loss {
@@ -20,16 +17,7 @@ inline constexpr double printable_spread = 0.05;
 
 /// Colours of a printer of which nothing was measured: all mixtures of black, two greys and white in its
 /// three channels, [64, 3], where its black is at 0.05 and its white at 0.95.
-[[nodiscard]] inline Array<double, 2> printable_colours() {
-  constexpr std::array<double, 4> levels{0.05, 0.35, 0.65, 0.95};
-  Array<double, 2> palette(Extents<2>{64, 3});
-  for (std::size_t k = 0; k < 64; ++k) {
-    palette(k, 0) = levels[k / 16];
-    palette(k, 1) = levels[k / 4 % 4];
-    palette(k, 2) = levels[k % 4];
-  }
-  return palette;
-}
+[[nodiscard]] Array<double, 2> printable_colours();
 
 namespace detail {
 
@@ -39,27 +27,8 @@ inline std::array<double, 3> colour_at(const auto& colours, std::size_t row) {
 }
 
 /// The score of one colour, and its derivative by it where `slope` is not null.
-inline double score_of(const std::array<double, 3>& colour, const Array<double, 2>& palette, double spread,
-                       std::array<double, 3>* slope) {
-  const double two_variances = 2 * spread * spread;
-  const auto squared_distance = [&](std::size_t k) {
-    double sum = 0;
-    for (std::size_t c = 0; c < 3; ++c) sum += (colour[c] - palette(k, c)) * (colour[c] - palette(k, c));
-    return sum;
-  };
-  double nearest = squared_distance(0);
-  for (std::size_t k = 1; k < palette.shape(0); ++k) nearest = std::min(nearest, squared_distance(k));
-  double shares = 0;
-  std::array<double, 3> mean{};  // of the palette, by how near each colour is
-  for (std::size_t k = 0; k < palette.shape(0); ++k) {
-    const double share = std::exp((nearest - squared_distance(k)) / two_variances);  // 1 for the nearest
-    shares += share;
-    for (std::size_t c = 0; c < 3; ++c) mean[c] += share * palette(k, c);
-  }
-  if (slope != nullptr)
-    for (std::size_t c = 0; c < 3; ++c) (*slope)[c] = 2 * (colour[c] - mean[c] / shares);
-  return nearest - two_variances * std::log(shares / static_cast<double>(palette.shape(0)));
-}
+double score_of(const std::array<double, 3>& colour, const Array<double, 2>& palette, double spread,
+                std::array<double, 3>* slope);
 
 /// \throws ShapeError, DomainError as non_printability()
 template <class Texels, class UsedTexels>

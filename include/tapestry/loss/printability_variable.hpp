@@ -1,9 +1,9 @@
 #pragma once
 #include <concepts>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/loss/printability.hpp>
-#include <utility>
 
 namespace tapestry::loss {
 
@@ -15,13 +15,6 @@ template <std::floating_point T>
 [[nodiscard]] Variable<T> non_printability(const ArrayVariable<T, 2>& texels,
                                            std::shared_ptr<const Array<T, 2>> used,
                                            std::shared_ptr<const Array<double, 2>> palette,
-                                           double spread = printable_spread) {
-  const T value = non_printability(texels.value(), *used, *palette, spread);
-  const auto pullback = [at = texels.shared_value(), of_texels = std::move(used),
-                         printable = std::move(palette), spread](T adjoint, Array<T, 2>* texels_adjoint) {
-    non_printability_adjoint(*at, *of_texels, *printable, spread, adjoint, *texels_adjoint);
-  };
-  return record_scalar(value, pullback, texels);
-}
+                                           double spread = printable_spread);
 
 }  // namespace tapestry::loss

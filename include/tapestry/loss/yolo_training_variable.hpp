@@ -4,7 +4,6 @@
 #include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/prediction_variable.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <vector>

@@ -2,8 +2,6 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/loss/prediction_variable.hpp>
 #include <tapestry/loss/yolo_training_variable.hpp>  // YoloTrainingVariables
 #include <tapestry/loss/yolox_training.hpp>

@@ -217,11 +217,6 @@ using tapestry::InstructionSet;
 template <std::floating_point T>
 [[nodiscard]] Kernels<T> kernels_of(InstructionSet set);
 
-#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes implementation.hpp
-extern template Kernels<float> kernels_of<float>(InstructionSet);
-extern template Kernels<double> kernels_of<double>(InstructionSet);
-#endif
-
 /// The kernels that everything uses, chosen once. Results differ in rounding between instruction sets.
 template <std::floating_point T>
 [[nodiscard]] const Kernels<T>& kernels() {
@@ -230,7 +225,3 @@ template <std::floating_point T>
 }
 
 }  // namespace tapestry::nn
-
-#if !defined(TAPESTRY_EXTERN_KERNELS)
-#include <tapestry/nn/vector_kernel_definitions.hpp>
-#endif

@@ -1,60 +1,21 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/pixel_rays.hpp>
-#include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 
 /// Median length in pixels of the edges that a mesh has in a picture, 0 if it has none: of faces whose
 /// corners are all in front of the camera and within the picture, at most 4,096 of them, evenly chosen.
-[[nodiscard]] inline double median_edge_px(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                                           std::size_t height, std::size_t width) {
-  const PixelRays rays(camera, height, width);
-  const ViewClip clip(camera, height, width);
-  constexpr std::size_t most = 4096;
-  const std::size_t step = std::max<std::size_t>(1, (mesh.faces.size() + most - 1) / most);
-  std::vector<double> lengths;
-  lengths.reserve(3 * most);
-  for (std::size_t face = 0; face < mesh.faces.size(); face += step) {
-    std::array<std::array<double, 2>, 3> point;
-    bool is_inside = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto corner = static_cast<std::size_t>(mesh.faces[face][k]);
-      const geometry::Vector3 view = view_from_world(camera, mesh.positions[corner]);
-      is_inside = is_inside && detail::usable(view) && clip.outside(view) == 0;
-      point[k] = rays.picture_point(view);
-    }
-    for (std::size_t k = 0; is_inside && k < 3; ++k)
-      lengths.push_back(std::hypot(point[k][0] - point[(k + 1) % 3][0], point[k][1] - point[(k + 1) % 3][1]));
-  }
-  if (lengths.empty()) return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
-}
+[[nodiscard]] double median_edge_px(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                    std::size_t height, std::size_t width);
 
 /// Samples along an axis of a pixel with which the median edge of a mesh is at least four samples long: 1, 2,
 /// 4 or 8, the most that the picture's size allows when none is enough, and 1 where no edge is seen. On the
 /// car of the benchmark this keeps the error of the gradient of a face's colour between 1 and 5 % at
 /// distances 1.5 to 20. \throws DomainError, Error as visibility()
-[[nodiscard]] inline std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh,
-                                                            const geometry::Camera& camera,
-                                                            std::size_t height, std::size_t width) {
-  detail::require_view("automatic_samples_per_axis", camera, height, width, 1);
-  require_corners("automatic_samples_per_axis", mesh);
-  const double edge = median_edge_px(mesh, camera, height, width);
-  std::size_t samples = 1;
-  while (samples < 8 && edge > 0 && edge * static_cast<double>(samples) < 4 &&
-         2 * samples * std::max(height, width) <= detail::sample_limit)
-    samples *= 2;
-  return samples;
-}
+[[nodiscard]] std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh,
+                                                     const geometry::Camera& camera, std::size_t height,
+                                                     std::size_t width);
 
 }  // namespace tapestry::raster

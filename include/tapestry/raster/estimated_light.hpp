@@ -1,20 +1,11 @@
 #pragma once
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <memory>
-#include <numbers>
 #include <optional>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/light_equations.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
-#include <tapestry/raster/parallel_view.hpp>
-#include <tapestry/raster/sky.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::raster {
@@ -25,126 +16,6 @@ struct EstimatedLight {
   std::array<double, 3> product{0, 0, 0};  ///< of the light's colour and the paint, which is what was seen
   double error = 0;  ///< mean absolute difference from the photograph, over points and channels
 };
-
-namespace detail {
-
-/// max(0, n·L) · V of each point; a null view shadows nothing.
-[[nodiscard]] inline std::vector<double> sun_shares(const std::vector<LitPoint>& points,
-                                                    const geometry::Vector3& towards,
-                                                    const ParallelView* view) {
-  std::vector<double> shares(points.size(), 0.0);
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const double cosine = geometry::dot(points[p].normal, towards);
-    if (cosine > 0)
-      shares[p] = cosine * (view != nullptr ? view->visible_share(points[p].face, points[p].point) : 1);
-  }
-  return shares;
-}
-
-/// A sun, and how well it explains the points with the best sky.
-struct SunCandidate {
-  geometry::Vector3 towards{0, 0, 1};
-  std::shared_ptr<const ParallelView> shadow{};
-  std::vector<double> shares{};
-  LightWeights weights{};
-  double residual = 0;
-};
-
-[[nodiscard]] inline SunCandidate try_sun(const SkyBasis& basis, const std::vector<LitPoint>& points,
-                                          const geometry::Vector3& towards,
-                                          std::shared_ptr<const ParallelView> shadow) {
-  SunCandidate sun{towards, std::move(shadow), {}, {}, 0};
-  sun.shares = sun_shares(points, towards, sun.shadow.get());
-  const LightEquations equations = basis.with_sun(sun.shares);
-  sun.weights = non_negative_least_squares(equations);
-  sun.residual = equations.residual(sun.weights);
-  return sun;
-}
-
-/// Height of the lowest sun that is looked for, of a direction of length 1.
-inline constexpr double lowest_sun = 0.1;
-
-/// The sun above the horizon that explains the points best: 128 directions without shadows, then those around
-/// the best with them, nearer and nearer.
-[[nodiscard]] inline SunCandidate best_sun(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
-                                           const SkyBasis& basis, std::size_t shadow_pixels) {
-  constexpr std::size_t count = 256;  // over the whole sphere
-  std::vector<SunCandidate> coarse(static_cast<std::size_t>(count * (1 - lowest_sun)) / 2);
-  parallel_for(coarse.size(), [&](std::size_t i) {
-    coarse[i] = try_sun(basis, points, spiral_direction(i, count), nullptr);
-  });
-  const auto is_better = [](const SunCandidate& a, const SunCandidate& b) { return a.residual < b.residual; };
-  const auto with_shadow = [&](const geometry::Vector3& towards) {
-    return try_sun(basis, points, towards,
-                   std::make_shared<const ParallelView>(mesh, towards, shadow_pixels));
-  };
-  SunCandidate best = with_shadow(std::min_element(coarse.begin(), coarse.end(), is_better)->towards);
-  for (const double step : {0.16, 0.08, 0.04, 0.02, 0.01})
-    for (int turn = 0; turn < 6; ++turn) {
-      const geometry::Vector3 side = geometry::normalised(
-          geometry::cross(best.towards, std::abs(best.towards[2]) < 0.9 ? geometry::Vector3{0, 0, 1}
-                                                                        : geometry::Vector3{1, 0, 0}));
-      const double angle = turn * std::numbers::pi / 3;
-      const auto across =
-          geometry::add(geometry::scale(side, std::cos(angle)),
-                        geometry::scale(geometry::cross(best.towards, side), std::sin(angle)));
-      const auto towards = geometry::normalised(geometry::add(best.towards, geometry::scale(across, step)));
-      if (!(towards[2] > lowest_sun)) continue;
-      auto other = with_shadow(towards);
-      if (is_better(other, best)) best = std::move(other);
-    }
-  return best;
-}
-
-/// The one colour that fits points best whose brightness is told by their shading, and how far each is off.
-struct ColourFit {
-  std::array<double, 3> colour{0, 0, 0};
-  std::vector<double> distance{};  ///< Euclidean
-  double error = 0;                ///< mean absolute, over points and channels
-};
-
-[[nodiscard]] inline ColourFit fit_colour(const std::vector<LitPoint>& points,
-                                          const std::vector<double>& shading,
-                                          const std::vector<double>& counts) {
-  ColourFit fit;
-  double square = 0;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    square += counts[p] * shading[p] * shading[p];
-    fit.colour = geometry::add(fit.colour, geometry::scale(points[p].colour, counts[p] * shading[p]));
-  }
-  fit.colour = geometry::scale(fit.colour, square > 0 ? 1 / square : 0);
-  fit.distance.resize(points.size());
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const auto off = geometry::subtract(geometry::scale(fit.colour, shading[p]), points[p].colour);
-    fit.distance[p] = geometry::length(off);
-    for (const double channel : off)
-      fit.error += std::abs(channel) / (3 * static_cast<double>(points.size()));
-  }
-  return fit;
-}
-
-/// What points count by their distances: 1 / (1 + (d / 2.385 σ)²), Cauchy's, with σ = 1.4826 · their median.
-[[nodiscard]] inline std::vector<double> robust_counts(const std::vector<double>& distances) {
-  auto sorted = distances;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double scale = 2.385 * 1.4826 * *middle;
-  std::vector<double> counts(distances.size(), 1.0);
-  if (!(scale > 0)) return counts;
-  for (std::size_t p = 0; p < counts.size(); ++p)
-    counts[p] = 1 / (1 + (distances[p] / scale) * (distances[p] / scale));
-  return counts;
-}
-
-inline void require_lit_points(const geometry::Mesh& mesh, const std::vector<LitPoint>& points) {
-  if (points.empty()) throw DomainError("estimated_light: expected points of the photograph");
-  for (const LitPoint& p : points)
-    if (!geometry::is_finite(p.point) || !geometry::is_finite(p.normal) || !geometry::is_finite(p.colour) ||
-        !std::isfinite(p.open) || p.face >= mesh.faces.size())
-      throw DomainError("estimated_light: a point is not finite, or on no face of the mesh");
-}
-
-}  // namespace detail
 
 /// The light of sun and sky under which a surface of one colour looks most like points of a photograph, by
 /// least squares: a sky that is nowhere negative, a sun that is not, above the horizon (+z), and one colour
@@ -160,45 +31,8 @@ inline void require_lit_points(const geometry::Mesh& mesh, const std::vector<Lit
 /// \param paint         reflectance, RGB above 0, if it is known
 /// \param shadow_pixels of the view from the sun
 /// \throws DomainError without points, for paint that is not above 0, or for points that are not finite
-[[nodiscard]] inline EstimatedLight estimated_light(const geometry::Mesh& mesh,
-                                                    const std::vector<LitPoint>& points,
-                                                    const std::optional<std::array<double, 3>>& paint = {},
-                                                    std::size_t shadow_pixels = 512) {
-  detail::require_lit_points(mesh, points);
-  for (const double channel : paint.value_or(std::array<double, 3>{1, 1, 1}))
-    if (!(channel > 0) || !std::isfinite(channel))
-      throw DomainError("estimated_light: paint must be finite and above 0");
-  detail::SkyBasis basis(points);
-  std::vector<double> counts(points.size(), 1.0), shading(points.size());
-  detail::SunCandidate sun;
-  detail::ColourFit fit;
-  for (int round = 0; round < 4; ++round) {
-    if (round > 0) basis.weigh(counts = detail::robust_counts(fit.distance));
-    sun = detail::best_sun(mesh, points, basis, shadow_pixels);
-    for (std::size_t p = 0; p < points.size(); ++p) shading[p] = basis.shading(p, sun.weights, sun.shares[p]);
-    fit = detail::fit_colour(points, shading, counts);
-  }
-  EstimatedLight estimate{{}, fit.colour, fit.error};
-  OutdoorLight& light = estimate.light;
-  light.direction = sun.towards;
-  light.sun = sun.weights[detail::lobe_count];
-  light.shadow = sun.shadow;
-  light.sky = {};
-  for (std::size_t i = 0; i < detail::lobe_count; ++i) {
-    const Harmonics lobe = detail::sky_lobe(i);
-    for (std::size_t k = 0; k < 9; ++k) light.sky[k] += sun.weights[i] * lobe[k];
-  }
-  if (paint) {
-    for (std::size_t c = 0; c < 3; ++c) light.colour[c] = fit.colour[c] / (*paint)[c];
-    return estimate;
-  }
-  const auto bright = shading.begin() + static_cast<std::ptrdiff_t>(99 * (shading.size() - 1) / 100);
-  std::nth_element(shading.begin(), bright, shading.end());
-  const double brightest = *bright > 0 ? *bright : 1;
-  light.sun /= brightest;
-  for (double& coefficient : light.sky) coefficient /= brightest;
-  estimate.product = geometry::scale(fit.colour, brightest);
-  return estimate;
-}
+[[nodiscard]] EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
+                                             const std::optional<std::array<double, 3>>& paint = {},
+                                             std::size_t shadow_pixels = 512);
 
 }  // namespace tapestry::raster

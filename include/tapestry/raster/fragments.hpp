@@ -7,6 +7,7 @@
 #include <optional>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/fragment_scan.hpp>
+#include <tapestry/raster/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <utility>
 #include <vector>

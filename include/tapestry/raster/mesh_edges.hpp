@@ -1,14 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tuple>
 #include <vector>
 
 namespace tapestry::raster {
@@ -43,118 +37,9 @@ struct MeshEdges {
 
 /// For each position the first one with its coordinates; those that are NaN stay alone. A hash table with
 /// open addressing.
-[[nodiscard]] inline std::vector<std::int32_t> welded_positions(const geometry::Mesh& mesh) {
-  std::vector<std::int32_t> welded(mesh.positions.size());
-  const std::size_t size = std::bit_ceil(2 * mesh.positions.size() + 1);
-  std::vector<std::int32_t> table(size, -1);
-  for (std::size_t i = 0; i < welded.size(); ++i) {
-    const geometry::Vector3& position = mesh.positions[i];
-    std::uint64_t hash = 0;
-    for (const double coordinate : position) {
-      hash ^= std::bit_cast<std::uint64_t>(coordinate + 0.0);  // −0 is 0
-      hash *= 0x9E3779B97F4A7C15U;
-      hash ^= hash >> 32U;
-    }
-    std::size_t slot = hash & (size - 1);
-    while (table[slot] >= 0 && mesh.positions[static_cast<std::size_t>(table[slot])] != position)
-      slot = (slot + 1) & (size - 1);
-    const bool is_number = position == position;
-    if (is_number && table[slot] < 0) table[slot] = static_cast<std::int32_t>(i);
-    welded[i] = is_number ? table[slot] : static_cast<std::int32_t>(i);
-  }
-  return welded;
-}
-
-namespace detail {
-[[nodiscard]] inline std::int8_t way_of(const geometry::Mesh& mesh, const MeshEdges& edges,
-                                        std::span<const HalfEdge> own) {
-  if (own.size() != 2) return 0;
-  const auto end = [&](std::size_t i, std::int32_t step) {
-    const auto face = static_cast<std::size_t>(own[i].face);
-    return mesh.faces[face][static_cast<std::size_t>((own[i].corner + step) % 3)];
-  };
-  const auto welded = [&](std::int32_t vertex) { return edges.welded[static_cast<std::size_t>(vertex)]; };
-  const bool is_alike = welded(end(0, 0)) == welded(end(1, 0));
-  const bool is_seam = end(0, 0) != end(1, is_alike ? 0 : 1) || end(0, 1) != end(1, is_alike ? 1 : 0);
-  return static_cast<std::int8_t>((is_alike ? -1 : 1) * (is_seam ? 2 : 1));
-}
-
-/// Whether all faces hang together by edges.
-[[nodiscard]] inline bool is_one_piece(const MeshEdges& edges) {
-  std::vector<std::int32_t> parent(edges.face_count);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root_of = [&](std::int32_t face) {
-    const auto at = [&](std::int32_t i) -> std::int32_t& { return parent[static_cast<std::size_t>(i)]; };
-    while (at(face) != face) face = at(face) = at(at(face));
-    return face;
-  };
-  std::size_t pieces = edges.face_count;
-  for (std::size_t edge = 0; edge < edges.size(); ++edge)
-    for (const HalfEdge& half_edge : edges.of(edge)) {
-      const std::int32_t a = root_of(edges.of(edge).front().face), b = root_of(half_edge.face);
-      if (a == b) continue;
-      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-      --pieces;
-    }
-  return pieces == 1;
-}
-}  // namespace detail
+[[nodiscard]] std::vector<std::int32_t> welded_positions(const geometry::Mesh& mesh);
 
 /// \pre every corner of every face exists, see require_corners()
-[[nodiscard]] inline MeshEdges mesh_edges(const geometry::Mesh& mesh) {
-  struct Side {
-    std::int32_t high;  // the greater end
-    HalfEdge half_edge;
-  };
-  MeshEdges edges;
-  edges.welded = welded_positions(mesh);
-  const auto ends_of = [&](std::size_t face, std::size_t corner) {
-    const auto end = [&](std::size_t k) {
-      return edges.welded[static_cast<std::size_t>(mesh.faces[face][k % 3])];
-    };
-    return std::minmax({end(corner), end(corner + 1)});
-  };
-  const auto for_each_side = [&](auto visit) {
-    for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const auto [low, high] = ends_of(face, corner);
-        if (low != high)
-          visit(static_cast<std::size_t>(low),
-                Side{high, {static_cast<std::int32_t>(face), static_cast<std::int32_t>(corner)}});
-      }
-    }
-  };
-  // A counting sort by the lesser end, then each run, which is short, by the greater one.
-  std::vector<std::uint32_t> next(mesh.positions.size() + 1, 0);
-  for_each_side([&](std::size_t low, const Side&) { ++next[low + 1]; });
-  for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
-  std::vector<Side> sides(next.back());
-  for_each_side([&](std::size_t low, const Side& side) { sides[next[low]++] = side; });
-  edges.half_edges.reserve(sides.size());
-  std::size_t first = 0;
-  for (std::size_t low = 0; low < mesh.positions.size(); ++low) {
-    const std::size_t last = next[low];  // by now the end of its run
-    std::sort(sides.begin() + static_cast<std::ptrdiff_t>(first),
-              sides.begin() + static_cast<std::ptrdiff_t>(last), [](const Side& a, const Side& b) {
-                return std::tie(a.high, a.half_edge.face, a.half_edge.corner) <
-                       std::tie(b.high, b.half_edge.face, b.half_edge.corner);
-              });
-    for (std::size_t i = first; i < last; ++i) {
-      if (i == first || sides[i].high != sides[i - 1].high)
-        edges.begin.push_back(static_cast<std::uint32_t>(i));
-      edges.half_edges.push_back(sides[i].half_edge);
-    }
-    first = last;
-  }
-  edges.begin.push_back(static_cast<std::uint32_t>(sides.size()));
-  edges.way.resize(edges.size());
-  for (std::size_t edge = 0; edge < edges.size(); ++edge)
-    edges.way[edge] = detail::way_of(mesh, edges, edges.of(edge));
-  edges.face_count = mesh.faces.size();
-  edges.is_closed =
-      std::all_of(edges.way.begin(), edges.way.end(), [](std::int8_t way) { return way > 0; }) &&
-      detail::is_one_piece(edges);
-  return edges;
-}
+[[nodiscard]] MeshEdges mesh_edges(const geometry::Mesh& mesh);
 
 }  // namespace tapestry::raster

@@ -21,22 +21,7 @@ struct MipOverlap {
   std::array<double, 3> weights;
 };
 
-[[nodiscard]] inline std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_size) {
-  std::vector<MipOverlap> overlaps;
-  overlaps.reserve(coarse_size);
-  for (std::size_t coarse = 0; coarse < coarse_size; ++coarse) {
-    // In units of 1 / coarse_size of a fine texel, so that all bounds are whole numbers.
-    const std::size_t begin = coarse * fine_size, end = begin + fine_size;
-    MipOverlap overlap{begin / coarse_size, 0, {}};
-    for (std::size_t fine = overlap.first; fine * coarse_size < end; ++fine) {
-      const std::size_t low = std::max(begin, fine * coarse_size);
-      const std::size_t high = std::min(end, (fine + 1) * coarse_size);
-      overlap.weights[overlap.count++] = static_cast<double>(high - low) / static_cast<double>(fine_size);
-    }
-    overlaps.push_back(overlap);
-  }
-  return overlaps;
-}
+[[nodiscard]] std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_size);
 
 /// A level beside the next coarser one.
 struct MipStep {
@@ -100,12 +85,7 @@ struct MipStep {
 class MipPyramid {
  public:
   /// Of an atlas whose texels all count.
-  explicit MipPyramid(const TextureLayout& layout) : layout_(layout) {
-    const auto levels = mip_levels(layout);
-    for (std::size_t level = 1; level < levels.size(); ++level)
-      steps_.emplace_back(levels[level - 1], levels[level]);
-    texel_count_ = levels.back().first_texel + 1;
-  }
+  explicit MipPyramid(const TextureLayout& layout);
 
   /// \param used  [height, width], 0 where no face refers to a texel, see used_texels()
   /// \throws ShapeError if it does not fit the layout
@@ -184,11 +164,7 @@ class MipPyramid {
   }
 
   /// What the used part of a fine texel counts in that of a coarse one, in equal areas.
-  [[nodiscard]] double part_of(std::size_t fine, std::size_t coarse) const {
-    if (shares_.empty()) return 1;
-    if (shares_[fine] == 0) return 0;
-    return shares_[fine] / shares_[coarse];
-  }
+  [[nodiscard]] double part_of(std::size_t fine, std::size_t coarse) const;
 
   TextureLayout layout_;
   std::vector<detail::MipStep> steps_;  ///< from the finest level up
@@ -203,13 +179,7 @@ class MipPyramid {
 /// \throws ShapeError if an array does not fit the layout
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> with_unused_filled(const TextureLayout& layout, const Array<T, 2>& used,
-                                             const Array<T, 2>& texels) {
-  const auto pyramid = MipPyramid(layout, used)(texels);
-  Array<T, 2> filled = texels;
-  if (std::any_of(used.data(), used.data() + used.size(), [](T value) { return value != T(0); }))
-    std::copy_n(pyramid.data(), filled.size(), filled.data());
-  return filled;
-}
+                                             const Array<T, 2>& texels);
 
 /// The texels that operators of views take: all levels of a pyramid, or, without one, the texture's own.
 /// \throws ShapeError as the pyramid does

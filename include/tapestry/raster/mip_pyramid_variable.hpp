@@ -1,7 +1,7 @@
 #pragma once
 #include <concepts>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 
 namespace tapestry::raster {
@@ -11,12 +11,6 @@ namespace tapestry::raster {
 /// \throws ShapeError as the pyramid does
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
-                                                const ArrayVariable<T, 2>& texels) {
-  if (!pyramid) return texels;
-  const auto pullback = [pyramid](const Array<T, 2>& pyramid_adjoint, Array<T, 2>* texels_adjoint) {
-    pyramid->adjoint(pyramid_adjoint, *texels_adjoint);
-  };
-  return record_array((*pyramid)(texels.value()), pullback, texels);
-}
+                                                const ArrayVariable<T, 2>& texels);
 
 }  // namespace tapestry::raster

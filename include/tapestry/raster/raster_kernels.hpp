@@ -66,11 +66,7 @@ struct RasterKernels {
 #endif
 
 /// The kernels of one instruction set, which the processor must have. All give the same bits.
-#if defined(TAPESTRY_EXTERN_KERNELS)  // compiled where the program includes implementation.hpp
 [[nodiscard]] RasterKernels raster_kernels_of(InstructionSet set);
-#else
-[[nodiscard]] inline RasterKernels raster_kernels_of(InstructionSet set);
-#endif
 
 /// The kernels that everything uses, chosen once.
 [[nodiscard]] inline const RasterKernels& raster_kernels() {
@@ -79,7 +75,3 @@ struct RasterKernels {
 }
 
 }  // namespace tapestry::raster
-
-#if !defined(TAPESTRY_EXTERN_KERNELS)
-#include <tapestry/raster/raster_kernel_definitions.hpp>
-#endif

@@ -2,11 +2,9 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/raster/shape_inputs.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/silhouette.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster {
 
@@ -19,16 +17,7 @@ template <std::floating_point T>
                                                   Array<T, 2> coverage, const ArrayVariable<T, 2>& positions,
                                                   const ArrayVariable<T, 1>& pose,
                                                   std::size_t samples_per_axis,
-                                                  std::shared_ptr<const MeshEdges> edges) {
-  auto pullback = [mesh = std::move(mesh), camera, at, samples_per_axis, edges = std::move(edges)](
-                      const Array<T, 2>& adjoint, Array<T, 2>* positions_adjoint, Array<T, 1>* pose_adjoint) {
-    std::vector<geometry::Vector3> moving(mesh->positions.size(), geometry::Vector3{0, 0, 0});
-    silhouette_adjoint(*mesh, camera, adjoint, moving, samples_per_axis, edges);
-    if (positions_adjoint != nullptr) add_positions(moving, *positions_adjoint);
-    if (pose_adjoint != nullptr) add_pose(at, *mesh, moving, *pose_adjoint);
-  };
-  return record_array(std::move(coverage), std::move(pullback), positions, pose);
-}
+                                                  std::shared_ptr<const MeshEdges> edges);
 }  // namespace detail
 
 /// silhouette() on the active tape, differentiable by positions and pose; its pullback is
@@ -48,16 +37,6 @@ template <std::floating_point T>
                                              const ArrayVariable<T, 2>& positions,
                                              const ArrayVariable<T, 1>& pose = {},
                                              std::size_t samples_per_axis = 4,
-                                             std::shared_ptr<const MeshEdges> edges = nullptr) {
-  const auto at = detail::pose_of("silhouette", pose);
-  const auto seen_by = geometry::posed(camera, at);
-  auto shape = std::make_shared<geometry::Mesh>();
-  shape->positions = mesh.positions;
-  shape->faces = mesh.faces;
-  if (detail::is_given(positions)) geometry::set_positions(*shape, positions.value(), "silhouette");
-  auto coverage = silhouette<T>(*shape, seen_by, height, width, samples_per_axis);
-  return detail::record_coverage<T>(std::move(shape), seen_by, at, std::move(coverage), positions, pose,
-                                    samples_per_axis, std::move(edges));
-}
+                                             std::shared_ptr<const MeshEdges> edges = nullptr);
 
 }  // namespace tapestry::raster

@@ -1,37 +1,11 @@
 #pragma once
 #include <concepts>
-#include <cstddef>
 #include <memory>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/parallel.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::raster {
-namespace detail {
-/// Adds every view's render_adjoint(), in the order of views; those without an adjoint add nothing. A small
-/// texture gets a part a view, so that views are independent of one another.
-template <class T>
-void add_render_adjoints(const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
-                         const std::vector<const Array<T, 3>*>& render_adjoints,
-                         Array<T, 2>& texels_adjoint) {
-  constexpr std::size_t small_texture = 1U << 18U;  // values
-  if (texels_adjoint.size() > small_texture) {
-    for (std::size_t n = 0; n < pictures.size(); ++n)
-      if (render_adjoints[n] != nullptr) render_adjoint(*pictures[n], *render_adjoints[n], texels_adjoint);
-    return;
-  }
-  std::vector<Array<T, 2>> parts(pictures.size());
-  parallel_for(pictures.size(), [&](std::size_t n) {
-    if (render_adjoints[n] == nullptr) return;
-    parts[n] = zeros<T, 2>(texels_adjoint.shape());
-    render_adjoint(*pictures[n], *render_adjoints[n], parts[n]);
-  });
-  for (const auto& part : parts)
-    for (std::size_t i = 0; i < part.size(); ++i) texels_adjoint.data()[i] += part.data()[i];
-}
-}  // namespace detail
 
 /// The picture of a texture on the active tape; its pullback is render_adjoint(). A passive texture records
 /// nothing.
@@ -42,12 +16,7 @@ void add_render_adjoints(const std::vector<std::shared_ptr<const TextureOperator
 /// \throws ShapeError if texels does not fit the operator
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> render(const TextureOperator<T>& picture,
-                                         const ArrayVariable<T, 2>& texels) {
-  const auto pullback = [&picture](const Array<T, 3>& adjoint, Array<T, 2>* texels_adjoint) {
-    render_adjoint(picture, adjoint, *texels_adjoint);
-  };
-  return record_array(render(picture, texels.value()), pullback, texels);
-}
+                                         const ArrayVariable<T, 2>& texels);
 
 template <std::floating_point T>
 void render(const TextureOperator<T>&&, const ArrayVariable<T, 2>&) = delete;  // it would be gone
@@ -63,14 +32,6 @@ void render(const TextureOperator<T>&&, const ArrayVariable<T, 2>&) = delete;  /
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 3>> render(
     const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
-    const ArrayVariable<T, 2>& texels) {
-  std::vector<Array<T, 3>> values(pictures.size());
-  parallel_for(values.size(), [&](std::size_t n) { values[n] = render(*pictures[n], texels.value()); });
-  const auto pullback = [pictures](const std::vector<const Array<T, 3>*>& adjoints,
-                                   Array<T, 2>* texels_adjoint) {
-    detail::add_render_adjoints(pictures, adjoints, *texels_adjoint);
-  };
-  return record_arrays<T, 3>(std::move(values), pullback, texels);
-}
+    const ArrayVariable<T, 2>& texels);
 
 }  // namespace tapestry::raster

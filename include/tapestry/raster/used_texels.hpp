@@ -23,33 +23,12 @@ struct TexelRectangle {
   double left, right, top, bottom;
 
   /// Whether it meets a triangle, which may have no area: no line parallel to a side of either parts them.
-  [[nodiscard]] bool meets(const UvTriangle& corner) const {
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
-      if (!(high > (axis == 0 ? left : top) && low < (axis == 0 ? right : bottom))) return false;
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto& a = corner[k];
-      const auto& b = corner[(k + 1) % 3];
-      const auto& c = corner[(k + 2) % 3];
-      const double nx = a[1] - b[1], ny = b[0] - a[0];
-      if (nx == 0 && ny == 0) continue;
-      const double apex = nx * (c[0] - a[0]) + ny * (c[1] - a[1]);
-      const double centre = nx * ((left + right) / 2 - a[0]) + ny * ((top + bottom) / 2 - a[1]);
-      const double reach = (std::abs(nx) * (right - left) + std::abs(ny) * (bottom - top)) / 2;
-      if (centre + reach <= std::min(0.0, apex) || centre - reach >= std::max(0.0, apex)) return false;
-    }
-    return true;
-  }
+  [[nodiscard]] bool meets(const UvTriangle& corner) const;
 };
 
 /// Edges, along one axis, of where a lookup takes from texel `index`: within a texel of its centre, but not
 /// beyond the repetition of the atlas that it lies in.
-inline std::array<double, 2> reach_of_texel(long long index, double size) {
-  const auto at = static_cast<double>(index);
-  const double begin = std::floor(at / size) * size;
-  return {std::max(at - 0.5, begin), std::min(at + 1.5, begin + size)};
-}
+std::array<double, 2> reach_of_texel(long long index, double size);
 
 /// Bounds the work that faces of many repetitions ask for.
 inline constexpr std::uint64_t most_texel_visits = std::uint64_t(1) << 30U;
@@ -85,15 +64,7 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, st
 /// border of the atlas, as uv that are not used often do. There it is moved to the side that lookups take
 /// from, see wrapped(), to both where rounding decides. \param axis  0 for columns, 1 for rows, which run
 /// against v
-[[nodiscard]] inline std::vector<double> moves_off_border(const UvTriangle& corner, std::size_t axis,
-                                                          double size) {
-  const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
-  const double border = std::round(low / size);
-  if (std::max(high - low, std::abs(low - border * size)) > 1e-9 * size) return {0};
-  if (border == 0) return {0.25};
-  if (border == 1) return {-0.25};
-  return {-0.25, 0.25};
-}
+[[nodiscard]] std::vector<double> moves_off_border(const UvTriangle& corner, std::size_t axis, double size);
 
 /// Calls visit(face, row, column) for the texels that lookups in each painted face take from.
 /// \param body   with an atlas, and past require_layout()
@@ -140,33 +111,15 @@ void for_each_used_texel(const PaintedMesh& body, Visit visit) {
 ///         texture_operator() does; Error (limit) if a painted face spans over more than 8 repetitions of the
 ///         atlas along an axis, or all of them over more than 2³⁰ texels
 template <std::floating_point T>
-[[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& body) {
-  if (body.layout.kind != TextureKind::atlas)
-    throw DomainError("used_texels: expected an atlas, found a texture of another kind");
-  detail::require_layout("used_texels", body);
-  auto used = zeros<T, 2>({body.layout.height, body.layout.width});
-  detail::for_each_used_texel(
-      body, [&](std::size_t, std::size_t row, std::size_t column) { used(row, column) = T(1); });
-  return used;
-}
+[[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& body);
 
 /// used_texels(), or all of them where faces repeat the atlas so often that it gives up.
 template <std::floating_point T>
-[[nodiscard]] Array<T, 2> used_texels_or_all(const PaintedMesh& body) {
-  try {
-    return used_texels<T>(body);
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::limit) throw;
-    return filled<T, 2>({body.layout.height, body.layout.width}, T(1));
-  }
-}
+[[nodiscard]] Array<T, 2> used_texels_or_all(const PaintedMesh& body);
 
 /// The pyramid of a body's atlas, over the texels that painted faces refer to; null if the atlas is not
 /// filtered.
 /// \throws as used_texels(), but for its limit
-[[nodiscard]] inline std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body) {
-  if (!is_filtered(body.layout)) return nullptr;
-  return std::make_shared<const MipPyramid>(body.layout, used_texels_or_all<float>(body));
-}
+[[nodiscard]] std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body);
 
 }  // namespace tapestry::raster

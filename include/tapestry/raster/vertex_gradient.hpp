@@ -3,7 +3,6 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <tapestry/core/array.hpp>
@@ -51,13 +50,8 @@ struct NeuralMeshRenderer {
 
 namespace detail {
 
-inline void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
-                                      const std::vector<geometry::Vector3>& positions_adjoint) {
-  if (positions_adjoint.size() != mesh.positions.size())
-    throw ShapeError(std::string(operation) + ": positions_adjoint is [" +
-                     std::to_string(positions_adjoint.size()) + "], expected [" +
-                     std::to_string(mesh.positions.size()) + "], one entry a position");
-}
+void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
+                               const std::vector<geometry::Vector3>& positions_adjoint);
 
 /// (column, row) → the adjoints of the pixel's channels there; of a picture [H, W] as of one channel.
 template <std::floating_point T, std::size_t Rank>
@@ -74,38 +68,15 @@ auto pixel_adjoint(const Array<T, Rank>& adjoint) {
 
 /// The edges that the caller has kept, or those found now.
 /// \throws ShapeError if they are of another mesh
-[[nodiscard]] inline std::shared_ptr<const MeshEdges> edges_of(const char* operation,
-                                                               const geometry::Mesh& mesh,
-                                                               std::shared_ptr<const MeshEdges> kept) {
-  if (kept == nullptr) return std::make_shared<const MeshEdges>(mesh_edges(mesh));
-  if (kept->welded.size() == mesh.positions.size() && kept->face_count == mesh.faces.size()) return kept;
-  const auto size = [](std::size_t positions, std::size_t faces) {
-    return std::to_string(positions) + " positions and " + std::to_string(faces) + " faces";
-  };
-  throw ShapeError(std::string(operation) + ": edges are those of a mesh of " +
-                   size(kept->welded.size(), kept->face_count) + ", expected " +
-                   size(mesh.positions.size(), mesh.faces.size()));
-}
+[[nodiscard]] std::shared_ptr<const MeshEdges> edges_of(const char* operation, const geometry::Mesh& mesh,
+                                                        std::shared_ptr<const MeshEdges> kept);
 
 /// Leaves out the faces of one closed surface that turn their inner side to the camera, if the picture's
 /// samples show no inner side: they are behind others, and so are the edges between them. Not where near may
 /// cut the surface open. It takes the surface for one that does not pass through itself.
-inline void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
-                                  const std::vector<geometry::Vector3>& positions_view,
-                                  const geometry::Camera& camera, FacesInView& faces) {
-  if (!edges.is_closed) return;
-  int shown = 0;
-  for (const SeenFaces::Band& band : seen.bands())
-    for (const std::int32_t face : band.faces()) {
-      if (shown == 0) shown = faces.winding(face);
-      if (shown == 0 || faces.winding(face) != shown) return;
-    }
-  if (shown == 0 ||
-      std::any_of(positions_view.begin(), positions_view.end(),
-                  [&](const geometry::Vector3& position) { return !(position[2] > camera.near); }))
-    return;
-  faces.leave_out(-shown);
-}
+void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
+                           const std::vector<geometry::Vector3>& positions_view,
+                           const geometry::Camera& camera, FacesInView& faces);
 
 /// The integral over all boundaries between colours.
 /// \param edges    of the mesh

@@ -22,45 +22,13 @@ struct ScalarStep {
 };
 
 namespace steps {
-using std::abs;
-using std::acos;
-using std::acosh;
-using std::asin;
-using std::asinh;
-using std::atan;
-using std::atan2;
-using std::atanh;
-using std::cbrt;
-using std::copysign;
-using std::cos;
-using std::cosh;
-using std::erf;
-using std::erfc;
-using std::exp;
-using std::exp2;
-using std::expm1;
+using namespace tapestry::detail;  // the functions of <cmath> that it names
 using std::fdim;
 using std::floor;
-using std::fma;
-using std::fmod;
-using std::hypot;
 using std::ldexp;
 using std::lerp;
-using std::lgamma;
-using std::log;
-using std::log10;
-using std::log1p;
-using std::log2;
 using std::max;
 using std::min;
-using std::pow;
-using std::remainder;
-using std::sin;
-using std::sinh;
-using std::sqrt;
-using std::tan;
-using std::tanh;
-using std::tgamma;
 inline Wide square(Wide x) { return x * x; }
 
 inline bool any(Wide, Wide, Wide) { return true; }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <tapestry/camouflage/redrawn_view.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <vector>

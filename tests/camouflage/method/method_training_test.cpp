@@ -1,6 +1,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <tapestry/camouflage/method/das.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>

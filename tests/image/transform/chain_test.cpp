@@ -1,3 +1,4 @@
+#include <tapestry/image/batch.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/image/transform/chain_variable.hpp>
 

@@ -2,6 +2,7 @@
 // of inputs what a reference implementation made of them.
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/network/operators.hpp>
 
 #include <algorithm>
 #include <bit>

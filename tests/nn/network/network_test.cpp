@@ -1,6 +1,7 @@
 #include <tapestry/nn/network/network.hpp>
 
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "../../support/catch.hpp"
@@ -92,6 +93,34 @@ TEST_CASE("results that are not supported are refused of constants, too", "[nn][
   description.nodes[0].outputs.push_back("z");
   CHECK_THROWS_WITH(nn::Network<double>(description),
                     "net.onnx: 1 node cannot be run: Relu \"y\" (opset 13): result 1 is not supported");
+}
+
+TEST_CASE("results that are a constant or an input outlive the network, its constants and the input",
+          "[nn][network]") {
+  nn::NetworkDescription description = one_node({"", "Add"}, {2});
+  description.nodes[0].inputs.push_back("w");
+  description.outputs = {"y", "w", "x", "w"};
+  description.constants["w"] = {{2}, nn::ElementType::floating, std::vector<double>{3, 5}};
+  auto network = std::make_unique<nn::Network<double>>(description);
+  auto x = std::make_unique<nn::Buffer<double>>(2);
+  x->data()[0] = 7, x->data()[1] = 11;
+  nn::NetworkPass<double> pass, gone;
+  network->forward({x->data()}, pass, nn::Mode::training);
+  network->forward({x->data()}, gone);
+  std::vector<double> other = network->constants();
+  for (double& constant : other) constant *= 10;
+  network->set_constants(other);
+  const auto results = [](const nn::NetworkPass<double>& of) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < 4; ++i) values.insert(values.end(), of.output(i), of.output(i) + 2);
+    return values;
+  };
+  CHECK(results(pass) == std::vector<double>{10, 16, 3, 5, 7, 11, 3, 5});
+  network->forward({x->data()}, pass);
+  network.reset();
+  x.reset();
+  CHECK(results(gone) == std::vector<double>{10, 16, 3, 5, 7, 11, 3, 5});
+  CHECK(results(pass) == std::vector<double>{37, 61, 30, 50, 7, 11, 30, 50});
 }
 
 TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it is a result",

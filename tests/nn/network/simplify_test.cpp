@@ -1,3 +1,4 @@
+#include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/simplify.hpp>
 
 #include <algorithm>

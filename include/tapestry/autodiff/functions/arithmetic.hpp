@@ -59,6 +59,8 @@ struct Minus {
 };
 struct Times {
   static constexpr bool is_cheap = true;
+  static constexpr bool is_linear_in_x = true;
+  static constexpr bool is_linear_in_y = true;
   template <class T>
   static T value(const T& x, const T& y) {
     return x * y;
@@ -74,6 +76,7 @@ struct Times {
 };
 struct Divide {
   static constexpr bool is_cheap = true;
+  static constexpr bool is_linear_in_x = true;
   template <class T>
   static T value(const T& x, const T& y) {
     return x / y;

@@ -120,7 +120,8 @@ struct Pow {
   }
   template <DualNumber D>
   static D partial_y(const D& x, const D& y, const D& pow_xy) {
-    if (x == 0) return pow_xy == 0 || y == 0 ? D(0) : D(pow_xy * log(x));
+    if (x == 0 && (pow_xy == 0 || y == 0)) return D(0);
+    if (x == 0) return x.is_zero() ? D(pow_xy * log(number_of(x))) : D(pow_xy * log(x));
     using T = typename D::value_type;
     const T a = x.value(), b = y.value(), power = pow_xy.value(), log_a = log(a);
     D slope(partial_y(a, b, power));

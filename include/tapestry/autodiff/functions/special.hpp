@@ -52,6 +52,7 @@ struct Tgamma {
   }
   template <DualNumber T>
   static T partial(const T& x, const T& gamma_x) {
+    if (x > 1 && !isfinite(gamma_x)) return gamma_x;  // where ψ² outgrows the slopes of ψ, below 0
     return gamma_x * polygamma<0>(x);
   }
 };

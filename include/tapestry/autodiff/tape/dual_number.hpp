@@ -84,27 +84,58 @@ template <DualNumber X>
 
 namespace detail {
 
+/// tangent · partial. A partial that is a plain number has no zeros beside it, which would make NaN of ∞.
+template <class T, class Partial>
+[[nodiscard]] constexpr T chain_with(const T& tangent, const Partial& partial) {
+  if constexpr (std::same_as<T, Partial>) {
+    return chain(tangent, partial);
+  } else {
+    auto inner = tangent.tangents();
+    for (auto& of_tangent : inner) of_tangent = chain_with(of_tangent, partial);
+    return {chain_with(tangent.value(), partial), inner};
+  }
+}
+
 /// Adds partial · (tangents of x) to the tangents.
-template <class Operation, class T, std::size_t N>
-constexpr void add_tangents(std::array<T, N>& tangents, const std::array<T, N>& from, const T& partial) {
+template <class Operation, class T, std::size_t N, class Partial>
+constexpr void add_tangents(std::array<T, N>& tangents, const std::array<T, N>& from,
+                            const Partial& partial) {
   if constexpr (SkipsZero<Operation>) {
     if (is_zero(partial)) return;
   }
-  for (std::size_t k = 0; k < N; ++k) tangents[k] += chain(from[k], partial);
+  for (std::size_t k = 0; k < N; ++k) tangents[k] += chain_with(from[k], partial);
 }
 
+/// Whether the partial by an operand is a number that the other, of type Other, tells: the operation is
+/// linear, and the other is a number or does not matter.
+template <class Operation, class Other>
+concept SlopeXIsNumber = requires {
+  typename Operation::SlopeX;
+}
+|| (Number<Other> && requires { Operation::is_linear_in_x; });
+template <class Operation, class Other>
+concept SlopeYIsNumber = requires {
+  typename Operation::SlopeY;
+}
+|| (Number<Other> && requires { Operation::is_linear_in_y; });
+
 /// f(x), given f and its derivative at the value of x.
-template <class Operation, class T, std::size_t N, class Tag>
-[[nodiscard]] constexpr Dual<T, N, Tag> dual_of(const Dual<T, N, Tag>& x, const T& value, const T& slope) {
+template <class Operation, class T, std::size_t N, class Tag, class Slope>
+[[nodiscard]] constexpr Dual<T, N, Tag> dual_of(const Dual<T, N, Tag>& x, const T& value,
+                                                const Slope& slope) {
   std::array<T, N> tangents{};
-  add_tangents<Operation, T, N>(tangents, x.tangents(), slope);
+  add_tangents<Operation>(tangents, x.tangents(), slope);
   return {value, tangents};
 }
 
 template <class Operation, class T, std::size_t N, class Tag>
 [[nodiscard]] constexpr Dual<T, N, Tag> dual_unary(const Dual<T, N, Tag>& x) {
   const T value = Operation::value(x.value());
-  return dual_of<Operation>(x, value, Operation::partial(x.value(), value));
+  if constexpr (requires { typename Operation::Slope; }) {
+    return dual_of<Operation>(x, value, Operation::partial(Base<T>(0), Base<T>(0)));
+  } else {
+    return dual_of<Operation>(x, value, Operation::partial(x.value(), value));
+  }
 }
 
 /// One of x and y is a D, the other a D, or a constant that converts to the T of it.
@@ -121,15 +152,27 @@ template <class Operation, class D, class X, class Y>
       return static_cast<T>(z);
     }
   };
+  constexpr Base<T> zero = 0;
+  const auto number_in = []<class Z>(const Z& z) {
+    if constexpr (Number<Z>) {
+      return static_cast<Base<T>>(z);
+    } else {
+      return Base<T>(0);  // does not matter
+    }
+  };
   const T a = value_in(x);
   const T b = value_in(y);
   const T value = Operation::value(a, b);
   std::array<T, n> tangents{};
-  if constexpr (x_varies) {
-    add_tangents<Operation, T, n>(tangents, x.tangents(), Operation::partial_x(a, b, value));
+  if constexpr (x_varies && SlopeXIsNumber<Operation, Y>) {
+    add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(zero, number_in(y), zero));
+  } else if constexpr (x_varies) {
+    add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(a, b, value));
   }
-  if constexpr (y_varies) {
-    add_tangents<Operation, T, n>(tangents, y.tangents(), Operation::partial_y(a, b, value));
+  if constexpr (y_varies && SlopeYIsNumber<Operation, X>) {
+    add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(number_in(x), zero, zero));
+  } else if constexpr (y_varies) {
+    add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(a, b, value));
   }
   return {value, tangents};
 }

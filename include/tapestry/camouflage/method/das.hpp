@@ -1,7 +1,6 @@
 #pragma once
 #include <concepts>
 #include <tapestry/camouflage/method/method.hpp>
-#include <tapestry/camouflage/method/panels.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {
@@ -16,19 +15,11 @@ namespace tapestry::camouflage {
 /// the Grad-CAM of a classifier, since Grad-CAM shows next to nothing of a detector's score; the second term,
 /// closeness to the edges of a content picture, which serves how people see it, is left out.
 template <std::floating_point T>
-[[nodiscard]] Method<T> das_full() {
-  Method<T> method;
-  method.attention = 1;
-  return method;
-}
+[[nodiscard]] Method<T> das_full();
 
 /// The same on roof, hood and doors only, which DAS selects by hand (309 faces of its car); the rest of the
 /// car keeps its own colours. \throws as panel_texels()
 template <std::floating_point T>
-[[nodiscard]] Method<T> das(const raster::PaintedMesh& car) {
-  Method<T> method = paint_panels<T>(car, panel_texels("das", car));
-  method.attention = das_full<T>().attention;
-  return method;
-}
+[[nodiscard]] Method<T> das(const raster::PaintedMesh& car);
 
 }  // namespace tapestry::camouflage

@@ -1,8 +1,6 @@
 #pragma once
 #include <concepts>
-#include <memory>
 #include <tapestry/camouflage/method/method.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {
@@ -21,10 +19,6 @@ namespace tapestry::camouflage {
 ///
 /// \throws as shape_parameter()
 template <std::floating_point T>
-[[nodiscard]] Method<T> mesh_adv(const raster::PaintedMesh& car) {
-  Method<T> method;
-  method.shape = std::make_shared<const ShapeParameter>(shape_parameter(car));
-  return method;
-}
+[[nodiscard]] Method<T> mesh_adv(const raster::PaintedMesh& car);
 
 }  // namespace tapestry::camouflage

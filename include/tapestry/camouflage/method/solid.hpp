@@ -1,9 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
-#include <memory>
 #include <tapestry/camouflage/method/method.hpp>
-#include <vector>
 
 namespace tapestry::camouflage {
 
@@ -12,11 +10,6 @@ namespace tapestry::camouflage {
 ///
 /// Source: ours; the papers measure single colours at most, as the solid controls of the tables do.
 template <std::floating_point T>
-[[nodiscard]] Method<T> solid_paint(std::size_t texel_count) {
-  Method<T> method;
-  method.row_of_texel = std::make_shared<const std::vector<std::size_t>>(texel_count, std::size_t(0));
-  method.row_count = 1;
-  return method;
-}
+[[nodiscard]] Method<T> solid_paint(std::size_t texel_count);
 
 }  // namespace tapestry::camouflage

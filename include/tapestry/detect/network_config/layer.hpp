@@ -93,14 +93,7 @@ struct NetworkConfig {
 };
 
 /// What the layer at `index` reads: its sources, or the layer before; empty means the image.
-[[nodiscard]] inline std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index) {
-  const LayerConfig& layer = config.layers[index];
-  if (layer.kind == LayerKind::route) return layer.sources;
-  std::vector<std::size_t> inputs;
-  if (index > 0) inputs.push_back(index - 1);
-  for (const std::size_t source : layer.sources) inputs.push_back(source);
-  return inputs;
-}
+[[nodiscard]] std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index);
 
 /// Something is wrong with a description, on a line of the file that it was read from.
 [[nodiscard]] inline FileError cfg_error(const std::string& path, std::size_t line, const std::string& what,

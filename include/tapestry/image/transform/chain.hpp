@@ -1,6 +1,5 @@
 #pragma once
 #include <concepts>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/image/transform/blur.hpp>
@@ -9,7 +8,6 @@
 #include <tapestry/image/transform/light_change.hpp>
 #include <tapestry/image/transform/sensor_noise.hpp>
 #include <tapestry/image/transform/warp.hpp>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -25,23 +23,11 @@ using TransformationChain = std::vector<Transformation>;
 /// \throws as the transformations
 template <std::floating_point T>
 [[nodiscard]] std::vector<Array<T, 3>> transformation_stages(Array<T, 3> picture,
-                                                             const TransformationChain& chain) {
-  std::vector<Array<T, 3>> stages;
-  stages.reserve(chain.size() + 1);
-  stages.push_back(std::move(picture));
-  for (const Transformation& transformation : chain)
-    stages.push_back(
-        std::visit([&](const auto& one) { return transformed(stages.back(), one); }, transformation));
-  return stages;
-}
+                                                             const TransformationChain& chain);
 
 /// The picture after all of a chain, [H, W, 3]. \throws as the transformations
 template <std::floating_point T>
-[[nodiscard]] Array<T, 3> transformed(Array<T, 3> picture, const TransformationChain& chain) {
-  for (const Transformation& transformation : chain)
-    picture = std::visit([&](const auto& one) { return transformed(picture, one); }, transformation);
-  return picture;
-}
+[[nodiscard]] Array<T, 3> transformed(Array<T, 3> picture, const TransformationChain& chain);
 
 /// Adds the derivatives of a chain to `picture_adjoint`.
 ///
@@ -50,17 +36,6 @@ template <std::floating_point T>
 /// \throws ShapeError if extents differ, or there are not as many stages
 template <std::floating_point T>
 void transformed_adjoint(const std::vector<Array<T, 3>>& stages, const TransformationChain& chain,
-                         const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint) {
-  if (stages.size() != chain.size() + 1) throw ShapeError("transformed_adjoint: stages of another chain");
-  require_shape("transformed_adjoint", "out_adjoint", out_adjoint, stages.back().shape());
-  require_shape("transformed_adjoint", "picture_adjoint", picture_adjoint, stages.back().shape());
-  Array<T, 3> adjoint = out_adjoint;
-  for (std::size_t i = chain.size(); i-- > 0;) {
-    Array<T, 3> before = xt::zeros_like(adjoint);
-    std::visit([&](const auto& one) { transformed_adjoint(stages[i], one, adjoint, before); }, chain[i]);
-    adjoint = std::move(before);
-  }
-  for (std::size_t i = 0; i < adjoint.size(); ++i) picture_adjoint.data()[i] += adjoint.data()[i];
-}
+                         const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint);
 
 }  // namespace tapestry::image

@@ -18,12 +18,7 @@ struct ColourChange {
 };
 
 /// Contrast about mid grey, and saturation about the luma of ITU-R BT.601; 1 leaves either as it is.
-[[nodiscard]] inline ColourChange contrast_and_saturation(double contrast, double saturation) {
-  const Eigen::RowVector3d luma(0.299, 0.587, 0.114);
-  const Eigen::Matrix3d saturated =
-      saturation * Eigen::Matrix3d::Identity() + (1 - saturation) * Eigen::Vector3d::Ones() * luma;
-  return {contrast * saturated, Eigen::Vector3d::Constant((1 - contrast) / 2)};
-}
+[[nodiscard]] ColourChange contrast_and_saturation(double contrast, double saturation);
 
 namespace detail {
 

@@ -1,20 +1,11 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/dataset/dataset.hpp>
-#include <tapestry/io/dataset/xml_reader.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/file_status.hpp>
 #include <tapestry/io/folder_listing.hpp>
-#include <tapestry/io/text_lines.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::io {
@@ -26,63 +17,6 @@ struct VocAnnotation {
   std::vector<std::string> class_names{};  ///< one an object
 };
 
-namespace detail {
-
-/// Members of an annotation by name and type.
-class VocElement {
- public:
-  VocElement(const XmlElement& element, const std::string& path) : element_(element), path_(path) {}
-
-  [[noreturn]] void fail(std::size_t line, const std::string& what, const std::string& expected,
-                         const std::string& found) const {
-    throw FileError(ErrorKind::malformed, {path_, std::to_string(line), what, expected, found});
-  }
-  [[nodiscard]] VocElement child(std::string_view name) const {
-    std::size_t count = 0;
-    const XmlElement* found = element_.child(name, &count);
-    if (found == nullptr)
-      fail(element_.line, "<" + printable(element_.name) + "> of labels",
-           "one <" + std::string(name) + "> in it", std::to_string(count));
-    return {*found, path_};
-  }
-  [[nodiscard]] bool has(std::string_view name) const { return element_.child(name) != nullptr; }
-  [[nodiscard]] const std::string& text() const {
-    if (element_.text.empty())
-      fail(element_.line, "<" + printable(element_.name) + "> makes no sense", "a text", "none");
-    return element_.text;
-  }
-  [[nodiscard]] double number(double low, double high) const {
-    double value = 0;
-    if (!parse_number(element_.text, value) || !(value >= low && value <= high))
-      fail(element_.line, "<" + printable(element_.name) + "> makes no sense",
-           "a number from " + std::to_string(static_cast<long>(low)) + " to " +
-               std::to_string(static_cast<long>(high)),
-           in_quotes(element_.text));
-    return value;
-  }
-  [[nodiscard]] std::size_t line() const { return element_.line; }
-  [[nodiscard]] const XmlElement& xml() const { return element_; }
-
- private:
-  const XmlElement& element_;
-  const std::string& path_;
-};
-
-/// Columns and rows count from 1, and a box has its last ones.
-inline detect::Box voc_box(const VocElement& bounds) {
-  constexpr double largest = 1 << 20;
-  const double left = bounds.child("xmin").number(-largest, largest) - 1;
-  const double top = bounds.child("ymin").number(-largest, largest) - 1;
-  const double right = bounds.child("xmax").number(-largest, largest);
-  const double bottom = bounds.child("ymax").number(-largest, largest);
-  if (!(right > left && bottom > top))
-    bounds.fail(bounds.line(), "<bndbox> of negative extent", "xmin <= xmax and ymin <= ymax",
-                std::to_string(right - left) + " columns and " + std::to_string(bottom - top) + " rows");
-  return detect::box_from_corners(left, top, right, bottom);
-}
-
-}  // namespace detail
-
 /// Reads the labels of one picture in Pascal VOC's form: of <annotation> its <filename>, <size> with <width>
 /// and <height>, and each <object> with <name>, <bndbox> of <xmin>, <ymin>, <xmax>, <ymax>, and where it
 /// stands <difficult>, 0 or 1. What else there is, is left out.
@@ -93,58 +27,13 @@ inline detect::Box voc_box(const VocElement& bounds) {
 ///
 /// \param path  the file's name, for messages
 /// \throws FileError  malformed, with the line, also for a picture outside its folder; see also parse_xml()
-[[nodiscard]] inline VocAnnotation parse_voc(std::string_view text, const std::string& path) {
-  constexpr double largest_side = 1 << 20;
-  const XmlElement root = parse_xml(text, path);
-  const detail::VocElement annotation(root, path);
-  if (root.name != "annotation")
-    annotation.fail(root.line, "not labels of Pascal VOC", "<annotation>", in_quotes("<" + root.name + ">"));
-  VocAnnotation result;
-  const auto filename = annotation.child("filename");
-  result.filename = filename.text();
-  if (result.filename.size() > longest_path)
-    annotation.fail(filename.line(), "<filename> is too long",
-                    "at most " + std::to_string(longest_path) + " bytes",
-                    std::to_string(result.filename.size()));
-  if (!stays_below(result.filename))
-    annotation.fail(filename.line(), "<filename> lies outside the folder of the pictures", "a name in it",
-                    in_quotes(result.filename));
-  const auto size = annotation.child("size");
-  result.picture.height = static_cast<std::size_t>(size.child("height").number(1, largest_side));
-  result.picture.width = static_cast<std::size_t>(size.child("width").number(1, largest_side));
-  for (const XmlElement& each : root.children) {
-    if (each.name != "object") continue;
-    const detail::VocElement element(each, path);
-    LabelledObject object;
-    object.box = detail::voc_box(element.child("bndbox"));
-    object.area = object.box.area();
-    object.is_difficult = element.has("difficult") && element.child("difficult").number(0, 1) > 0;
-    result.class_names.push_back(element.child("name").text());
-    result.picture.objects.push_back(object);
-  }
-  return result;
-}
+[[nodiscard]] VocAnnotation parse_voc(std::string_view text, const std::string& path);
 
 namespace detail {
 
 /// The .xml files of a folder, in order of their names.
 [[nodiscard]] inline std::vector<std::string> xml_paths(const std::string& folder) {
   return listed_paths(folder, [](const std::filesystem::path& path) { return path.extension() == ".xml"; });
-}
-
-/// Numbers the classes in order of their names.
-inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::string>>& names) {
-  std::map<std::string, std::size_t> index_of;
-  for (const auto& of_picture : names)
-    for (const auto& name : of_picture) index_of.emplace(name, 0);
-  for (auto& [name, index] : index_of) {
-    index = dataset.class_names.size();
-    dataset.class_names.push_back(name);
-    dataset.class_ids.push_back(index);
-  }
-  for (std::size_t p = 0; p < names.size(); ++p)
-    for (std::size_t i = 0; i < names[p].size(); ++i)
-      dataset.pictures[p].objects[i].class_index = index_of.at(names[p][i]);
 }
 
 }  // namespace detail
@@ -160,32 +49,6 @@ inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::
 /// \param images  folder of the pictures; empty: JPEGImages beside Annotations, else that of the labels
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no .xml, a picture that
 ///                    is missing or has two labels); further as parse_voc() and read_text_file()
-[[nodiscard]] inline Dataset read_voc(const std::string& folder, const std::string& images = "") {
-  namespace fs = std::filesystem;
-  constexpr std::uint64_t largest = std::uint64_t(4) << 20U;
-  const bool is_root = is_folder(folder + "/Annotations");
-  const std::string labels = is_root ? folder + "/Annotations" : folder;
-  const std::string beside = is_root ? folder + "/JPEGImages" : folder;
-  Dataset dataset;
-  std::vector<std::vector<std::string>> names;
-  std::map<std::string, std::string> labels_of;
-  for (const auto& path : detail::xml_paths(labels)) {
-    auto annotation = parse_voc(read_text_file(path, largest), path);
-    auto& picture = annotation.picture;
-    picture.path = (fs::path(images.empty() ? beside : images) / annotation.filename).string();
-    picture.id = dataset.pictures.size() + 1;
-    detail::require_picture(picture.path, path, "");
-    const auto [other, is_new] = labels_of.emplace(picture.path, path);
-    if (!is_new)
-      throw FileError(ErrorKind::mismatch, {path, "", "labels of a picture that has others",
-                                            "a picture of its own", printable(other->second)});
-    names.push_back(std::move(annotation.class_names));
-    dataset.pictures.push_back(std::move(picture));
-  }
-  if (dataset.pictures.empty())
-    throw FileError(ErrorKind::mismatch, {labels, "", "no labels", ".xml files", "none"});
-  detail::number_classes(dataset, names);
-  return dataset;
-}
+[[nodiscard]] Dataset read_voc(const std::string& folder, const std::string& images = "");
 
 }  // namespace tapestry::io

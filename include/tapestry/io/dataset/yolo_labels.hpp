@@ -1,20 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cctype>
 #include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/dataset/dataset.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/file_status.hpp>
-#include <tapestry/io/folder_listing.hpp>
-#include <tapestry/io/text_lines.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::io {
@@ -27,82 +16,8 @@ namespace tapestry::io {
 /// \throws FileError  malformed, with the line, for another number of words, for words that are no numbers,
 ///                    centres outside 0 to 1 and extents that are not above 0 and at most 1; mismatch for a
 ///                    class that is not below class_count
-[[nodiscard]] inline std::vector<LabelledObject> parse_yolo_labels(std::string_view text,
-                                                                   const std::string& path,
-                                                                   std::size_t class_count) {
-  constexpr const char* form = "class cx cy w h";
-  TextLines lines(text, path, 1000);
-  std::vector<LabelledObject> objects;
-  while (lines.next()) {
-    const std::string_view first = lines.word();
-    if (first.empty()) continue;
-    LabelledObject object;
-    if (!parse_integer(first, object.class_index))
-      lines.fail("class is no whole number", "0 to " + std::to_string(class_count - 1), in_quotes(first));
-    if (object.class_index >= class_count)
-      lines.fail("class out of range", "0 to " + std::to_string(class_count - 1), std::string(first),
-                 ErrorKind::mismatch);
-    double values[4];
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::string_view word = lines.word();
-      if (word.empty()) lines.fail("label ends early", form, std::to_string(i + 1) + " words");
-      const bool is_number = parse_number(word, values[i]);
-      if (i < 2 && !(is_number && values[i] >= 0 && values[i] <= 1))
-        lines.fail("centre of a box", "a share of the picture, 0 to 1", in_quotes(word));
-      if (i >= 2 && !(is_number && values[i] > 0 && values[i] <= 1))
-        lines.fail("extent of a box", "a share of the picture, above 0 and at most 1", in_quotes(word));
-    }
-    if (const std::string_view more = lines.word(); !more.empty())
-      lines.fail("more than a box in a label", form, in_quotes(more) + " behind it");
-    object.box = {values[0], values[1], values[2], values[3]};
-    object.area = values[2] * values[3];
-    objects.push_back(object);
-  }
-  return objects;
-}
-
-namespace detail {
-
-/// The labels of a picture: beside it, else with the last folder images of its path as labels.
-/// \returns  empty where there are none
-[[nodiscard]] inline std::string yolo_label_path(const std::string& picture) {
-  namespace fs = std::filesystem;
-  const fs::path beside = fs::path(picture).replace_extension(".txt");
-  if (is_regular_file(beside.string())) return beside.string();
-  std::vector<fs::path> parts(beside.begin(), beside.end());
-  const auto last = std::find(parts.rbegin(), parts.rend(), fs::path("images"));
-  if (last == parts.rend()) return "";
-  *last = "labels";
-  fs::path other;
-  for (const auto& part : parts) other /= part;
-  return is_regular_file(other.string()) ? other.string() : "";
-}
-
-/// Adds the next picture with its labels; none where it has no file of labels.
-/// \returns whether it has one
-inline bool add_yolo_picture(Dataset& dataset, const std::string& path, std::size_t class_count) {
-  constexpr std::uint64_t largest = std::uint64_t(4) << 20U;
-  LabelledPicture picture{path, dataset.pictures.size() + 1, 0, 0, true};
-  const std::string labels = yolo_label_path(path);
-  if (!labels.empty())
-    picture.objects = parse_yolo_labels(read_text_file(labels, largest), labels, class_count);
-  dataset.pictures.push_back(std::move(picture));
-  return !labels.empty();
-}
-
-/// \param labelled  pictures with a file of labels
-inline void require_labels(Dataset& dataset, const std::string& path, std::size_t labelled) {
-  if (labelled == 0)
-    throw FileError(ErrorKind::mismatch, {path, "", "no picture has labels",
-                                          "a .txt beside it, or below labels/ for images/", "none"});
-  const std::size_t empty = dataset.pictures.size() - labelled;
-  if (empty > 0)
-    dataset.warnings.push_back(path + ": " + std::to_string(empty) + " of " +
-                               std::to_string(dataset.pictures.size()) +
-                               " pictures have no file of labels; they count as empty");
-}
-
-}  // namespace detail
+[[nodiscard]] std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::string& path,
+                                                            std::size_t class_count);
 
 /// Reads a folder of pictures, or its folder images, in order of their names, each with
 /// labels as parse_yolo_labels() reads them, in a .txt beside it or, for .../images/a.png, in
@@ -111,26 +26,7 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no pictures, none with labels,
 ///                    or two of one name);
 ///                    further as parse_yolo_labels() and read_text_file()
-[[nodiscard]] inline Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
-  namespace fs = std::filesystem;
-  const std::string images = folder + "/images";
-  const std::string from = is_folder(images) ? images : folder;
-  const auto paths = listed_paths(from, has_picture_name);
-  if (paths.empty())
-    throw FileError(ErrorKind::mismatch,
-                    {from, "", "no pictures", std::string(picture_endings) + " files", "none"});
-  const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
-  const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // their order is that of names
-  if (twin != paths.end())
-    throw FileError(ErrorKind::mismatch, {*twin, "", "two pictures would have the same labels", "other names",
-                                          in_quotes(fs::path(twin[1]).filename().string())});
-  Dataset dataset;
-  std::size_t labelled = 0;
-  for (const auto& path : paths)
-    if (detail::add_yolo_picture(dataset, path, class_count)) ++labelled;
-  detail::require_labels(dataset, from, labelled);
-  return dataset;
-}
+[[nodiscard]] Dataset read_yolo_folder(const std::string& folder, std::size_t class_count);
 
 /// Reads a list of pictures, a path a line, as Darknet's train.txt, each with labels as in
 /// read_yolo_folder(). Relative paths begin at the list's folder; empty lines are skipped.
@@ -138,26 +34,6 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
 /// \throws FileError  mismatch, with the line, for a picture that is missing or listed twice; for no
 /// pictures,
 ///                    or none with labels; further as parse_yolo_labels() and read_text_file()
-[[nodiscard]] inline Dataset read_darknet_list(const std::string& path, std::size_t class_count) {
-  constexpr std::uint64_t largest = std::uint64_t(256) << 20U;
-  const std::string text = read_text_file(path, largest);
-  TextLines lines(text, path, 8192);
-  Dataset dataset;
-  std::map<std::string, std::size_t> line_of;
-  std::size_t labelled = 0;
-  while (lines.next()) {
-    const std::string name(lines.rest_of_line());
-    if (name.empty()) continue;
-    const std::string picture = (std::filesystem::path(path).parent_path() / name).string();
-    detail::require_picture(picture, path, std::to_string(lines.number()));
-    const auto [first, is_new] = line_of.try_emplace(picture, lines.number());
-    if (!is_new)
-      lines.fail("picture is listed twice", "", "line " + std::to_string(first->second), ErrorKind::mismatch);
-    if (detail::add_yolo_picture(dataset, picture, class_count)) ++labelled;
-  }
-  if (dataset.pictures.empty()) lines.fail_at(0, "no pictures", "a path a line", "none", ErrorKind::mismatch);
-  detail::require_labels(dataset, path, labelled);
-  return dataset;
-}
+[[nodiscard]] Dataset read_darknet_list(const std::string& path, std::size_t class_count);
 
 }  // namespace tapestry::io

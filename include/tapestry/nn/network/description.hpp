@@ -4,8 +4,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <variant>
 #include <vector>
@@ -48,10 +46,6 @@ struct NetworkDescription {
 
 /// How messages call a node: its operator, with its name or that of its first output in quotes; at most 80
 /// bytes of each, printable().
-[[nodiscard]] inline std::string label_of(const Node& node) {
-  const std::string& name = !node.name.empty() || node.outputs.empty() ? node.name : node.outputs.front();
-  return printable(std::string_view(node.operation).substr(0, 80)) + " \"" +
-         printable(std::string_view(name).substr(0, 80)) + "\"";
-}
+[[nodiscard]] std::string label_of(const Node& node);
 
 }  // namespace tapestry::nn

@@ -1,19 +1,14 @@
 #pragma once
-#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <map>
-#include <memory>
 #include <string>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
-#include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/simplify.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -57,14 +52,10 @@ class Network {
   [[nodiscard]] const std::vector<WeightBlock>& weights() const { return program_.weights; }
   /// All constants, weights among them.
   [[nodiscard]] const std::vector<T>& constants() const { return program_.constants; }
+  /// Passes of before keep their results; for an adjoint forward() runs again.
+  ///
   /// \throws ShapeError unless there are as many as constants()
-  void set_constants(std::vector<T> constants) {
-    if (constants.size() != program_.constants.size())
-      throw ShapeError("Network: constants is [" + std::to_string(constants.size()) + "], expected [" +
-                       std::to_string(program_.constants.size()) + "]");
-    program_.constants = std::move(constants);
-    prepare();
-  }
+  void set_constants(const std::vector<T>& constants);
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
   /// \param pass    takes the results, and what `mode` says is kept
@@ -85,57 +76,18 @@ class Network {
   /// \throws DomainError if the pass kept nothing, or for constants unless it was for training
   void adjoint(NetworkPass<T>& pass, const std::vector<const T*>& output_adjoints,
                const std::vector<T*>& inputs_adjoint, T* constants_adjoint = nullptr,
-               const std::vector<T*>& outputs_gathered = {}) const {
-    pass.adjoint(program_, use_, output_adjoints, inputs_adjoint, constants_adjoint, outputs_gathered,
-                 engine_);
-  }
+               const std::vector<T*>& outputs_gathered = {}) const;
 
  private:
   [[nodiscard]] static Program<T> build(const NetworkDescription& description,
                                         const std::map<std::string, Shape>& shapes,
-                                        bool pictures_channels_last, bool simplifies) {
-    ProgramBuilder<T> builder(description, shapes, pictures_channels_last);
-    Program<T> program = builder.build();
-    if (!simplifies) return program;
-    const NetworkDescription simple = simplified(description, builder.facts());
-    return ProgramBuilder<T>(simple, shapes, pictures_channels_last).build();
-  }
+                                        bool pictures_channels_last, bool simplifies);
 
   [[nodiscard]] static std::map<std::string, Shape> input_shapes(const NetworkDescription& description,
-                                                                 const std::map<std::string, Shape>& wanted) {
-    std::map<std::string, Shape> shapes;
-    for (const InputDescription& input : description.inputs) {
-      if (const auto found = wanted.find(input.name); found != wanted.end()) {
-        shapes.insert(*found);
-        continue;
-      }
-      Shape shape;
-      for (std::size_t axis = 0; axis < input.shape.size(); ++axis) {
-        if (!input.shape[axis] && axis > 0)
-          throw FileError(ErrorKind::mismatch,
-                          {description.path, "",
-                           "input " + in_quotes(input.name) + " has an open extent at axis " +
-                               std::to_string(axis) + "; state the input's size"});
-        shape.push_back(input.shape[axis].value_or(1));
-      }
-      shapes.emplace(input.name, std::move(shape));
-    }
-    return shapes;
-  }
+                                                                 const std::map<std::string, Shape>& wanted);
 
   /// Hands the constants to the operations that pack them.
-  void prepare() {
-    for (ProgramStep<T>& step : program_.steps) {
-      std::vector<TensorView<const T>> operands(step.inputs.size());
-      for (std::size_t i = 0; i < operands.size(); ++i) {
-        if (step.inputs[i] == no_value) continue;
-        const ProgramValue& value = program_.values[step.inputs[i]];
-        operands[i] = {&value.shape,
-                       value.is_constant() ? program_.constants.data() + value.constant : nullptr};
-      }
-      step.operation->prepare(operands);
-    }
-  }
+  void prepare();
 
   Program<T> program_;
   ProgramUse use_;

@@ -1,14 +1,9 @@
 #pragma once
-#include <algorithm>
 #include <concepts>
 #include <cstddef>
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/mode.hpp>
-#include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/program.hpp>
-#include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -21,34 +16,16 @@ class Network;
 template <std::floating_point T>
 class NetworkPass {
  public:
-  /// Values of a result in row-major order, until the pass is used again.
+  /// Values of a result in row-major order, the pass's own until it is used again.
   [[nodiscard]] const T* output(std::size_t i) const { return where_[outputs_.at(i)]; }
 
  private:
   friend class Network<T>;
 
   void forward(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& inputs,
-               Mode mode, Engine engine) {
-    begin(program, inputs, mode);
-    find_kept(program, use);
-    for (std::size_t s = 0; s < program.steps.size(); ++s) {
-      run(program, use, s, engine);
-      for (const std::size_t value : program.steps[s].inputs) release(use, value, s);
-      for (const std::size_t value : program.steps[s].outputs) release(use, value, s);
-    }
-  }
+               Mode mode, Engine engine);
 
-  void begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode) {
-    for (auto& buffer : buffers_) workspace_.give(std::move(buffer));
-    mode_ = mode;
-    outputs_ = program.outputs;
-    buffers_.resize(program.values.size());
-    where_.assign(program.values.size(), nullptr);
-    states_.resize(program.steps.size());
-    for (std::size_t v = 0; v < program.values.size(); ++v)
-      if (program.values[v].is_constant()) where_[v] = program.constants.data() + program.values[v].constant;
-    for (std::size_t i = 0; i < program.inputs.size(); ++i) where_[program.inputs[i]] = inputs.at(i);
-  }
+  void begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode);
 
   [[nodiscard]] bool is_active(const ProgramUse& use, std::size_t value) const {
     return use.follows_inputs[value] || (mode_ == Mode::training && use.follows_weights[value]);
@@ -59,104 +36,23 @@ class NetworkPass {
     return i < 64 && (which >> i & 1U) != 0;
   }
 
-  [[nodiscard]] AdjointReads reads_of(const ProgramStep<T>& step) const {
-    const AdjointReads reads = step.operation->adjoint_reads();
-    if (mode_ != Mode::training) return reads;
-    const AdjointReads more = step.operation->weight_adjoint_reads();
-    return {reads.inputs | more.inputs, reads.outputs | more.outputs};
-  }
+  [[nodiscard]] AdjointReads reads_of(const ProgramStep<T>& step) const;
 
   /// Values that an adjoint will read are kept until then, and so are results.
-  void find_kept(const Program<T>& program, const ProgramUse& use) {
-    is_kept_.assign(program.values.size(), false);
-    for (const std::size_t output : program.outputs) is_kept_[output] = true;
-    if (mode_ == Mode::inference) return;
-    for (const ProgramStep<T>& step : program.steps) {
-      const bool has_adjoint =
-          std::ranges::any_of(step.outputs, [&](std::size_t value) { return is_active(use, value); });
-      if (!has_adjoint) continue;
-      const AdjointReads reads = reads_of(step);
-      const auto keep = [&](const std::vector<std::size_t>& values, std::uint64_t which) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-          if (has(which, i) && values[i] != no_value) is_kept_[values[i]] = true;
-      };
-      keep(step.inputs, reads.inputs);
-      keep(step.outputs, reads.outputs);
-    }
-  }
+  void find_kept(const Program<T>& program, const ProgramUse& use);
 
-  void run(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine) {
-    const ProgramStep<T>& step = program.steps[s];
-    const bool in_place = takes_over_first(program, use, s);
-    inputs_.clear();
-    for (const std::size_t value : step.inputs)
-      inputs_.push_back(value == no_value ? TensorView<const T>{}
-                                          : TensorView<const T>{&program.values[value].shape, where_[value]});
-    results_.clear();
-    for (std::size_t i = 0; i < step.outputs.size(); ++i) {
-      const std::size_t value = step.outputs[i];
-      const Shape& shape = program.values[value].shape;
-      buffers_[value] =
-          in_place && i == 0 ? std::move(buffers_[step.inputs[0]]) : workspace_.take(size_of(shape));
-      where_[value] = buffers_[value].data();
-      results_.push_back({&shape, buffers_[value].data()});
-    }
-    const bool keeps = mode_ != Mode::inference && std::ranges::any_of(step.outputs, [&](std::size_t value) {
-                         return is_active(use, value);
-                       });
-    step.operation->forward({inputs_, results_, states_[s], keeps, engine});
-  }
+  void run(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine);
 
   /// Whether a step's first result takes the memory of its first operand, which nobody else reads any more.
-  [[nodiscard]] bool takes_over_first(const Program<T>& program, const ProgramUse& use, std::size_t s) const {
-    const ProgramStep<T>& step = program.steps[s];
-    if (step.inputs.empty() || step.inputs[0] == no_value || !step.operation->works_in_place()) return false;
-    const std::size_t first = step.inputs[0];
-    return use.last_use[first] == s && !is_kept_[first] && !buffers_[first].empty() &&
-           std::ranges::count(step.inputs, first) == 1 &&
-           size_of(program.values[first].shape) == size_of(program.values[step.outputs[0]].shape);
-  }
+  [[nodiscard]] bool takes_over_first(const Program<T>& program, const ProgramUse& use, std::size_t s) const;
 
-  void release(const ProgramUse& use, std::size_t value, std::size_t step) {
-    if (value == no_value || use.last_use[value] != step || is_kept_[value]) return;
-    workspace_.give(std::move(buffers_[value]));
-  }
+  void release(const ProgramUse& use, std::size_t value, std::size_t step);
 
   void adjoint(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& output_adjoints,
                const std::vector<T*>& inputs_adjoint, T* constants_adjoint,
-               const std::vector<T*>& outputs_gathered, Engine engine) {
-    if (mode_ == Mode::inference || buffers_.size() != program.values.size())
-      throw DomainError("Network::adjoint: the pass kept nothing; run forward() for a gradient first");
-    if (constants_adjoint != nullptr && mode_ != Mode::training)
-      throw DomainError("Network::adjoint: the pass was not for training");
-    adjoints_.resize(program.values.size());
-    goals_.assign(program.values.size(), nullptr);
-    for (std::size_t i = 0; i < program.inputs.size(); ++i)
-      if (i < inputs_adjoint.size()) goals_[program.inputs[i]] = inputs_adjoint[i];
-    wants_inputs_ = std::ranges::any_of(inputs_adjoint, [](const T* wanted) { return wanted != nullptr; });
-    wants_weights_ = constants_adjoint != nullptr;
-    for (std::size_t v = 0; wants_weights_ && v < program.values.size(); ++v)
-      if (program.values[v].is_constant() && use.follows_weights[v])
-        goals_[v] = constants_adjoint + program.values[v].constant;
-    find_gathered(program, outputs_gathered);
-    for (std::size_t i = 0; i < program.outputs.size(); ++i) seed(program, i, output_adjoints.at(i));
-    for (std::size_t s = program.steps.size(); s-- > 0;) pull_back(program, use, s, engine);
-    for (auto& buffer : adjoints_) workspace_.give(std::move(buffer));
-  }
+               const std::vector<T*>& outputs_gathered, Engine engine);
 
-  void seed(const Program<T>& program, std::size_t i, const T* adjoint) {
-    if (adjoint == nullptr) return;
-    const std::size_t value = program.outputs[i];
-    const std::size_t count = size_of(program.values[value].shape);
-    if (goals_[value] != nullptr)
-      return add(adjoint, goals_[value], count);  // an input or a weight that is a result
-    if (adjoints_[value].empty()) {
-      adjoints_[value] = workspace_.take(count);
-      copy(adjoint, adjoints_[value].data(), count);
-    } else {
-      add(adjoint, adjoints_[value].data(), count);
-    }
-  }
+  void seed(const Program<T>& program, std::size_t i, const T* adjoint);
 
   /// A result whose adjoint is wanted: that of the value that the network goes on with, of which the result
   /// may be a copy in the other layout.
@@ -166,91 +62,17 @@ class NetworkPass {
     const ProgramStep<T>* conversion;  ///< that makes the copy; null if there is none
   };
 
-  void find_gathered(const Program<T>& program, const std::vector<T*>& outputs_gathered) {
-    gathered_.clear();
-    for (std::size_t i = 0; i < outputs_gathered.size(); ++i) {
-      if (outputs_gathered[i] == nullptr) continue;
-      gathered_.push_back({program.outputs.at(i), outputs_gathered[i], nullptr});
-      for (const ProgramStep<T>& step : program.steps)
-        if (step.outputs.front() == gathered_.back().value &&
-            dynamic_cast<const LayoutConversion<T>*>(step.operation.get()) != nullptr) {
-          gathered_.back().value = step.inputs.front();
-          gathered_.back().conversion = &step;
-          break;
-        }
-    }
-  }
+  void find_gathered(const Program<T>& program, const std::vector<T*>& outputs_gathered);
 
-  void gather(const Program<T>& program, const Gathered& wanted, Engine engine) {
-    const Shape& shape = program.values[wanted.value].shape;
-    const std::size_t count = size_of(shape);
-    const T* const adjoint = adjoints_[wanted.value].data();
-    if (wanted.conversion == nullptr) return add(adjoint, wanted.goal, count);
-    auto converted = workspace_.take(count);  // a conversion only moves values, adjoints as well
-    const std::vector<TensorView<const T>> from{{&shape, adjoint}};
-    const std::vector<TensorView<T>> to{
-        {&program.values[wanted.conversion->outputs.front()].shape, converted.data()}};
-    OperationState<T> state;
-    wanted.conversion->operation->forward({from, to, state, false, engine});
-    add(converted.data(), wanted.goal, count);
-    workspace_.give(std::move(converted));
-  }
+  void gather(const Program<T>& program, const Gathered& wanted, Engine engine);
 
-  [[nodiscard]] bool wants(const ProgramUse& use, const ProgramStep<T>& step, std::size_t i) const {
-    const std::size_t value = step.inputs[i];
-    if (value == no_value || !step.operation->is_differentiable(i)) return false;
-    return (wants_inputs_ && use.follows_inputs[value]) || (wants_weights_ && use.follows_weights[value]);
-  }
+  [[nodiscard]] bool wants(const ProgramUse& use, const ProgramStep<T>& step, std::size_t i) const;
 
-  void pull_back(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine) {
-    const ProgramStep<T>& step = program.steps[s];
-    const bool is_reached =
-        std::ranges::any_of(step.outputs, [&](std::size_t value) { return !adjoints_[value].empty(); });
-    if (!is_reached) return;
-    for (const Gathered& wanted : gathered_)
-      if (std::ranges::count(step.outputs, wanted.value) > 0 && !adjoints_[wanted.value].empty())
-        gather(program, wanted, engine);
-    const AdjointReads reads = reads_of(step);  // all else is null, though it may be there still
-    std::vector<TensorView<const T>> results;
-    std::vector<TensorView<T>> result_adjoints;
-    for (std::size_t i = 0; i < step.outputs.size(); ++i) {
-      const std::size_t value = step.outputs[i];
-      const Shape& shape = program.values[value].shape;
-      results.push_back({&shape, has(reads.outputs, i) ? where_[value] : nullptr});
-      result_adjoints.push_back({&shape, adjoints_[value].empty() ? nullptr : adjoints_[value].data()});
-    }
-    std::vector<TensorView<T>> input_adjoints;
-    const std::unique_ptr<bool[]> is_fresh(new bool[step.inputs.size() + 1]());
-    inputs_.clear();
-    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
-      const std::size_t value = step.inputs[i];
-      if (value == no_value) {
-        inputs_.push_back({});
-        input_adjoints.push_back({});
-        continue;
-      }
-      const Shape& shape = program.values[value].shape;
-      inputs_.push_back({&shape, has(reads.inputs, i) ? where_[value] : nullptr});
-      input_adjoints.push_back(
-          {&shape, wants(use, step, i) ? goal_of(program, step, i, is_fresh[i]) : nullptr});
-    }
-    if (std::ranges::any_of(input_adjoints, [](const auto& wanted) { return wanted.is_there(); }))
-      step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
-                               std::span(is_fresh.get(), step.inputs.size()), states_[s], engine});
-    for (const std::size_t value : step.outputs) workspace_.give(std::move(adjoints_[value]));
-  }
+  void pull_back(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine);
 
   /// Where an operand's adjoint is gathered, and whether it is written for the first time.
   [[nodiscard]] T* goal_of(const Program<T>& program, const ProgramStep<T>& step, std::size_t i,
-                           bool& is_fresh) {
-    const std::size_t value = step.inputs[i];
-    if (goals_[value] != nullptr) return goals_[value];
-    if (adjoints_[value].empty()) {
-      adjoints_[value] = workspace_.take(size_of(program.values[value].shape));
-      is_fresh = true;  // for the first of the operands that are this value
-    }
-    return adjoints_[value].data();
-  }
+                           bool& is_fresh);
 
   Mode mode_ = Mode::inference;
   std::vector<std::size_t> outputs_;

@@ -3,19 +3,14 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
-#include <span>
 #include <string>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/constant_folding.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/simplify/editable_graph.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -28,56 +23,18 @@ class ProgramBuilder {
   /// \param shapes  of the inputs, in the description's numbering of axes
   /// \param pictures_channels_last  inputs of four axes are handed over as [N, H, W, C]
   ProgramBuilder(const NetworkDescription& description, const std::map<std::string, Shape>& shapes,
-                 bool pictures_channels_last)
-      : description_(description) {
-    for (const auto& [name, constant] : description.constants) {
-      require_room_for("constant", name, constant.shape);
-      known_[name].constant = &constant;
-      foldable_ += 4 * constant.size();
-    }
-    for (const InputDescription& input : description.inputs) {
-      Known& known = known_[input.name];
-      known.shape = shapes.at(input.name);
-      require_room_for("input", input.name, known.shape);
-      known.type = input.type;
-      const bool is_last = pictures_channels_last && known.shape.size() == 4;
-      known.value[is_last ? 1 : 0] = add_value(input.name, known.shape, input.type, is_last);
-      program_.inputs.push_back(known.value[is_last ? 1 : 0]);
-    }
-  }
+                 bool pictures_channels_last);
 
   /// \throws FileError (mismatch) naming every node that is not supported, and why
-  [[nodiscard]] Program<T> build() {
-    for (const Node& node : description_.nodes) add_node(node);
-    if (problem_count_ > 0) refuse();
-    for (const std::string& name : description_.outputs)
-      if (!known_.contains(name))
-        throw FileError(ErrorKind::mismatch,
-                        {description_.path, "", "nothing makes the output " + in_quotes(name)});
-    for (const std::string& name : description_.outputs)
-      program_.outputs.push_back(value_of(name, known_.at(name), false, shape_of(known_.at(name)).size()));
-    program_.constants.resize(program_.constants.size() + readable_past_end, T(0));
-    return std::move(program_);
-  }
+  [[nodiscard]] Program<T> build();
 
   /// Of every value, after build(). Constants belong to the description or to this.
-  [[nodiscard]] NetworkFacts facts() const {
-    NetworkFacts facts;
-    for (const auto& [name, known] : known_) facts[name] = {shape_of(known), known.type, known.constant};
-    return facts;
-  }
+  [[nodiscard]] NetworkFacts facts() const;
 
  private:
   static constexpr std::size_t readable_past_end = 32;  ///< values, of at least 128 bytes
 
-  void require_room_for(const char* kind, const std::string& name, const Shape& shape) const {
-    try {
-      require_room(shape);
-    } catch (const ShapeError& error) {
-      throw FileError(ErrorKind::limit, {description_.path, "",
-                                         std::string(kind) + " " + in_quotes(name) + ": " + error.what()});
-    }
-  }
+  void require_room_for(const char* kind, const std::string& name, const Shape& shape) const;
 
   /// What is known of a named value: a constant, or where the program has it in either layout.
   struct Known {
@@ -92,177 +49,41 @@ class ProgramBuilder {
     return known.constant != nullptr ? known.constant->shape : known.shape;
   }
 
-  std::size_t add_value(const std::string& name, const Shape& logical, ElementType type, bool is_last) {
-    program_.values.push_back({is_last ? stored_shape(logical) : logical, type, is_last, no_value, name});
-    return program_.values.size() - 1;
-  }
+  std::size_t add_value(const std::string& name, const Shape& logical, ElementType type, bool is_last);
 
-  void add_node(const Node& node) {
-    bool all_constant = true;
-    for (const std::string& input : node.inputs) {
-      if (input.empty()) continue;
-      const auto known = known_.find(input);
-      if (known == known_.end()) {
-        add_problem(label_of(node) + ": nothing makes its input " + in_quotes(input));
-        return fail(node);
-      }
-      if (known->second.failed) return fail(node);
-      all_constant = all_constant && known->second.constant != nullptr;
-    }
-    try {
-      const bool asks_extents = node.operation == "Shape" || node.operation == "Size";
-      const auto found = operators<T>().find(node.operation);
-      if (!asks_extents && found == operators<T>().end()) throw DomainError("the operator is not supported");
-      if (all_constant || asks_extents) return fold(node);
-      make(node, found->second);
-    } catch (const Error& error) {
-      add_problem(label_of(node) + " (opset " + std::to_string(description_.opset) + "): " + error.what());
-      fail(node);
-    }
-  }
+  void add_node(const Node& node);
 
   /// Of a network that cannot be run at all the first nodes tell enough.
-  void add_problem(const std::string& problem) {
-    constexpr std::size_t most = 64, longest = 2000;
-    if (problem_count_++ < most) problems_ += (problems_.empty() ? "" : "; ") + problem.substr(0, longest);
-    if (problem_count_ == most + 1) problems_ += "; …";
-  }
+  void add_problem(const std::string& problem);
 
   void fail(const Node& node) {
     for (const std::string& output : node.outputs) known_[output].failed = true;
   }
 
-  void fold(const Node& node) {
-    std::vector<FoldOperand> operands;
-    for (const std::string& input : node.inputs) {
-      if (input.empty()) {
-        operands.push_back({});
-        continue;
-      }
-      const Known& known = known_.at(input);
-      operands.push_back({known.constant, shape_of(known), true});
-    }
-    auto results = fold_node(node, description_.opset, operands, foldable_);
-    for (const Constant& result : results) foldable_ -= std::min(foldable_, result.size());
-    for (std::size_t i = 0; i < node.outputs.size(); ++i) {
-      if (node.outputs[i].empty()) continue;
-      require_result(i, results.size());
-      folded_.push_back(std::make_unique<Constant>(std::move(results[i])));
-      known_[node.outputs[i]].constant = folded_.back().get();
-    }
-  }
+  void fold(const Node& node);
 
   static void require_result(std::size_t i, std::size_t count) {
     if (i >= count) throw DomainError("result " + std::to_string(i) + " is not supported");
   }
 
   /// Whether the node's tensors lie channels last.
-  [[nodiscard]] bool wants_channels_last(const Node& node, const Operator<T>& kind) const {
-    if (kind.layout == LayoutRule::plain) return false;
-    bool has_four = false, has_last = false, fits = true;
-    for (std::size_t i = 0; i < std::min(kind.data_inputs, node.inputs.size()); ++i) {
-      if (node.inputs[i].empty()) continue;
-      const Known& known = known_.at(node.inputs[i]);
-      const std::size_t rank = shape_of(known).size();
-      has_four = has_four || rank == 4;
-      fits = fits && (rank == 4 || (kind.broadcasts && rank < 4));
-      has_last = has_last || (known.constant == nullptr && known.value[1] != no_value);
-    }
-    return has_four && fits && (kind.layout == LayoutRule::channels_last || has_last);
-  }
+  [[nodiscard]] bool wants_channels_last(const Node& node, const Operator<T>& kind) const;
 
-  void make(const Node& node, const Operator<T>& kind) {
-    const bool is_last = wants_channels_last(node, kind);
-    std::vector<Operand> operands;
-    for (std::size_t i = 0; i < node.inputs.size(); ++i)
-      operands.push_back(operand_of(node.inputs[i], is_last && i < kind.data_inputs));
-    OperatorContext context(node, description_.opset, std::move(operands), is_last);
-    ProgramStep<T> step{kind.make(context), {}, {}, label_of(node)};
-    context.require_all_asked();
-    for (std::size_t i = 0; i < node.inputs.size(); ++i) {
-      const std::string& input = node.inputs[i];
-      const bool is_data = is_last && i < kind.data_inputs;
-      step.inputs.push_back(input.empty() ? no_value
-                                          : value_of(input, known_.at(input), is_data, is_data ? 4 : 0));
-    }
-    note_weights(step);
-    for (std::size_t i = 0; i < node.outputs.size(); ++i) add_output(node.outputs[i], i, is_last, step);
-    program_.steps.push_back(std::move(step));
-  }
+  void make(const Node& node, const Operator<T>& kind);
 
-  void add_output(const std::string& name, std::size_t i, bool is_last, ProgramStep<T>& step) {
-    const auto& results = step.operation->results();
-    if (i >= results.size()) {
-      if (name.empty()) return;
-      require_result(i, results.size());
-    }
-    const bool lies_last = is_last && results[i].shape.size() == 4;
-    const Shape logical = lies_last ? logical_shape(results[i].shape) : results[i].shape;
-    const std::size_t value = add_value(name, logical, results[i].type, lies_last);
-    step.outputs.push_back(value);
-    if (name.empty()) return;
-    Known& known = known_[name];
-    known.shape = logical;
-    known.type = results[i].type;
-    known.value[lies_last ? 1 : 0] = value;
-  }
+  void add_output(const std::string& name, std::size_t i, bool is_last, ProgramStep<T>& step);
 
-  void note_weights(const ProgramStep<T>& step) {
-    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
-      if (step.inputs[i] == no_value || !step.operation->is_weight(i)) continue;
-      const ProgramValue& value = program_.values[step.inputs[i]];
-      if (value.is_constant() && noted_.insert(step.inputs[i]).second)
-        program_.weights.push_back({value.name, value.shape, value.constant});
-    }
-  }
+  void note_weights(const ProgramStep<T>& step);
 
   /// An operand for the maker, with its values if they are known.
-  [[nodiscard]] Operand operand_of(const std::string& name, bool is_last) {
-    if (name.empty()) return {};
-    const Known& known = known_.at(name);
-    if (known.constant == nullptr) {
-      const Shape padded = is_last ? padded_shape(known.shape) : known.shape;
-      return {is_last ? stored_shape(padded) : padded, known.type, nullptr, true};
-    }
-    const Constant* stored = is_last ? stored_constant(name, *known.constant) : known.constant;
-    return {stored->shape, stored->type, stored, true};
-  }
+  [[nodiscard]] Operand operand_of(const std::string& name, bool is_last);
 
-  const Constant* stored_constant(const std::string& name, const Constant& constant) {
-    auto& stored = stored_[name];
-    if (!stored) stored = std::make_unique<Constant>(to_channels_last(constant));
-    return stored.get();
-  }
+  const Constant* stored_constant(const std::string& name, const Constant& constant);
 
   /// Where the program has a value in the layout wanted, converted or copied there if it has not yet.
-  std::size_t value_of(const std::string& name, Known& known, bool is_last, std::size_t rank) {
-    std::size_t& value = known.value[is_last ? 1 : 0];
-    if (value != no_value) return value;
-    if (known.constant != nullptr) {
-      const Constant& constant = is_last ? *stored_constant(name, *known.constant) : *known.constant;
-      value = add_value(name, constant.shape, constant.type, false);
-      program_.values[value].channels_last = is_last;
-      program_.values[value].constant = program_.constants.size();
-      for (std::size_t i = 0; i < constant.size(); ++i)
-        program_.constants.push_back(static_cast<T>(constant.at(i)));
-      return value;
-    }
-    const std::size_t from = known.value[is_last ? 0 : 1];
-    const Shape logical = rank == 4 ? padded_shape(known.shape) : known.shape;
-    value = add_value(name, logical, known.type, is_last);
-    program_.steps.push_back({std::make_unique<LayoutConversion<T>>(logical, known.type, is_last),
-                              {from},
-                              {value},
-                              "layout of \"" + name + "\""});
-    return value;
-  }
+  std::size_t value_of(const std::string& name, Known& known, bool is_last, std::size_t rank);
 
-  [[noreturn]] void refuse() const {
-    throw FileError(ErrorKind::mismatch,
-                    {description_.path, "",
-                     std::to_string(problem_count_) + " node" + (problem_count_ == 1 ? "" : "s") +
-                         " cannot be run: " + problems_});
-  }
+  [[noreturn]] void refuse() const;
 
   const NetworkDescription& description_;
   Program<T> program_;

@@ -1,9 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <set>
 #include <string>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -11,22 +8,6 @@ namespace tapestry::nn {
 /// The description with other outputs, and of its nodes and constants only those that they need.
 ///
 /// \param outputs  names of values that the description has
-[[nodiscard]] inline NetworkDescription pruned(NetworkDescription description,
-                                               std::vector<std::string> outputs) {
-  std::set<std::string> needed(outputs.begin(), outputs.end());
-  std::vector<Node> kept;
-  for (auto node = description.nodes.rbegin(); node != description.nodes.rend(); ++node) {
-    const auto is_needed = [&](const std::string& name) { return needed.contains(name); };
-    if (std::ranges::none_of(node->outputs, is_needed)) continue;
-    needed.insert(node->inputs.begin(), node->inputs.end());
-    kept.push_back(std::move(*node));
-  }
-  std::ranges::reverse(kept);
-  description.nodes = std::move(kept);
-  std::erase_if(description.constants,
-                [&](const auto& constant) { return !needed.contains(constant.first); });
-  description.outputs = std::move(outputs);
-  return description;
-}
+[[nodiscard]] NetworkDescription pruned(NetworkDescription description, std::vector<std::string> outputs);
 
 }  // namespace tapestry::nn

@@ -1,11 +1,6 @@
 #pragma once
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/simplify/editable_graph.hpp>
-#include <tapestry/nn/network/simplify/fold_scaling.hpp>
-#include <tapestry/nn/network/simplify/fuse_convolution.hpp>
-#include <tapestry/nn/network/simplify/merge_patterns.hpp>
-#include <tapestry/nn/network/simplify/merge_views.hpp>
-#include <utility>
 
 namespace tapestry::nn {
 
@@ -17,15 +12,6 @@ namespace tapestry::nn {
 /// single slope of PRelu that a convolution takes over is a weight no more.
 ///
 /// \param facts  of the description's values, at the extents that the network will have
-[[nodiscard]] inline NetworkDescription simplified(NetworkDescription description,
-                                                   const NetworkFacts& facts) {
-  EditableGraph graph(std::move(description), facts);
-  remove_copies(graph);
-  merge_patterns(graph);
-  merge_views(graph);
-  fold_scalings(graph);
-  fuse_convolutions(graph);
-  return std::move(graph).finish();
-}
+[[nodiscard]] NetworkDescription simplified(NetworkDescription description, const NetworkFacts& facts);
 
 }  // namespace tapestry::nn

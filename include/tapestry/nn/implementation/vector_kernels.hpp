@@ -64,4 +64,7 @@ Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
   return portable::make_kernels<T>();
 }
 
+template Kernels<float> kernels_of<float>(InstructionSet);
+template Kernels<double> kernels_of<double>(InstructionSet);
+
 }  // namespace tapestry::nn

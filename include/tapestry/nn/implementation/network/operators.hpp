@@ -77,4 +77,7 @@ const OperatorTable<T>& operators() {
   return table;
 }
 
+template const OperatorTable<float>& operators<float>();
+template const OperatorTable<double>& operators<double>();
+
 }  // namespace tapestry::nn

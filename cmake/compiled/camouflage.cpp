@@ -1,0 +1,1 @@
+#include <tapestry/camouflage/implementation.hpp>

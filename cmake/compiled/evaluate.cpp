@@ -1,0 +1,1 @@
+#include <tapestry/evaluate/implementation.hpp>

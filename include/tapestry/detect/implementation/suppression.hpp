@@ -1,0 +1,62 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_grid.hpp>
+#include <tapestry/detect/suppression.hpp>
+#include <tapestry/detect/suppression_measure.hpp>
+#include <tuple>
+#include <vector>
+
+namespace tapestry::detect::detail {
+
+/// Greedy suppression among detections that all suppress each other, most confident first.
+inline void suppress_within(std::span<const Detection> detections, double iou_threshold,
+                            const SuppressionMeasure& measure, std::vector<Detection>& kept) {
+  std::vector<Box> boxes;
+  boxes.reserve(detections.size());
+  for (const Detection& detection : detections) boxes.push_back(detection.box);
+  BoxGrid kept_boxes(boxes);
+  for (const Detection& candidate : detections) {
+    const auto suppresses = [&](const Box& better) { return measure(better, candidate.box) > iou_threshold; };
+    if (kept_boxes.any_overlapping(candidate.box, suppresses)) continue;
+    kept.push_back(candidate);
+    kept_boxes.insert(candidate.box);
+  }
+}
+
+}  // namespace tapestry::detect::detail
+
+namespace tapestry::detect {
+
+std::vector<Detection> suppress(std::vector<Detection> detections, double iou_threshold, bool per_class,
+                                const SuppressionMeasure& measure) {
+  if (!(iou_threshold >= 0 && iou_threshold <= 1))
+    throw DomainError("suppress: iou_threshold is " + std::to_string(iou_threshold) + ", not in [0, 1]");
+  if (const auto exponent = measure.distance_exponent; exponent && !(*exponent > 0))
+    throw DomainError("suppress: distance_exponent is " + std::to_string(*exponent) + ", expected above 0");
+  const auto is_stronger = [](const Detection& a, const Detection& b) {
+    return std::tuple(-a.confidence, a.head, a.candidate, a.class_index) <
+           std::tuple(-b.confidence, b.head, b.candidate, b.class_index);
+  };
+  std::sort(detections.begin(), detections.end(), [&](const Detection& a, const Detection& b) {
+    if (per_class && a.class_index != b.class_index) return a.class_index < b.class_index;
+    return is_stronger(a, b);
+  });
+  std::vector<Detection> kept;
+  for (auto first = detections.begin(); first != detections.end();) {
+    const auto last =
+        !per_class ? detections.end() : std::find_if(first, detections.end(), [&](const Detection& other) {
+          return other.class_index != first->class_index;
+        });
+    detail::suppress_within({first, last}, iou_threshold, measure, kept);
+    first = last;
+  }
+  std::sort(kept.begin(), kept.end(), is_stronger);
+  return kept;
+}
+
+}  // namespace tapestry::detect

@@ -1,0 +1,130 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <vector>
+
+namespace tapestry::evaluate::detail {
+
+double normal_quantile(double p) {
+  double low = -37, high = 37;
+  for (int step = 0; step < 64; ++step) {
+    const double middle = (low + high) / 2;
+    (normal_probability(middle) < p ? low : high) = middle;
+  }
+  return (low + high) / 2;
+}
+
+double quantile(const std::vector<double>& sorted, double p) {
+  const double position = std::clamp(p, 0.0, 1.0) * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<std::size_t>(position);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  if (position == static_cast<double>(below) || sorted[above] == sorted[below])
+    return sorted[below];  // also where the next one is infinite
+  return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+double acceleration(const std::vector<double>& values, double mean) {
+  double squares = 0, cubes = 0;
+  for (const double value : values) {
+    const double d = value - mean;
+    squares += d * d;
+    cubes += d * d * d;
+  }
+  return squares > 0 ? cubes / (6 * squares * std::sqrt(squares)) : 0;
+}
+
+double corrected_probability(double z, double bias, double acceleration) {
+  const double shifted = bias + z;
+  return normal_probability(bias + shifted / (1 - acceleration * shifted));
+}
+
+/// The BCa interval of an estimate, see paired_bootstrap().
+/// \param resampled  estimates of resamples, ascending
+inline std::array<double, 2> bca_interval(const std::vector<double>& resampled, double estimate,
+                                          double acceleration, double level) {
+  const auto below =
+      static_cast<double>(std::lower_bound(resampled.begin(), resampled.end(), estimate) - resampled.begin());
+  const auto upto =
+      static_cast<double>(std::upper_bound(resampled.begin(), resampled.end(), estimate) - resampled.begin());
+  const double bias = normal_quantile((below + upto) / 2 / static_cast<double>(resampled.size()));
+  const double z = normal_quantile((1 + level) / 2);
+  return {quantile(resampled, corrected_probability(-z, bias, acceleration)),
+          quantile(resampled, corrected_probability(z, bias, acceleration))};
+}
+
+/// \throws ShapeError, DomainError, NumericError as paired_bootstrap()
+inline void require_pairs(const std::string& operation, const std::vector<double>& first,
+                          const std::vector<double>& second, const BootstrapSettings& settings) {
+  if (first.size() != second.size())
+    throw ShapeError(operation + ": second has " + std::to_string(second.size()) + " numbers, expected " +
+                     std::to_string(first.size()));
+  if (settings.resamples == 0) throw DomainError(operation + ": resamples is 0, expected at least 1");
+  if (!(settings.level > 0 && settings.level < 1))
+    throw DomainError(operation + ": level is " + std::to_string(settings.level) + ", not in (0, 1)");
+  for (std::size_t i = 0; i < first.size(); ++i)
+    if (!std::isfinite(first[i]) || !std::isfinite(second[i]) || !std::isfinite(first[i] - second[i]))
+      throw NumericError(operation + ": pair " + std::to_string(i) + " has a number that is not finite");
+}
+
+}  // namespace tapestry::evaluate::detail
+
+namespace tapestry::evaluate {
+
+PairedDifference paired_bootstrap(const std::vector<double>& first, const std::vector<double>& second,
+                                  const BootstrapSettings& settings) {
+  detail::require_pairs("paired_bootstrap", first, second, settings);
+  PairedDifference result;
+  result.pairs = first.size();
+  std::vector<double> differences(first.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    differences[i] = first[i] - second[i];
+    sum += differences[i];
+  }
+  if (!differences.empty()) result.mean = sum / static_cast<double>(differences.size());
+  if (differences.size() < 2) return result;
+
+  const auto means =
+      detail::resampled(differences.size(), settings, [&](const std::vector<std::size_t>& indices) {
+        double total = 0;
+        for (const std::size_t i : indices) total += differences[i];
+        return total / static_cast<double>(indices.size());
+      });
+  result.interval = detail::bca_interval(means, result.mean, detail::acceleration(differences, result.mean),
+                                         settings.level);
+  return result;
+}
+
+PairedRatio paired_ratio(const std::vector<double>& first, const std::vector<double>& second,
+                         const BootstrapSettings& settings) {
+  detail::require_pairs("paired_ratio", first, second, settings);
+  std::vector<std::size_t> all(first.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const auto ratio_of = [&](const std::vector<std::size_t>& indices) {
+    double above = 0, below = 0;
+    for (const std::size_t i : indices) above += first[i], below += second[i];
+    return below > 0 ? above / below : std::numeric_limits<double>::infinity();
+  };
+  if (!(std::accumulate(second.begin(), second.end(), 0.0) > 0))
+    throw DomainError("paired_ratio: the second numbers do not have a sum above 0");
+  PairedRatio result{ratio_of(all)};
+  if (!std::isfinite(result.ratio)) throw NumericError("paired_ratio: the ratio is not finite");
+  if (first.size() < 2) return result;
+  std::vector<double> influences(first.size());
+  for (const std::size_t i : all) influences[i] = first[i] - result.ratio * second[i];
+  result.interval = detail::bca_interval(detail::resampled(first.size(), settings, ratio_of), result.ratio,
+                                         detail::acceleration(influences, 0), settings.level);
+  return result;
+}
+
+}  // namespace tapestry::evaluate

@@ -1,0 +1,14 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <tapestry/camouflage/paint.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <tapestry/evaluate/meter.hpp>
+#include <tapestry/evaluate/survey.hpp>
+#include <utility>
+#include <vector>

@@ -1,0 +1,4 @@
+#pragma once
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/image/crop.hpp>
+#include <tapestry/image/crop_variable.hpp>

@@ -1,0 +1,5 @@
+#pragma once
+#include <cstddef>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/image/resize.hpp>
+#include <tapestry/image/resize_variable.hpp>

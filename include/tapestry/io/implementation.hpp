@@ -1,0 +1,41 @@
+#pragma once
+/// \file
+/// The compiled part of io/, for one source file of a program; see tapestry/implementation.hpp.
+#include <tapestry/io/implementation/png.hpp>  // first, for it must see stb before anyone else
+
+#include <tapestry/io/implementation/atomic_file.hpp>
+#include <tapestry/io/implementation/coco.hpp>
+#include <tapestry/io/implementation/darknet/cfg_file.hpp>
+#include <tapestry/io/implementation/darknet/weight_file.hpp>
+#include <tapestry/io/implementation/dataset/voc_folder.hpp>
+#include <tapestry/io/implementation/dataset/yolo_labels.hpp>
+#include <tapestry/io/implementation/detector_description.hpp>
+#include <tapestry/io/implementation/detector_file.hpp>
+#include <tapestry/io/implementation/detector_metadata.hpp>
+#include <tapestry/io/implementation/face_list_file.hpp>
+#include <tapestry/io/implementation/file_source.hpp>
+#include <tapestry/io/implementation/folder_listing.hpp>
+#include <tapestry/io/implementation/frame_file.hpp>
+#include <tapestry/io/implementation/frame_folder.hpp>
+#include <tapestry/io/implementation/glb.hpp>
+#include <tapestry/io/implementation/glb_writer.hpp>
+#include <tapestry/io/implementation/image_file.hpp>
+#include <tapestry/io/implementation/jpeg.hpp>
+#include <tapestry/io/implementation/jpeg_file.hpp>
+#include <tapestry/io/implementation/mtl_file.hpp>
+#include <tapestry/io/implementation/names_file.hpp>
+#include <tapestry/io/implementation/nearest_word.hpp>
+#include <tapestry/io/implementation/network_file.hpp>
+#include <tapestry/io/implementation/npy.hpp>
+#include <tapestry/io/implementation/npz_file.hpp>
+#include <tapestry/io/implementation/obj_file.hpp>
+#include <tapestry/io/implementation/obj_writer.hpp>
+#include <tapestry/io/implementation/onnx/onnx_file.hpp>
+#include <tapestry/io/implementation/onnx/onnx_writer.hpp>
+#include <tapestry/io/implementation/onnx/weight_replacement.hpp>
+#include <tapestry/io/implementation/palette_file.hpp>
+#include <tapestry/io/implementation/run_lock.hpp>
+#include <tapestry/io/implementation/safetensors.hpp>
+#include <tapestry/io/implementation/safetensors_file.hpp>
+#include <tapestry/io/implementation/sha256.hpp>
+#include <tapestry/io/implementation/text_lines.hpp>

@@ -1,0 +1,105 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/network_file.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io {
+
+bool is_safetensors(const std::string& path) {
+  if (path.ends_with(".safetensors")) return true;
+  const RegularFile file(path);
+  std::vector<std::byte> beginning(file.size() < 16 ? static_cast<std::size_t>(file.size()) : 16);
+  file.read_at(0, beginning);
+  return recognised_format(beginning) == recognised_safetensors;
+}
+
+}  // namespace tapestry::io
+
+namespace tapestry::io::detail {
+
+/// The cfg to use with a converted detector: its own, or the given one, which should be the same.
+[[nodiscard]] inline detect::NetworkConfig config_for(const DetectorFile& file, const std::string& weights,
+                                                      const std::string& cfg,
+                                                      std::vector<std::string>& warnings) {
+  if (cfg.empty()) return file.config();
+  const std::string text = read_text_file(cfg, std::uint64_t(4) << 20U);
+  auto config = file.adapted(parse_network_config(text, cfg));
+  if (text != file.metadata().cfg)
+    warnings.push_back(cfg + ": differs from the cfg inside " + weights +
+                       " and is used instead of it; leave it out to use that");
+  return config;
+}
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+template <std::floating_point T>
+LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights, std::size_t input_height,
+                              std::size_t input_width, std::optional<detect::DecodeFamily> decode) {
+  std::vector<std::string> warnings;
+  const auto keep = [&](const std::vector<std::string>& more) {
+    warnings.insert(warnings.end(), more.begin(), more.end());
+  };
+  if (is_safetensors(weights)) {
+    const DetectorFile file(weights);
+    if (decode && *decode != file.metadata().decode)
+      throw Error(ErrorKind::mismatch, weights + ": is of the decode family " +
+                                           std::string(detect::name_of(file.metadata().decode)) +
+                                           ", which contradicts the " +
+                                           std::string(detect::name_of(*decode)) + " asked for");
+    auto config = detail::config_for(file, weights, cfg, warnings);
+    keep(config.warnings);
+    keep(detect::decode_warnings(config));
+    keep(file.warnings());
+    const auto layout = detail::layout_of(config, input_height, input_width);
+    auto parameters = file.parameters<T>(config, layout);
+    detect::Network<T> network(std::move(config), std::move(parameters), input_height, input_width);
+    network.set_images_seen(file.metadata().images_seen);
+    return {std::move(network), std::move(warnings)};
+  }
+  if (cfg.empty()) throw Error(ErrorKind::usage, weights + ": Darknet weights need their cfg file");
+  auto config = read_network_config(cfg);
+  if (decode) config = detect::with_decode(std::move(config), *decode);
+  keep(config.warnings);
+  keep(detect::decode_warnings(config));
+  const WeightFile file =
+      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
+  keep(file.warnings);
+  detect::Network<T> network(std::move(config), cast<T>(file.parameters), input_height, input_width);
+  network.set_images_seen(file.images_seen);
+  return {std::move(network), std::move(warnings)};
+}
+
+template <std::floating_point T>
+LoadedNetwork<T> read_classifier(const std::string& cfg, const std::string& weights, std::size_t input_height,
+                                 std::size_t input_width) {
+  auto config = read_classifier_config(cfg);
+  std::vector<std::string> warnings = config.warnings;
+  const WeightFile file =
+      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
+  warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
+  detect::Network<T> network(std::move(config), cast<T>(file.parameters), input_height, input_width);
+  network.set_images_seen(file.images_seen);
+  return {std::move(network), std::move(warnings)};
+}
+
+template decltype(read_network<float>) read_network<float>;
+template decltype(read_network<double>) read_network<double>;
+template decltype(read_classifier<float>) read_classifier<float>;
+template decltype(read_classifier<double>) read_classifier<double>;
+
+}  // namespace tapestry::io

@@ -1,0 +1,74 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/npy.hpp>
+#include <tapestry/io/npy_header.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io::detail {
+
+/// Reverses the bytes of every element.
+inline void swap_bytes(std::vector<std::uint8_t>& bytes, std::size_t item) {
+  for (std::size_t i = 0; i + item <= bytes.size(); i += item) {
+    std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(i),
+                 bytes.begin() + static_cast<std::ptrdiff_t>(i + item));
+  }
+}
+
+std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_major,
+                                    const std::vector<std::size_t>& shape, std::size_t item) {
+  std::vector<std::uint8_t> result(column_major.size());
+  std::vector<std::size_t> index(shape.size(), 0);
+  std::vector<std::size_t> stride(shape.size(), item);
+  for (std::size_t axis = 1; axis < shape.size(); ++axis) stride[axis] = stride[axis - 1] * shape[axis - 1];
+  for (std::size_t to = 0; to < result.size(); to += item) {
+    std::size_t from = 0;
+    for (std::size_t axis = 0; axis < shape.size(); ++axis) from += index[axis] * stride[axis];
+    std::memcpy(result.data() + to, column_major.data() + from, item);
+    for (std::size_t axis = shape.size(); axis-- > 0;) {
+      if (++index[axis] < shape[axis]) break;
+      index[axis] = 0;
+    }
+  }
+  return result;
+}
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+NpyArray parse_npy(std::string_view file, const std::string& origin) {
+  const NpyHeader header = parse_npy_header(file, origin);
+  const std::size_t item = item_size(header.type);
+  const std::size_t needed = header.element_count * item;
+  if (file.size() - header.size != needed) {
+    throw FileError(ErrorKind::malformed,
+                    {.path = origin,
+                     .position = "@" + std::to_string(header.size),
+                     .what = "payload does not have the size of shape " + shape_text(header.shape),
+                     .expected = std::to_string(needed) + " bytes",
+                     .found = std::to_string(file.size() - header.size)});
+  }
+  NpyArray array{origin, header.shape, header.type, {}};
+  array.bytes.resize(needed);
+  if (needed > 0) std::memcpy(array.bytes.data(), file.data() + header.size, needed);
+  if (item > 1 && header.big_endian == (std::endian::native == std::endian::little))
+    detail::swap_bytes(array.bytes, item);
+  if (header.column_major && header.shape.size() > 1)
+    array.bytes = detail::row_major(array.bytes, header.shape, item);
+  return array;
+}
+
+}  // namespace tapestry::io

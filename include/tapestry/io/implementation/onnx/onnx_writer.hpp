@@ -1,0 +1,188 @@
+#pragma once
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <protozero/pbf_writer.hpp>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/nn/network/description.hpp>
+#include <variant>
+#include <vector>
+
+namespace tapestry::io::detail {
+
+/// Makes the messages of onnx.proto, by the numbers of their fields.
+class OnnxEncoder {
+ public:
+  OnnxEncoder(const nn::NetworkDescription& network, const std::map<std::string, nn::Shape>& output_shapes)
+      : network_(network), output_shapes_(output_shapes) {}
+
+  [[nodiscard]] std::string model() const {
+    std::string bytes;
+    protozero::pbf_writer writer(bytes);
+    writer.add_int64(1, network_.opset >= 19 ? 9 : 7);  // ir_version
+    writer.add_string(2, "tapestry");
+    writer.add_message(7, graph());
+    std::string opset;
+    protozero::pbf_writer(opset).add_int64(2, network_.opset);
+    writer.add_message(8, opset);
+    return bytes;
+  }
+
+ private:
+  static constexpr std::int32_t type_float = 1, type_int64 = 7, type_bool = 9, type_double = 11;
+
+  [[nodiscard]] std::string graph() const {
+    std::string bytes;
+    protozero::pbf_writer writer(bytes);
+    for (const nn::Node& node : network_.nodes) writer.add_message(1, encoded(node));
+    writer.add_string(2, "network");
+    for (const auto& [name, constant] : network_.constants) writer.add_message(5, tensor(name, constant));
+    for (const nn::InputDescription& input : network_.inputs)
+      writer.add_message(11, value(input.name, type_of(input.type), input.shape));
+    for (const std::string& output : network_.outputs) {
+      const auto found = output_shapes_.find(output);
+      std::optional<OpenShape> shape;
+      if (found != output_shapes_.end()) shape = OpenShape(found->second.begin(), found->second.end());
+      writer.add_message(12, value(output, type_float, shape));
+    }
+    return bytes;
+  }
+
+  [[nodiscard]] static std::int32_t type_of(nn::ElementType type) {
+    if (type == nn::ElementType::integer) return type_int64;
+    return type == nn::ElementType::boolean ? type_bool : type_float;
+  }
+
+  using OpenShape = std::vector<std::optional<std::size_t>>;
+
+  /// A ValueInfoProto; without a shape nothing is said of the extents.
+  [[nodiscard]] static std::string value(const std::string& name, std::int32_t element_type,
+                                         const std::optional<OpenShape>& extents) {
+    std::string shape, type, tensor, bytes;
+    for (const auto& extent : extents.value_or(OpenShape{})) {
+      std::string dimension;
+      if (extent) protozero::pbf_writer(dimension).add_int64(1, static_cast<std::int64_t>(*extent));
+      protozero::pbf_writer(shape).add_message(1, dimension);
+    }
+    protozero::pbf_writer(tensor).add_int32(1, element_type);
+    if (extents) protozero::pbf_writer(tensor).add_message(2, shape);
+    protozero::pbf_writer(type).add_message(1, tensor);
+    protozero::pbf_writer writer(bytes);
+    writer.add_string(1, name);
+    writer.add_message(2, type);
+    return bytes;
+  }
+
+  [[nodiscard]] static std::string encoded(const nn::Node& node) {
+    std::string bytes;
+    protozero::pbf_writer writer(bytes);
+    for (const std::string& input : node.inputs) writer.add_string(1, input);
+    for (const std::string& output : node.outputs) writer.add_string(2, output);
+    if (!node.name.empty()) writer.add_string(3, node.name);
+    writer.add_string(4, node.operation);
+    for (const auto& [name, attribute] : node.attributes) writer.add_message(5, encoded(name, attribute));
+    return bytes;
+  }
+
+  [[nodiscard]] static std::string encoded(const std::string& name, const nn::Attribute& attribute) {
+    std::string bytes;
+    protozero::pbf_writer writer(bytes);
+    writer.add_string(1, name);
+    const auto write = [&](const auto& value) { return add_value(writer, value); };
+    writer.add_int32(20, std::visit(write, attribute));
+    return bytes;
+  }
+
+  // Each writes a value into an AttributeProto and tells its type.
+  static std::int32_t add_value(protozero::pbf_writer& writer, double value) {
+    writer.add_float(2, static_cast<float>(value));
+    return 1;
+  }
+  static std::int32_t add_value(protozero::pbf_writer& writer, std::int64_t value) {
+    writer.add_int64(3, value);
+    return 2;
+  }
+  static std::int32_t add_value(protozero::pbf_writer& writer, const std::string& value) {
+    writer.add_bytes(4, value);
+    return 3;
+  }
+  static std::int32_t add_value(protozero::pbf_writer& writer, const nn::Constant& value) {
+    writer.add_message(5, tensor("", value));
+    return 4;
+  }
+  static std::int32_t add_value(protozero::pbf_writer& writer, const std::vector<double>& values) {
+    for (const double value : values) writer.add_float(7, static_cast<float>(value));
+    return 6;
+  }
+  static std::int32_t add_value(protozero::pbf_writer& writer, const std::vector<std::int64_t>& values) {
+    for (const std::int64_t value : values) writer.add_int64(8, value);
+    return 7;
+  }
+  static std::int32_t add_value(protozero::pbf_writer& writer, const std::vector<std::string>& values) {
+    for (const std::string& value : values) writer.add_bytes(9, value);
+    return 8;
+  }
+
+  /// The `size` lower bytes of a word, the lowest first.
+  static void append(std::string& bytes, std::uint64_t word, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>(word >> (8 * i) & 0xFFU);
+  }
+
+  /// The nearest integer of 64 bits to one that was read into double precision, where the largest is 2⁶³.
+  [[nodiscard]] static std::int64_t integer_of(const std::string& name, double value) {
+    if (std::isnan(value)) throw DomainError("write_onnx: the integers of '" + name + "' hold NaN");
+    if (value >= 0x1p63) return std::numeric_limits<std::int64_t>::max();
+    if (value < -0x1p63) return std::numeric_limits<std::int64_t>::min();
+    return static_cast<std::int64_t>(value);
+  }
+
+  [[nodiscard]] static std::string tensor(const std::string& name, const nn::Constant& constant) {
+    const bool is_float = constant.type == nn::ElementType::floating;
+    const bool is_double = is_float && std::holds_alternative<std::vector<double>>(constant.values);
+    std::string bytes, elements;
+    for (std::size_t i = 0; i < constant.size(); ++i) {
+      const double value = constant.at(i);
+      if (is_double)
+        append(elements, std::bit_cast<std::uint64_t>(value), 8);
+      else if (is_float)
+        append(elements, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+      else if (constant.type == nn::ElementType::integer)
+        append(elements, static_cast<std::uint64_t>(integer_of(name, value)), 8);
+      else
+        append(elements, value != 0 ? 1 : 0, 1);
+    }
+    protozero::pbf_writer writer(bytes);
+    for (const std::size_t extent : constant.shape) writer.add_int64(1, static_cast<std::int64_t>(extent));
+    writer.add_int32(2, is_double ? type_double : type_of(constant.type));
+    if (!name.empty()) writer.add_string(8, name);
+    writer.add_bytes(9, elements);
+    return bytes;
+  }
+
+  const nn::NetworkDescription& network_;
+  const std::map<std::string, nn::Shape>& output_shapes_;
+};
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+std::string onnx_bytes(const nn::NetworkDescription& network,
+                       const std::map<std::string, nn::Shape>& output_shapes) {
+  return detail::OnnxEncoder(network, output_shapes).model();
+}
+
+void write_onnx(const std::string& path, const nn::NetworkDescription& network,
+                const std::map<std::string, nn::Shape>& output_shapes) {
+  write_file_atomically(path, std::string_view(onnx_bytes(network, output_shapes)));
+}
+
+}  // namespace tapestry::io

@@ -1,0 +1,161 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <tapestry/loss/anchor_match.hpp>
+#include <tapestry/loss/classification.hpp>
+#include <tapestry/loss/max_score.hpp>
+#include <tapestry/loss/objectness.hpp>
+#include <tapestry/loss/responsible.hpp>
+#include <vector>
+
+namespace tapestry::loss {
+
+AdversarialLoss adversarial_loss_by_name(const std::string& name) {
+  if (name == "paper") return AdversarialLoss::paper;
+  if (name == "as_coded") return AdversarialLoss::as_coded;
+  if (name == "max_score") return AdversarialLoss::max_score;
+  throw DomainError("no adversarial loss is called '" + name + "'; there are paper, as_coded and max_score");
+}
+
+std::string name_of(AdversarialLoss kind) {
+  return kind == AdversarialLoss::paper      ? "paper"
+         : kind == AdversarialLoss::as_coded ? "as_coded"
+                                             : "max_score";
+}
+
+}  // namespace tapestry::loss
+
+namespace tapestry::loss::detail {
+
+template <class T>
+TermSums paper_terms(const Predictions<T>& predictions, const Target& target) {
+  TermSums sums;
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto found = responsible(predictions, head, target);
+    if (!found) continue;
+    sums.iou += found->overlap.iou;
+    sums.objectness += found->objectness;
+    sums.classification += found->class_probability;
+  }
+  return sums;
+}
+
+template <class T>
+void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
+                         const LogitsAdjoint<T>& logits_adjoint) {
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto found = responsible(predictions, head, target);
+    if (!found) continue;
+    const auto& layout = predictions.heads[head];
+    const std::size_t objectness = objectness_channel(layout, target.class_index);
+    add_to_logit(predictions, found->candidate, objectness,
+                 adjoint.objectness * logistic_slope(logit(predictions, found->candidate, objectness)),
+                 logits_adjoint);
+    const double of_class = class_logit(predictions, found->candidate, target.class_index);
+    class_logit_adjoint(predictions, found->candidate, target.class_index,
+                        adjoint.classification * logistic_slope(of_class), logits_adjoint);
+    detect::Box box_adjoint{0, 0, 0, 0};
+    add(box_adjoint, found->overlap.gradient, adjoint.iou);
+    decoded_box_adjoint(predictions, found->candidate, box_adjoint, logits_adjoint);
+  }
+}
+
+template <class T>
+TermSums as_coded_terms(const Predictions<T>& predictions, const Target& target) {
+  TermSums sums;
+  const auto balance = objectness_balance(predictions.heads);
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto matched = matched_candidates(predictions, head, target);
+    for (const Candidate& candidate : matched)
+      sums.iou += complete_iou(decoded_box(predictions, candidate), target.box).value() /
+                  static_cast<double>(matched.size());
+    sums.objectness +=
+        balance[head] * mean_objectness_entropy(predictions, head, matched, target.class_index);
+    sums.classification += largest_mean_logit(predictions, matched, target.class_index);
+  }
+  return sums;
+}
+
+template <class T>
+void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
+                            const LogitsAdjoint<T>& logits_adjoint) {
+  const auto balance = objectness_balance(predictions.heads);
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto matched = matched_candidates(predictions, head, target);
+    for (const Candidate& candidate : matched) {
+      detect::Box box_adjoint{0, 0, 0, 0};
+      add(box_adjoint, complete_iou(decoded_box(predictions, candidate), target.box).gradient,
+          adjoint.iou / static_cast<double>(matched.size()));
+      decoded_box_adjoint(predictions, candidate, box_adjoint, logits_adjoint);
+    }
+    mean_objectness_entropy_adjoint(predictions, head, matched, target.class_index,
+                                    adjoint.objectness * balance[head], logits_adjoint);
+    largest_mean_logit_adjoint(predictions, matched, target.class_index, adjoint.classification,
+                               logits_adjoint);
+  }
+}
+
+template <class T>
+void terms_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
+                   const TermSums& adjoint, const LogitsAdjoint<T>& logits_adjoint) {
+  if (kind == AdversarialLoss::paper) paper_terms_adjoint(predictions, target, adjoint, logits_adjoint);
+  if (kind == AdversarialLoss::as_coded) as_coded_terms_adjoint(predictions, target, adjoint, logits_adjoint);
+  if (kind == AdversarialLoss::max_score)
+    max_score_adjoint(predictions, target, adjoint.max_score, logits_adjoint);
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template <class T>
+AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
+                                const AdversarialWeights& weights) {
+  require_predictions("adversarial", predictions);
+  require_target("adversarial", predictions, target);
+  detail::TermSums sums;
+  if (kind == AdversarialLoss::paper) sums = detail::paper_terms(predictions, target);
+  if (kind == AdversarialLoss::as_coded) sums = detail::as_coded_terms(predictions, target);
+  if (kind == AdversarialLoss::max_score) sums.max_score = max_score(predictions, target);
+  const double total = weights.iou * sums.iou + weights.objectness * sums.objectness +
+                       weights.classification * sums.classification + weights.max_score * sums.max_score;
+  return {static_cast<T>(sums.iou), static_cast<T>(sums.objectness), static_cast<T>(sums.classification),
+          static_cast<T>(sums.max_score), static_cast<T>(total)};
+}
+
+template <class T>
+void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
+                         const AdversarialWeights& weights, T total_adjoint,
+                         const LogitsAdjoint<T>& logits_adjoint) {
+  require_predictions("adversarial_adjoint", predictions);
+  require_target("adversarial_adjoint", predictions, target);
+  require_adjoint("adversarial_adjoint", predictions, logits_adjoint);
+  const auto seed = static_cast<double>(total_adjoint);
+  const detail::TermSums adjoint{seed * weights.iou, seed * weights.objectness, seed * weights.classification,
+                                 seed * weights.max_score};
+  detail::terms_adjoint(predictions, target, kind, adjoint, logits_adjoint);
+}
+
+}  // namespace tapestry::loss
+
+namespace tapestry::loss::detail {
+
+template decltype(terms_adjoint<float>) terms_adjoint<float>;
+template decltype(terms_adjoint<double>) terms_adjoint<double>;
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template AdversarialTerms<float> adversarial<float>(const Predictions<float>& predictions,
+                                                    const Target& target, AdversarialLoss kind,
+                                                    const AdversarialWeights& weights);
+template AdversarialTerms<double> adversarial<double>(const Predictions<double>& predictions,
+                                                      const Target& target, AdversarialLoss kind,
+                                                      const AdversarialWeights& weights);
+template decltype(adversarial_adjoint<float>) adversarial_adjoint<float>;
+template decltype(adversarial_adjoint<double>) adversarial_adjoint<double>;
+
+}  // namespace tapestry::loss

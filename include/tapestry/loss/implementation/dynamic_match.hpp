@@ -1,0 +1,189 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/loss/dynamic_match.hpp>
+#include <tapestry/loss/prediction.hpp>
+#include <vector>
+
+namespace tapestry::loss::detail {
+
+/// The centre of a candidate's cell, pixels of the input.
+template <class T>
+[[nodiscard]] detect::Box cell_box(const Predictions<T>& predictions, const Candidate& candidate) {
+  const auto [x, y] =
+      detect::detail::axes_of(predictions.heads[candidate.head], place_of(predictions, candidate));
+  return {x.position(x.cell + 0.5), y.position(y.cell + 0.5), x.unit, y.unit};
+}
+
+ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit) {
+  constexpr double most = 100;
+  said = softplus(-class_logit);
+  if (objectness_logit) said = (said + softplus(-*objectness_logit)) / 2;
+  denied = std::min(most, -std::log(-std::expm1(-said)));
+  said = std::min(most, said);
+}
+
+/// What it costs a candidate to say one class and deny all others.
+template <class T>
+[[nodiscard]] std::vector<double> class_costs(const Predictions<T>& predictions, const Candidate& candidate) {
+  const auto& head = predictions.heads[candidate.head];
+  const auto logit = logits_of(predictions, candidate);
+  std::optional<double> objectness;
+  if (const auto channel = head.objectness_channel()) objectness = logit(*channel);
+  std::vector<double> costs(head.classes);
+  double all_denied = 0;
+  for (std::size_t k = 0; k < head.classes; ++k) {
+    const ClassCost cost(logit(head.class_channel(k)), objectness);
+    all_denied += cost.denied;
+    costs[k] = cost.said - cost.denied;
+  }
+  for (double& cost : costs) cost += all_denied;
+  return costs;
+}
+
+/// The candidates of one image, and which truth each has got so far.
+template <class T>
+class DynamicMatcher {
+ public:
+  DynamicMatcher(const Predictions<T>& predictions, const DynamicMatchOptions& options)
+      : predictions_(predictions), options_(options) {
+    for (std::size_t head = 0; head < predictions.heads.size(); ++head)
+      for_each_candidate(head, predictions.heads[head], [&](const Candidate& candidate) {
+        places_.push_back({candidate, cell_box(predictions, candidate), {}, {}, {}, nullptr, 0});
+      });
+  }
+
+  /// Hands the truth to as many of its cheapest candidates as its best overlaps sum up to, at least one.
+  void add(const Target& truth) {
+    if (!(truth.box.w > 0 && truth.box.h > 0)) return;
+    std::vector<Offer> offers;
+    for (Place& place : places_)
+      if (const auto offer = offer_of(place, truth)) offers.push_back(*offer);
+    const std::size_t count = std::min(offers.size(), cells_for(offers));
+    std::ranges::stable_sort(offers, {}, &Offer::cost);
+    for (std::size_t i = 0; i < count; ++i) {
+      Place& place = *offers[i].place;
+      if (place.truth != nullptr && place.cost <= offers[i].cost) continue;
+      place.truth = &truth;
+      place.cost = offers[i].cost;
+      place.iou = offers[i].iou;
+    }
+  }
+
+  [[nodiscard]] std::vector<DynamicMatch> matches() const {
+    std::vector<DynamicMatch> found;
+    for (const Place& place : places_)
+      if (place.truth != nullptr) found.push_back({place.candidate, *place.truth, place.iou});
+    return found;
+  }
+
+ private:
+  struct Place {
+    Candidate candidate;
+    detect::Box cell;
+    std::optional<detect::Box> box;   ///< that it predicts, once asked for
+    std::vector<double> class_costs;  ///< likewise
+    double cost = 0;                  ///< of the truth that it has
+    const Target* truth = nullptr;
+    double iou = 0;
+  };
+
+  struct Offer {
+    Place* place;
+    double cost, iou;
+  };
+
+  /// What a truth would cost a candidate that may take it: one with its cell's centre in the truth's box or
+  /// near its middle.
+  [[nodiscard]] std::optional<Offer> offer_of(Place& place, const Target& truth) const {
+    constexpr double smallest_iou = 1e-8, outside_cost = 1e5;
+    const double dx = std::abs(place.cell.cx - truth.box.cx), dy = std::abs(place.cell.cy - truth.box.cy);
+    const bool is_inside = dx < truth.box.w / 2 && dy < truth.box.h / 2;
+    const bool is_near = dx < options_.radius * place.cell.w && dy < options_.radius * place.cell.h;
+    if (!is_inside && !is_near) return std::nullopt;
+    if (!place.box) {
+      place.box = decoded_box(predictions_, place.candidate);
+      place.class_costs = class_costs(predictions_, place.candidate);
+    }
+    const double iou = detect::iou(*place.box, truth.box);
+    const double cost = place.class_costs[truth.class_index] -
+                        options_.overlap_cost * std::log(iou + smallest_iou) +
+                        (is_inside && is_near ? 0 : outside_cost);
+    return Offer{&place, cost, iou};
+  }
+
+  [[nodiscard]] std::size_t cells_for(const std::vector<Offer>& offers) const {
+    std::vector<double> overlaps;
+    for (const Offer& offer : offers) overlaps.push_back(offer.iou);
+    std::ranges::sort(overlaps, std::greater<>());
+    double sum = 0;
+    for (std::size_t i = 0; i < std::min(options_.strongest, overlaps.size()); ++i) sum += overlaps[i];
+    return std::max<std::size_t>(1, static_cast<std::size_t>(sum));
+  }
+
+  const Predictions<T>& predictions_;
+  DynamicMatchOptions options_;
+  std::vector<Place> places_;
+};
+
+void require_free_heads(const char* operation, const std::vector<detect::Head>& heads) {
+  for (const auto& head : heads)
+    if (detect::has_anchors(head.decode) || head.decode == detect::DecodeFamily::decoded)
+      throw DomainError(std::string(operation) + ": heads of the decode family " +
+                        std::string(detect::name_of(head.decode)) +
+                        ", whose candidates are no cells without anchors; expected yolox or distance");
+}
+
+/// \throws NumericError for a logit of the image that is not finite
+template <class T>
+void require_finite_image(const char* operation, const Predictions<T>& predictions) {
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
+    const auto& logits = *predictions.logits[head];
+    const std::size_t count = logits.size() / logits.shape(0);
+    const T* const first = logits.data() + predictions.image * count;
+    for (std::size_t i = 0; i < count; ++i)
+      if (!std::isfinite(first[i]))
+        throw NumericError(std::string(operation) + ": logit " + std::to_string(i) + " of head " +
+                           std::to_string(head) + ", image " + std::to_string(predictions.image) +
+                           "; expected a finite number, found " + std::to_string(first[i]));
+  }
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template <class T>
+DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
+                               const Truths& truths, std::size_t input_height, std::size_t input_width,
+                               const DynamicMatchOptions& options) {
+  constexpr const char* operation = "dynamic_matches";
+  if (truths.empty()) throw DomainError(std::string(operation) + ": an empty batch");
+  detail::require_free_heads(operation, heads);
+  const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
+  require_predictions(operation, last);
+  require_batch(operation, "truths", truths.size(), logits);
+  for (const auto& of_image : truths)
+    for (const Target& truth : of_image) require_target(operation, last, truth);
+  DynamicMatches matches(truths.size());
+  parallel_for(truths.size(), [&](std::size_t n) {
+    const Predictions<T> predictions{heads, logits, n, input_height, input_width};
+    detail::require_finite_image(operation, predictions);
+    detail::DynamicMatcher<T> matcher(predictions, options);
+    for (const Target& truth : truths[n]) matcher.add(truth);
+    matches[n] = matcher.matches();
+  });
+  return matches;
+}
+
+template decltype(dynamic_matches<float>) dynamic_matches<float>;
+template decltype(dynamic_matches<double>) dynamic_matches<double>;
+
+}  // namespace tapestry::loss

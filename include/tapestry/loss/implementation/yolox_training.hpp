@@ -1,0 +1,170 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/loss/dynamic_match.hpp>
+#include <tapestry/loss/prediction.hpp>
+#include <tapestry/loss/training_terms.hpp>
+#include <tapestry/loss/yolox_training.hpp>
+#include <vector>
+
+namespace tapestry::loss::detail {
+
+/// (y − σ(t))² · H(t, y): the cross entropy, which counts the less the nearer σ is to what is wanted.
+[[nodiscard]] inline double quality_focal(double logit, double wanted) {
+  const double missed = cross_entropy_slope(logit, wanted);  // σ − y
+  return missed * missed * cross_entropy(logit, wanted);
+}
+
+/// ∂quality_focal/∂logit.
+[[nodiscard]] inline double quality_focal_slope(double logit, double wanted) {
+  const double missed = cross_entropy_slope(logit, wanted);
+  return missed * (missed * missed + 2 * logistic_slope(logit) * cross_entropy(logit, wanted));
+}
+
+/// Calls visit(channel, wanted, is_focal, is_objectness) for every channel of a candidate that is to say how
+/// sure it is of something. \param match  what it has to predict; null for background
+template <class Visit>
+void for_each_score(const detect::Head& head, const DynamicMatch* match, Visit visit) {
+  const auto objectness = head.objectness_channel();
+  if (objectness) visit(*objectness, match != nullptr ? 1.0 : 0.0, false, true);
+  if (match == nullptr && objectness) return;
+  for (std::size_t k = 0; k < head.classes; ++k) {
+    const bool is_it = match != nullptr && k == match->truth.class_index;
+    visit(head.class_channel(k), is_it ? match->iou : 0.0, !objectness, false);
+  }
+}
+
+/// Calls visit(candidate, match) for all candidates of an image in order, match being null for background.
+template <class T, class Visit>
+void for_each_with_match(const Predictions<T>& predictions, const std::vector<DynamicMatch>& matches,
+                         Visit visit) {
+  auto next = matches.begin();
+  for (std::size_t head = 0; head < predictions.heads.size(); ++head)
+    for_each_candidate(head, predictions.heads[head], [&](const Candidate& candidate) {
+      const bool is_matched = next != matches.end() && next->candidate == candidate;
+      visit(candidate, is_matched ? &*next++ : nullptr);
+    });
+}
+
+/// Sums of one image, not divided by anything.
+template <class T>
+YoloTrainingTerms yolox_sums(const Predictions<T>& predictions, const std::vector<DynamicMatch>& matches) {
+  YoloTrainingTerms sums;
+  for_each_with_match(predictions, matches, [&](const Candidate& candidate, const DynamicMatch* match) {
+    const auto logit = logits_of(predictions, candidate);
+    if (match != nullptr) {
+      const double iou = iou_with_gradient(decoded_box(predictions, candidate), match->truth.box).iou;
+      sums.box += 1 - iou * iou;
+    }
+    for_each_score(predictions.heads[candidate.head], match,
+                   [&](std::size_t channel, double wanted, bool is_focal, bool is_objectness) {
+                     const double at = logit(channel);
+                     double& sum = is_objectness ? sums.objectness : sums.classification;
+                     sum += is_focal ? quality_focal(at, wanted) : cross_entropy(at, wanted);
+                   });
+  });
+  return sums;
+}
+
+/// \param adjoint  of the sums' weighted total
+template <class T>
+void yolox_sums_adjoint(const Predictions<T>& predictions, const std::vector<DynamicMatch>& matches,
+                        const YoloxTrainingOptions& options, double adjoint,
+                        const LogitsAdjoint<T>& logits_adjoint) {
+  for_each_with_match(predictions, matches, [&](const Candidate& candidate, const DynamicMatch* match) {
+    const auto logit = logits_of(predictions, candidate);
+    if (match != nullptr) {
+      const Overlap overlap = iou_with_gradient(decoded_box(predictions, candidate), match->truth.box);
+      detect::Box box_adjoint;
+      add(box_adjoint, overlap.gradient, -2 * overlap.iou * adjoint * options.box);
+      decoded_box_adjoint(predictions, candidate, box_adjoint, logits_adjoint);
+    }
+    for_each_score(predictions.heads[candidate.head], match,
+                   [&](std::size_t channel, double wanted, bool is_focal, bool is_objectness) {
+                     const double at = logit(channel);
+                     const double slope =
+                         is_focal ? quality_focal_slope(at, wanted) : cross_entropy_slope(at, wanted);
+                     const double weight = is_objectness ? options.objectness : options.classification;
+                     add_to_logit(predictions, candidate, channel, adjoint * weight * slope, logits_adjoint);
+                   });
+  });
+}
+
+/// \throws as yolox_training()
+template <class T>
+void require_matches(const char* operation, const std::vector<detect::Head>& heads,
+                     const LogitsView<T>& logits, const DynamicMatches& matches, std::size_t input_height,
+                     std::size_t input_width) {
+  if (matches.empty()) throw DomainError(std::string(operation) + ": an empty batch");
+  require_free_heads(operation, heads);
+  require_predictions(operation,
+                      Predictions<T>{heads, logits, matches.size() - 1, input_height, input_width});
+  require_batch(operation, "matches", matches.size(), logits);
+  for (std::size_t image = 0; image < matches.size(); ++image) {
+    std::size_t sound = 0;
+    const Predictions<T> predictions{heads, logits, image, input_height, input_width};
+    for_each_with_match(predictions, matches[image],
+                        [&](const Candidate& candidate, const DynamicMatch* match) {
+                          if (match != nullptr && match->truth.class_index < heads[candidate.head].classes)
+                            ++sound;
+                        });
+    if (sound < matches[image].size())
+      throw DomainError(std::string(operation) + ": match " + std::to_string(sound) + " of image " +
+                        std::to_string(image) +
+                        "; expected candidates and classes of the heads, in order of head, row and column");
+  }
+}
+
+/// What the sums are divided by: candidates with a truth in all images, at least 1.
+[[nodiscard]] inline double match_count(const DynamicMatches& matches) {
+  std::size_t count = 0;
+  for (const auto& of_image : matches) count += of_image.size();
+  return static_cast<double>(std::max<std::size_t>(1, count));
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template <class T>
+YoloTrainingTerms yolox_training(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
+                                 const DynamicMatches& matches, std::size_t input_height,
+                                 std::size_t input_width, const YoloxTrainingOptions& options) {
+  detail::require_matches("yolox_training", heads, logits, matches, input_height, input_width);
+  return detail::batch_terms(matches.size(), detail::match_count(matches), options, [&](std::size_t n) {
+    return detail::yolox_sums(Predictions<T>{heads, logits, n, input_height, input_width}, matches[n]);
+  });
+}
+
+template <class T>
+void yolox_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
+                            const DynamicMatches& matches, std::size_t input_height, std::size_t input_width,
+                            const YoloxTrainingOptions& options, T total_adjoint,
+                            const LogitsAdjoint<T>& logits_adjoint) {
+  detail::require_matches("yolox_training_adjoint", heads, logits, matches, input_height, input_width);
+  require_adjoint("yolox_training_adjoint", Predictions<T>{heads, logits, 0, input_height, input_width},
+                  logits_adjoint);
+  const double adjoint = static_cast<double>(total_adjoint) / detail::match_count(matches);
+  parallel_for(matches.size(), [&](std::size_t n) {
+    detail::yolox_sums_adjoint(Predictions<T>{heads, logits, n, input_height, input_width}, matches[n],
+                               options, adjoint, logits_adjoint);
+  });
+}
+
+template YoloTrainingTerms yolox_training<float>(const std::vector<detect::Head>& heads,
+                                                 const LogitsView<float>& logits,
+                                                 const DynamicMatches& matches, std::size_t input_height,
+                                                 std::size_t input_width,
+                                                 const YoloxTrainingOptions& options);
+template YoloTrainingTerms yolox_training<double>(const std::vector<detect::Head>& heads,
+                                                  const LogitsView<double>& logits,
+                                                  const DynamicMatches& matches, std::size_t input_height,
+                                                  std::size_t input_width,
+                                                  const YoloxTrainingOptions& options);
+template decltype(yolox_training_adjoint<float>) yolox_training_adjoint<float>;
+template decltype(yolox_training_adjoint<double>) yolox_training_adjoint<double>;
+
+}  // namespace tapestry::loss

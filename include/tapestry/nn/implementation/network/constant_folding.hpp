@@ -1,0 +1,96 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tapestry/core/check.hpp>
+#include <tapestry/nn/network/constant_folding.hpp>
+#include <tapestry/nn/network/layout_conversion.hpp>
+#include <tapestry/nn/network/operators.hpp>
+#include <vector>
+
+namespace tapestry::nn::detail {
+
+/// Extents first … end − 1 of an operand, which may count from the end.
+[[nodiscard]] inline Constant shape_constant(const Node& node, std::int64_t opset, const Shape& shape) {
+  OperatorContext context(node, opset, {}, false);
+  const auto rank = static_cast<std::int64_t>(shape.size());
+  const auto place = [&](std::int64_t axis) {
+    return std::clamp<std::int64_t>(axis < 0 ? axis + rank : axis, 0, rank);
+  };
+  const std::int64_t first = place(context.integer("start", 0)), end = place(context.integer("end", rank));
+  context.require_all_asked();
+  std::vector<double> extents;
+  for (std::int64_t i = first; i < end; ++i)
+    extents.push_back(static_cast<double>(shape[static_cast<std::size_t>(i)]));
+  const std::size_t count = extents.size();
+  return integers(std::move(extents), {count});
+}
+
+bool lies_last(const Operator<double>& kind, const std::vector<FoldOperand>& operands) {
+  if (kind.layout != LayoutRule::channels_last) return false;
+  bool has_four = false, fits = true;
+  for (std::size_t i = 0; i < std::min(kind.data_inputs, operands.size()); ++i) {
+    has_four = has_four || (operands[i].is_there && operands[i].shape.size() == 4);
+    fits = fits && (!operands[i].is_there || operands[i].shape.size() == 4);
+  }
+  return has_four && fits;
+}
+
+}  // namespace tapestry::nn::detail
+
+namespace tapestry::nn {
+
+std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
+                                const std::vector<FoldOperand>& operands, std::size_t most) {
+  if (node.operation == "Shape" || node.operation == "Size") {
+    if (operands.empty() || !operands.front().is_there) throw DomainError("input 0 is missing");
+    const Shape& shape = operands.front().shape;
+    if (node.operation == "Shape") return {detail::shape_constant(node, opset, shape)};
+    return {detail::integers({static_cast<double>(size_of(shape))}, {})};
+  }
+  const Operator<double>& kind = operators<double>().find(node.operation)->second;
+  const bool is_last = detail::lies_last(kind, operands);
+  std::vector<Operand> inputs;
+  std::vector<Constant> stored(operands.size());
+  std::vector<Buffer<double>> values(operands.size());  // kernels may read past the end of one
+  std::vector<TensorView<const double>> views(operands.size());
+  for (std::size_t i = 0; i < operands.size(); ++i) {
+    const FoldOperand& operand = operands[i];
+    if (operand.is_there)
+      stored[i] = is_last && i < kind.data_inputs ? to_channels_last(*operand.constant) : *operand.constant;
+    inputs.push_back(
+        {stored[i].shape, stored[i].type, operand.is_there ? &stored[i] : nullptr, operand.is_there});
+    if (!operand.is_there) continue;
+    values[i].resize(stored[i].size());
+    for (std::size_t k = 0; k < values[i].size(); ++k) values[i].data()[k] = stored[i].at(k);
+    views[i] = {&stored[i].shape, values[i].data()};
+  }
+  OperatorContext context(node, opset, std::move(inputs), is_last);
+  const auto operation = kind.make(context);
+  context.require_all_asked();
+  std::vector<Buffer<double>> results;
+  std::vector<TensorView<double>> result_views;
+  for (const auto& result : operation->results()) {
+    const std::size_t count = size_of(result.shape);
+    if (count > most)
+      throw ShapeError("a constant result " + tapestry::detail::to_text(result.shape) + " is too large");
+    most -= count;
+    results.emplace_back(count);
+    result_views.push_back({&result.shape, results.back().data()});
+  }
+  operation->prepare(views);
+  OperationState<double> state;
+  operation->forward({views, result_views, state, false, Engine::automatic});
+  std::vector<Constant> constants;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Constant result{operation->results()[i].shape, operation->results()[i].type,
+                    std::vector<double>(results[i].data(), results[i].data() + results[i].size())};
+    constants.push_back(is_last && result.shape.size() == 4 ? from_channels_last(result) : std::move(result));
+  }
+  return constants;
+}
+
+}  // namespace tapestry::nn

@@ -1,0 +1,17 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/raster/light_adjoint.hpp>
+#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/render_variable.hpp>
+#include <tapestry/raster/shape_inputs.hpp>
+#include <tapestry/raster/silhouette_variable.hpp>
+#include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/vertex_gradient.hpp>
+#include <utility>
+#include <vector>

@@ -1,0 +1,223 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/raster/bake.hpp>
+#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/texture_charts.hpp>
+#include <tapestry/raster/used_texels.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+inline constexpr std::size_t no_chart = std::numeric_limits<std::size_t>::max();
+
+/// Sets of numbers that are joined until they are asked for.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t(0));
+  }
+  std::size_t find(std::size_t member) {
+    while (parent_[member] != member) member = parent_[member] = parent_[parent_[member]];
+    return member;
+  }
+  void join(std::size_t a, std::size_t b) { parent_[find(a)] = find(b); }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+/// The chart of each face, counted in the order of the painted faces, no_chart for those not painted: painted
+/// faces that share a point of uv, whichever index it has, are of one chart.
+/// \param body  that has a finite uv for every corner of a painted face
+inline std::vector<std::size_t> chart_of_faces(const PaintedMesh& body) {
+  const auto& mesh = body.mesh;
+  std::map<std::array<double, 2>, std::size_t> points;
+  std::vector<std::array<std::size_t, 3>> points_of_face(body.painted.size());
+  for (std::size_t face = 0; face < body.painted.size(); ++face)
+    for (std::size_t k = 0; body.painted[face] != 0 && k < 3; ++k) {
+      const auto& uv = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
+      points_of_face[face][k] = points.emplace(uv, points.size()).first->second;
+    }
+  DisjointSets sets(points.size());
+  for (std::size_t face = 0; face < body.painted.size(); ++face)
+    for (std::size_t k = 1; body.painted[face] != 0 && k < 3; ++k)
+      sets.join(points_of_face[face][0], points_of_face[face][k]);
+  std::map<std::size_t, std::size_t> chart_of_set;
+  std::vector<std::size_t> chart(body.painted.size(), no_chart);
+  for (std::size_t face = 0; face < body.painted.size(); ++face)
+    if (body.painted[face] != 0)
+      chart[face] =
+          chart_of_set.emplace(sets.find(points_of_face[face][0]), chart_of_set.size()).first->second;
+  return chart;
+}
+
+/// The chart of each texel of an atlas, no_chart where it is not used: that of the first painted face whose
+/// uv triangle has the texel's centre, else of the first whose lookups take from it.
+inline std::vector<std::size_t> chart_of_texels(const PaintedMesh& body) {
+  const TextureLayout& layout = body.layout;
+  const std::vector<std::size_t> chart_of_face = chart_of_faces(body);
+  std::vector<std::size_t> chart(layout.height * layout.width, no_chart);
+  const auto claim = [&](std::size_t face, std::size_t row, std::size_t column) {
+    std::size_t& owner = chart[row * layout.width + column];
+    if (owner == no_chart) owner = chart_of_face[face];
+  };
+  for (std::size_t face = 0; face < body.painted.size(); ++face) {
+    if (body.painted[face] == 0) continue;
+    for_each_atlas_texel(body.mesh, layout, face,
+                         [&](std::size_t row, std::size_t column, const std::array<double, 3>& barycentric) {
+                           if (std::min({barycentric[0], barycentric[1], barycentric[2]}) >= 0)
+                             claim(face, row, column);
+                         });
+  }
+  for_each_used_texel(body, claim);
+  return chart;
+}
+
+/// Gives a chart the bounding box of its texels, of which it has some.
+inline void fit_box(TextureChart& chart) {
+  const std::size_t top = chart.texels.front().row;
+  std::size_t left = chart.texels.front().column;
+  for (const ChartTexel& texel : chart.texels) left = std::min(left, texel.column);
+  chart.height = chart.width = 0;
+  for (ChartTexel& texel : chart.texels) {
+    texel.row -= top;
+    texel.column -= left;
+    chart.height = std::max(chart.height, texel.row + 1);
+    chart.width = std::max(chart.width, texel.column + 1);
+  }
+}
+
+/// The texels with their charts as pictures, each in its bounding box.
+/// \param chart_of_texel  of each texel of an atlas, row by row
+inline std::vector<TextureChart> charts_in_boxes(const std::vector<std::size_t>& chart_of_texel,
+                                                 std::size_t atlas_width) {
+  std::map<std::size_t, TextureChart> charts;
+  for (std::size_t texel = 0; texel < chart_of_texel.size(); ++texel)
+    if (chart_of_texel[texel] != no_chart)
+      charts[chart_of_texel[texel]].texels.push_back({texel / atlas_width, texel % atlas_width, texel});
+  std::vector<TextureChart> found;
+  for (auto& [number, chart] : charts) {
+    fit_box(chart);
+    found.push_back(std::move(chart));
+  }
+  return found;
+}
+
+inline std::vector<TextureChart> charts_of_atlas(const PaintedMesh& body) {
+  const TextureLayout& layout = body.layout;
+  try {
+    return charts_in_boxes(chart_of_texels(body), layout.width);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::limit) throw;
+    return charts_in_boxes(std::vector<std::size_t>(layout.height * layout.width, 0), layout.width);
+  }
+}
+
+std::vector<std::size_t> used_cube_texels(std::size_t edge) {
+  std::vector<std::size_t> used;
+  for (std::size_t texel = 0; texel < edge * edge * edge; ++texel) {
+    std::size_t least = 0, most = 0;
+    for (const std::size_t at : {texel / (edge * edge), texel / edge % edge, texel % edge}) {
+      least += at == 0 ? 0 : at - 1;
+      most += at + 1;
+    }
+    if (edge == 1 || (least < edge - 1 && most > edge - 1)) used.push_back(texel);
+  }
+  return used;
+}
+
+inline TextureChart chart_of_cubes(const PaintedMesh& body) {
+  const std::size_t edge = body.layout.texels_per_edge;
+  const std::vector<std::size_t> used = used_cube_texels(edge);
+  TextureChart chart{0, used.size()};
+  for (std::size_t face = 0; face < body.painted.size(); ++face) {
+    if (body.painted[face] == 0) continue;
+    for (std::size_t column = 0; column < used.size(); ++column)
+      chart.texels.push_back({chart.height, column, face * edge * edge * edge + used[column]});
+    ++chart.height;
+  }
+  return chart;
+}
+
+inline TextureChart chart_of_vertices(const PaintedMesh& body) {
+  std::set<std::size_t> used;
+  for (std::size_t face = 0; face < body.painted.size(); ++face)
+    for (std::size_t k = 0; body.painted[face] != 0 && k < 3; ++k)
+      used.insert(static_cast<std::size_t>(body.mesh.faces[face][k]));
+  TextureChart chart{1, used.size()};
+  for (const std::size_t position : used) chart.texels.push_back({0, chart.texels.size(), position});
+  return chart;
+}
+
+/// The pieces of a chart that hang together side by side, each in its bounding box, in the order of their
+/// first texels.
+inline std::vector<TextureChart> connected_pieces(const TextureChart& chart) {
+  std::vector<std::size_t> at(chart.height * chart.width, no_chart);
+  for (std::size_t i = 0; i < chart.texels.size(); ++i)
+    at[chart.texels[i].row * chart.width + chart.texels[i].column] = i;
+  DisjointSets sets(chart.texels.size());
+  for (std::size_t i = 0; i < chart.texels.size(); ++i) {
+    const auto [row, column, texel] = chart.texels[i];
+    const std::size_t place = row * chart.width + column;
+    if (column > 0 && at[place - 1] != no_chart) sets.join(i, at[place - 1]);
+    if (row > 0 && at[place - chart.width] != no_chart) sets.join(i, at[place - chart.width]);
+  }
+  std::map<std::size_t, std::size_t> piece_of_set;
+  std::vector<TextureChart> pieces;
+  for (std::size_t i = 0; i < chart.texels.size(); ++i) {
+    const std::size_t piece = piece_of_set.emplace(sets.find(i), pieces.size()).first->second;
+    if (piece == pieces.size()) pieces.emplace_back();
+    pieces[piece].texels.push_back(chart.texels[i]);
+  }
+  for (TextureChart& piece : pieces) fit_box(piece);
+  return pieces;
+}
+
+}  // namespace tapestry::raster::detail
+
+namespace tapestry::raster {
+
+std::vector<TextureChart> texture_charts(const PaintedMesh& body) {
+  detail::require_layout("texture_charts", body);
+  if (std::all_of(body.painted.begin(), body.painted.end(), [](std::uint8_t is) { return is == 0; }))
+    return {};
+  switch (body.layout.kind) {
+    case TextureKind::atlas:
+      return detail::charts_of_atlas(body);
+    case TextureKind::cube:
+      return {detail::chart_of_cubes(body)};
+    case TextureKind::vertex:
+      return {detail::chart_of_vertices(body)};
+    case TextureKind::solid:
+      break;
+  }
+  return {TextureChart{1, 1, {{0, 0, 0}}}};
+}
+
+std::vector<TextureChart> painted_charts(std::vector<TextureChart> charts,
+                                         const std::vector<std::uint8_t>& painted) {
+  if (painted.empty()) return charts;
+  std::vector<TextureChart> pieces;
+  for (TextureChart& chart : charts) {
+    for (const ChartTexel& texel : chart.texels)
+      if (texel.texel >= painted.size())
+        throw ShapeError("painted_charts: " + std::to_string(painted.size()) +
+                         " texels are painted or not, and a chart has texel " + std::to_string(texel.texel));
+    std::erase_if(chart.texels, [&](const ChartTexel& texel) { return painted[texel.texel] == 0; });
+    for (TextureChart& piece : detail::connected_pieces(chart)) pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+}  // namespace tapestry::raster

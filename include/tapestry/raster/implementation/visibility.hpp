@@ -1,0 +1,70 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/tiled_triangles.hpp>
+#include <tapestry/raster/visibility.hpp>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+void require_view(const char* operation, const geometry::Camera& camera, std::size_t height,
+                  std::size_t width, std::size_t samples_per_axis) {
+  const std::string name = operation;
+  if (samples_per_axis != 1 && samples_per_axis != 2 && samples_per_axis != 4 && samples_per_axis != 8) {
+    throw DomainError(name + ": samples_per_axis is " + std::to_string(samples_per_axis) +
+                      ", expected 1, 2, 4 or 8");
+  }
+  const std::size_t limit = sample_limit / samples_per_axis;
+  if (height == 0 || width == 0 || height > limit || width > limit) {
+    throw DomainError(name + ": picture is [" + std::to_string(height) + ", " + std::to_string(width) +
+                      "], expected 1 to " + std::to_string(limit) + " pixels an axis at " +
+                      std::to_string(samples_per_axis) + " samples an axis");
+  }
+  bool finite = geometry::is_finite(camera.translation);
+  for (const auto& row : camera.rotation) finite = finite && geometry::is_finite(row);
+  if (!finite || !(camera.near > 0) || !(camera.far > camera.near) || !(camera.far <= 1e30) ||
+      !(camera.tan_half_fov_x > 0 && camera.tan_half_fov_x <= 1e6) ||
+      !(camera.tan_half_fov_y > 0 && camera.tan_half_fov_y <= 1e6)) {
+    throw DomainError(name +
+                      ": the camera needs a finite pose, 0 < near < far ≤ 1e30 and tangents in (0, 1e6]");
+  }
+}
+
+}  // namespace tapestry::raster::detail
+
+namespace tapestry::raster {
+
+std::vector<geometry::Vector3> positions_in_view(const geometry::Mesh& mesh, const geometry::Camera& camera) {
+  std::vector<geometry::Vector3> positions(mesh.positions.size());
+  constexpr std::size_t block = 8192;
+  parallel_for(block_count(positions.size(), block), [&](std::size_t index) {
+    const auto [begin, end] = block_range(index, positions.size(), block);
+    for (std::size_t i = begin; i < end; ++i) positions[i] = view_from_world(camera, mesh.positions[i]);
+  });
+  return positions;
+}
+
+VisibilityBuffer visibility(const geometry::Mesh& mesh, const geometry::Camera& camera, std::size_t height,
+                            std::size_t width, std::size_t samples_per_axis, FaceCulling culling,
+                            const RasterKernels& kernels) {
+  detail::require_view("visibility", camera, height, width, samples_per_axis);
+  const std::size_t rows = height * samples_per_axis, columns = width * samples_per_axis;
+  const TiledTriangles triangles("visibility", mesh, camera, rows, columns, culling, kernels);
+  VisibilityBuffer buffer{height, width, samples_per_axis, {}, triangles.non_finite_faces()};
+  buffer.face.assign(rows * columns, -1);
+  parallel_for(triangles.tile_rows() * triangles.tile_columns(), [&](std::size_t index) {
+    const std::size_t row = index / triangles.tile_columns(), column = index % triangles.tile_columns();
+    triangles.draw(row, column, buffer.face.data() + tile_height * row * columns + tile_width * column,
+                   columns);
+  });
+  return buffer;
+}
+
+}  // namespace tapestry::raster

@@ -1,0 +1,8 @@
+#pragma once
+/// \file
+/// The compiled part of segment/, for one source file of a program; see tapestry/implementation.hpp.
+#include <tapestry/segment/implementation/car_component.hpp>
+#include <tapestry/segment/implementation/u2_net.hpp>
+#include <tapestry/segment/implementation/u2_net_description.hpp>
+#include <tapestry/segment/implementation/u2_net_input.hpp>
+#include <tapestry/segment/implementation/u2_net_variable.hpp>

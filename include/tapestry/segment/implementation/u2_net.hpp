@@ -1,0 +1,162 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/finite.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/image/resize.hpp>
+#include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/network/pruned.hpp>
+#include <tapestry/segment/u2_net.hpp>
+#include <tapestry/segment/u2_net_input.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::segment {
+
+template <std::floating_point T>
+U2Net<T>::U2Net(const nn::NetworkDescription& network, std::size_t side)
+    : network_(nn::pruned(network, {first_output(network)}), input_shape(network, side), true) {
+  const nn::Shape expected{1, 1, this->side(), this->side()};
+  if (network_.output_shape(0) != expected)
+    throw FileError(
+        ErrorKind::mismatch,
+        {network.path, "", "the first output " + in_quotes(network.outputs.front()) + " is no mask",
+         tapestry::detail::to_text(expected), tapestry::detail::to_text(network_.output_shape(0))});
+}
+
+template <std::floating_point T>
+void U2Net<T>::forward(const Array<T, 3>& picture, U2NetPass<T>& pass, nn::Mode mode) const {
+  require_shape("U2Net::forward", "picture", picture, {picture.shape(0), picture.shape(1), 3});
+  if (!all_finite(picture.data(), picture.size()))
+    throw DomainError("U2Net::forward: the picture has values that are not finite");
+  pass.extents = picture.shape();
+  reduce(picture, pass);
+  const Array<T, 3> input = u2_net_input(pass.reduced.back());
+  pass.input.resize(input.size());
+  std::copy_n(input.data(), input.size(), pass.input.data());
+  network_.forward({pass.input.data()}, pass.network, mode);
+
+  const T* const d = pass.network.output(0);
+  const std::size_t count = side() * side();
+  if (!all_finite(d, count)) throw NumericError("U2Net::forward: the network's mask is not finite");
+  const auto [least, most] = std::minmax_element(d, d + count);
+  Array<T, 3> stretched(Extents<3>{side(), side(), 1});
+  const T range = *most - *least;
+  for (std::size_t i = 0; i < count; ++i) stretched.data()[i] = range > T(0) ? (d[i] - *least) / range : T(0);
+  const auto resized = image::resize_bilinear(stretched, pass.extents[0], pass.extents[1]);
+  pass.mask.resize({pass.extents[0], pass.extents[1]});
+  std::copy_n(resized.data(), resized.size(), pass.mask.data());
+}
+
+template <std::floating_point T>
+Array<T, 2> U2Net<T>::operator()(const Array<T, 3>& picture) const {
+  U2NetPass<T> pass;
+  forward(picture, pass);
+  return std::move(pass.mask);
+}
+
+template <std::floating_point T>
+void U2Net<T>::pull_back(U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint,
+                         Array<T, 3>& picture_adjoint) const {
+  require_shape("U2Net::pull_back", "mask_adjoint", mask_adjoint, {pass.extents[0], pass.extents[1]});
+  require_shape("U2Net::pull_back", "picture_adjoint", picture_adjoint, pass.extents);
+  if (pass.reduced.empty()) throw DomainError("U2Net::pull_back: the pass holds no results");
+  const Array<T, 2> map_adjoint = adjoint_of_map(pass, mask_adjoint);
+  nn::Buffer<T> input_adjoint;
+  input_adjoint.resize(3 * side() * side());
+  input_adjoint.fill_zero();
+  network_.adjoint(pass.network, {map_adjoint.data()}, {input_adjoint.data()});
+
+  Array<T, 3> scaled_adjoint(pass.reduced.back().shape());
+  std::copy_n(input_adjoint.data(), scaled_adjoint.size(), scaled_adjoint.data());
+  auto adjoint = zeros<T, 3>(pass.reduced.back().shape());
+  u2_net_input_adjoint(pass.reduced.back(), scaled_adjoint, adjoint);
+  for (std::size_t level = pass.reduced.size() - 1; level-- > 0;) {
+    auto larger = zeros<T, 3>(pass.reduced[level].shape());
+    image::resize_bilinear_adjoint(adjoint, larger);
+    adjoint = std::move(larger);
+  }
+  image::resize_bilinear_adjoint(adjoint, picture_adjoint);
+}
+
+template <std::floating_point T>
+std::string U2Net<T>::first_output(const nn::NetworkDescription& network) {
+  if (network.outputs.empty())
+    throw FileError(ErrorKind::mismatch,
+                    {network.path, "", "no network that makes masks", "an output", "none"});
+  return network.outputs.front();
+}
+
+template <std::floating_point T>
+std::map<std::string, nn::Shape> U2Net<T>::input_shape(const nn::NetworkDescription& network,
+                                                       std::size_t side) {
+  const auto refuse = [&](const std::string& found) {
+    throw FileError(ErrorKind::mismatch,
+                    {network.path, "", "no network of pictures", "one input [1, 3, S, S]", found});
+  };
+  if (network.inputs.size() != 1) refuse(std::to_string(network.inputs.size()) + " inputs");
+  const nn::InputDescription& input = network.inputs.front();
+  if (input.shape.size() != 4)
+    refuse(in_quotes(input.name) + " of " + std::to_string(input.shape.size()) + " axes");
+  nn::Shape shape{1, 3};
+  for (const std::size_t axis : {2U, 3U}) {
+    const std::size_t own = input.shape[axis].value_or(published_side);
+    shape.push_back(side == 0 ? own : side);
+  }
+  nn::Shape stated = shape;
+  for (const std::size_t axis : {0U, 1U}) stated[axis] = input.shape[axis].value_or(shape[axis]);
+  if (stated[0] != 1 || stated[1] != 3 || shape[2] != shape[3] || shape[2] == 0)
+    refuse(in_quotes(input.name) + " " + tapestry::detail::to_text(stated));
+  return {{input.name, std::move(shape)}};
+}
+
+template <std::floating_point T>
+void U2Net<T>::reduce(const Array<T, 3>& picture, U2NetPass<T>& pass) const {
+  pass.reduced.clear();
+  const auto halved = [this](std::size_t extent) { return extent >= 2 * side() ? (extent + 1) / 2 : extent; };
+  for (const Array<T, 3>* from = &picture;; from = &pass.reduced.back()) {
+    const std::size_t rows = halved(from->shape(0)), columns = halved(from->shape(1));
+    const bool is_last = rows == from->shape(0) && columns == from->shape(1);
+    pass.reduced.push_back(
+        image::resize_bilinear(*from, is_last ? side() : rows, is_last ? side() : columns));
+    if (is_last) return;
+  }
+}
+
+template <std::floating_point T>
+Array<T, 2> U2Net<T>::adjoint_of_map(const U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint) const {
+  Array<T, 3> resized_adjoint(Extents<3>{mask_adjoint.shape(0), mask_adjoint.shape(1), 1});
+  std::copy_n(mask_adjoint.data(), mask_adjoint.size(), resized_adjoint.data());
+  auto stretched_adjoint = zeros<T, 3>({side(), side(), 1});
+  image::resize_bilinear_adjoint(resized_adjoint, stretched_adjoint);
+  auto map_adjoint = zeros<T, 2>({side(), side()});
+  const T* const d = pass.network.output(0);
+  const auto [least, most] = std::minmax_element(d, d + map_adjoint.size());
+  const double range = static_cast<double>(*most - *least);
+  // minmax_element() finds the last of equal largest values; the first takes the adjoint.
+  const T* const first_most = std::find(d, d + map_adjoint.size(), *most);
+  if (!(range > 0)) return map_adjoint;
+  double to_least = 0, to_most = 0;
+  for (std::size_t i = 0; i < map_adjoint.size(); ++i) {
+    const auto share = static_cast<double>(stretched_adjoint.data()[i]) / range;
+    const double stretched = static_cast<double>(d[i] - *least) / range;
+    map_adjoint.data()[i] = static_cast<T>(share);
+    to_least -= share * (1 - stretched);
+    to_most -= share * stretched;
+  }
+  map_adjoint.data()[least - d] += static_cast<T>(to_least);
+  map_adjoint.data()[first_most - d] += static_cast<T>(to_most);
+  return map_adjoint;
+}
+
+template class U2Net<float>;
+template class U2Net<double>;
+
+}  // namespace tapestry::segment

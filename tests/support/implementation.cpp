@@ -1,1 +1,0 @@
-#include <tapestry/implementation.hpp>
