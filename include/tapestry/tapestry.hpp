@@ -195,6 +195,7 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/network_description.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/dataset/coco_file.hpp>
 #include <tapestry/io/dataset/voc_folder.hpp>

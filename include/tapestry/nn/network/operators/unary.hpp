@@ -230,6 +230,7 @@ void add_unary_operators(OperatorTable<T>& table) {
   add_unary<unary::Swish>(table, "Swish", {"alpha", 1});
   add_unary<unary::HardSigmoid>(table, "HardSigmoid", {"alpha", 0.2}, {"beta", 0.5});
   add_unary<unary::HardSwish>(table, "HardSwish");
+  add_unary<unary::HardMish>(table, "HardMish");
   add_unary<unary::Mish>(table, "Mish");
   add_unary<unary::Elu>(table, "Elu", {"alpha", 1});
   add_unary<unary::Selu>(table, "Selu", {"alpha", 1.67326319217681884765625},

@@ -1,0 +1,295 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/io/darknet/network_description.hpp>
+#include <tapestry/nn/network/description.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io::detail {
+
+/// Writes down one layer after the other.
+template <std::floating_point T>
+class CfgDescriber {
+ public:
+  CfgDescriber(const detect::NetworkConfig& config, const Array<T, 1>& parameters, std::size_t height,
+               std::size_t width)
+      : config_(config),
+        parameters_(parameters),
+        shapes_(detect::infer_shapes(config, height, width)),
+        layout_(detect::parameter_layout(config, shapes_)) {
+    require_shape("network_description", "parameters", parameters, {layout_.count});
+    image_ = {config.channels, height, width};
+    network_.path = config.name;
+    network_.opset = 18;  // the first that has Mish
+    network_.inputs = {{"picture", {1, config.channels, height, width}}};
+  }
+
+  [[nodiscard]] nn::NetworkDescription describe() && {
+    for (std::size_t i = 0; i < config_.layers.size(); ++i) {
+      const std::size_t before = network_.nodes.size();
+      const std::string made = add_layer(i);
+      const bool makes_value = network_.nodes.size() > before;
+      if (makes_value) network_.nodes.back().outputs = {name_of_layer(i)};
+      values_.push_back(makes_value ? name_of_layer(i) : made);
+      if (is_head(config_.layers[i].kind)) network_.outputs.push_back(values_.back());
+    }
+    if (network_.outputs.empty()) network_.outputs = {values_.empty() ? "picture" : values_.back()};
+    return std::move(network_);
+  }
+
+ private:
+  using Attributes = std::map<std::string, nn::Attribute>;
+  using Integers = std::vector<std::int64_t>;
+
+  [[nodiscard]] static std::string name_of_layer(std::size_t i) { return "layer_" + std::to_string(i); }
+  [[nodiscard]] static std::int64_t integer(std::size_t count) { return static_cast<std::int64_t>(count); }
+
+  /// Values that layer i reads, and their extents.
+  [[nodiscard]] std::vector<std::pair<std::string, detect::FeatureShape>> inputs_of(std::size_t i) const {
+    std::vector<std::pair<std::string, detect::FeatureShape>> inputs;
+    for (const std::size_t input : detect::inputs_of(config_, i))
+      inputs.emplace_back(values_[input], shapes_[input]);
+    if (inputs.empty()) inputs.emplace_back("picture", image_);
+    return inputs;
+  }
+
+  /// Adds a node to the layer that is being described. \returns the name of its result
+  std::string add(const std::string& operation, std::vector<std::string> inputs, Attributes attributes = {}) {
+    const std::string layer = name_of_layer(values_.size());
+    const std::string result = layer + "." + std::to_string(network_.nodes.size());
+    network_.nodes.push_back({layer, operation, std::move(inputs), {result}, std::move(attributes)});
+    return result;
+  }
+
+  std::string add_constant(const std::string& suffix, nn::Constant constant) {
+    std::string name = name_of_layer(values_.size()) + suffix;
+    while (network_.constants.contains(name)) name += '\'';
+    network_.constants[name] = std::move(constant);
+    return name;
+  }
+  std::string add_integers(const std::string& suffix, const Integers& integers) {
+    return add_constant(suffix, {{integers.size()},
+                                 nn::ElementType::integer,
+                                 std::vector<double>(integers.begin(), integers.end())});
+  }
+  std::string add_number(const std::string& suffix, double number) {
+    return add_constant(suffix, {{}, nn::ElementType::floating, std::vector<T>{static_cast<T>(number)}});
+  }
+  std::string add_parameters(const std::string& suffix, std::size_t offset, nn::Shape shape) {
+    const T* const first = parameters_.data() + offset;
+    const std::size_t count = nn::size_of(shape);
+    return add_constant(suffix,
+                        {std::move(shape), nn::ElementType::floating, std::vector<T>(first, first + count)});
+  }
+
+  std::string add_layer(std::size_t i) {
+    const detect::LayerConfig& layer = config_.layers[i];
+    const auto inputs = inputs_of(i);
+    const auto& [input, shape] = inputs.front();
+    using Kind = detect::LayerKind;
+    switch (layer.kind) {
+      case Kind::convolutional:
+        return activate(layer.activation, convolve(i, input, shape));
+      case Kind::maxpool:
+        return pool(layer, input);
+      case Kind::upsample:
+        return upsample(layer, input);
+      case Kind::route:
+        return join(layer, inputs);
+      case Kind::shortcut:
+        return activate(layer.activation, add_up(i, inputs));
+      case Kind::avgpool:
+        return add("GlobalAveragePool", {input});
+      case Kind::softmax:
+        return softmax(layer, input, shape);
+      case Kind::scale_channels:
+      case Kind::sam:
+        return activate(layer.activation, add("Mul", {inputs.back().first, input}));
+      case Kind::reorg:
+        return reorganise(layer, input, shape);
+      case Kind::reorg3d:
+        return add("SpaceToDepth", {input}, {{"blocksize", integer(layer.stride)}});
+      case Kind::yolo:
+      case Kind::region:
+      case Kind::dropout:
+        break;
+    }
+    return input;
+  }
+
+  std::string convolve(std::size_t i, const std::string& input, const detect::FeatureShape& shape) {
+    const detect::LayerConfig& layer = config_.layers[i];
+    const detect::ConvolutionParameters& own = layout_.layers[i];
+    const std::size_t filters = layer.filters, size = layer.size;
+    std::vector<std::string> operands{
+        input, add_parameters(".weights", own.weight, {filters, shape.channels / layer.groups, size, size})};
+    const std::string biases = add_parameters(".biases", own.bias, {filters});
+    if (!layer.batch_normalize) operands.push_back(biases);
+    const std::string sums = add("Conv", std::move(operands),
+                                 {{"kernel_shape", Integers(2, integer(size))},
+                                  {"strides", Integers(2, integer(layer.stride))},
+                                  {"pads", Integers(4, integer(layer.padding))},
+                                  {"dilations", Integers(2, integer(layer.dilation))},
+                                  {"group", integer(layer.groups)}});
+    if (!layer.batch_normalize) return sums;
+    return add("BatchNormalization",
+               {sums, add_parameters(".scales", own.scale, {filters}), biases,
+                add_parameters(".means", own.mean, {filters}),
+                add_parameters(".variances", own.variance, {filters})},
+               {{"epsilon", config_.batch_norm_epsilon}});
+  }
+
+  std::string activate(nn::Activation activation, const std::string& value) {
+    using nn::Activation;
+    switch (activation) {
+      case Activation::linear:
+        return value;
+      case Activation::leaky:
+        return add("LeakyRelu", {value}, {{"alpha", 0.1}});
+      case Activation::relu:
+        return add("Relu", {value});
+      case Activation::logistic:
+        return add("Sigmoid", {value});
+      case Activation::swish:
+        return add("Mul", {value, add("Sigmoid", {value})});
+      case Activation::mish:
+        return add("Mish", {value});
+      case Activation::hard_mish:
+        return add("HardMish", {value});
+      case Activation::relu6:
+        return add("Clip", {value, add_number(".least", 0), add_number(".most", 6)});
+      case Activation::elu:
+        return add("Elu", {value});
+      case Activation::tanh:
+        return add("Tanh", {value});
+    }
+    return value;
+  }
+
+  std::string pool(const detect::LayerConfig& layer, const std::string& input) {
+    const std::int64_t before = integer(layer.padding / 2), after = integer(layer.padding) - before;
+    return add("MaxPool", {input},
+               {{"kernel_shape", Integers(2, integer(layer.size))},
+                {"strides", Integers(2, integer(layer.stride))},
+                {"pads", Integers{before, before, after, after}}});
+  }
+
+  std::string upsample(const detect::LayerConfig& layer, const std::string& input) {
+    const auto factor = static_cast<double>(layer.stride);
+    const std::string factors = add_constant(
+        ".factors", {{4}, nn::ElementType::floating, std::vector<float>{1, 1, float(factor), float(factor)}});
+    const std::string larger = add("Resize", {input, "", factors},
+                                   {{"mode", std::string("nearest")},
+                                    {"coordinate_transformation_mode", std::string("asymmetric")},
+                                    {"nearest_mode", std::string("floor")}});
+    return layer.scale == 1 ? larger : add("Mul", {larger, add_number(".scale", layer.scale)});
+  }
+
+  std::string join(const detect::LayerConfig& layer,
+                   const std::vector<std::pair<std::string, detect::FeatureShape>>& inputs) {
+    std::vector<std::string> parts;
+    for (const auto& [input, shape] : inputs) {
+      const std::size_t count = shape.channels / layer.groups;
+      parts.push_back(layer.groups == 1
+                          ? input
+                          : slice(input, {1}, {layer.group * count}, {(layer.group + 1) * count}, {1}));
+    }
+    return parts.size() == 1 ? parts.front() : add("Concat", parts, {{"axis", std::int64_t(1)}});
+  }
+
+  std::string slice(const std::string& input, const Integers& axes, const std::vector<std::size_t>& begins,
+                    const std::vector<std::size_t>& ends, const std::vector<std::size_t>& steps) {
+    const auto all = [&](const std::string& suffix, const std::vector<std::size_t>& values) {
+      return add_integers(suffix, Integers(values.begin(), values.end()));
+    };
+    return add("Slice", {input, all(".begins", begins), all(".ends", ends), add_integers(".axes", axes),
+                         all(".steps", steps)});
+  }
+
+  std::string add_up(std::size_t i,
+                     const std::vector<std::pair<std::string, detect::FeatureShape>>& inputs) {
+    std::string sum = inputs.front().first;
+    for (std::size_t k = 1; k < inputs.size(); ++k)
+      sum = add("Add", {sum, fitted(inputs[k].first, inputs[k].second, shapes_[i])});
+    return inputs.size() > 1 ? sum : add("Identity", {sum});
+  }
+
+  /// What a shortcut of unequal extents adds: as many channels as the fewer are, and of the one that has f
+  /// times the pixels along an axis each f-th, from the first. Source: shortcut_cpu of pjreddie's Darknet.
+  std::string fitted(std::string value, const detect::FeatureShape& from, const detect::FeatureShape& to) {
+    const std::size_t rows = std::min(from.height, to.height), columns = std::min(from.width, to.width);
+    const std::size_t channels = std::min(from.channels, to.channels);
+    if (channels < from.channels || rows < from.height || columns < from.width)
+      value = slice(value, {1, 2, 3}, {0, 0, 0}, {channels, from.height, from.width},
+                    {1, from.height / rows, from.width / columns});
+    if (rows < to.height || columns < to.width) {
+      const std::int64_t down = integer(to.height / rows), right = integer(to.width / columns);
+      const std::int64_t c = integer(channels), h = integer(rows), w = integer(columns);
+      value = add("Reshape", {value, add_integers(".pixels", {0, c, h, 1, w, 1})});
+      value = pad(value, {0, 0, 0, 0, 0, 0}, {0, 0, 0, down - 1, 0, right - 1});
+      value = add("Reshape", {value, add_integers(".blocks", {0, c, h * down, w * right})});
+    }
+    return channels < to.channels ? pad(value, {0, 0, 0, 0}, {0, integer(to.channels - channels), 0, 0})
+                                  : value;
+  }
+
+  std::string pad(const std::string& value, Integers zeros, const Integers& after) {
+    zeros.insert(zeros.end(), after.begin(), after.end());
+    return add("Pad", {value, add_integers(".zeros", zeros)});
+  }
+
+  std::string softmax(const detect::LayerConfig& layer, std::string value,
+                      const detect::FeatureShape& shape) {
+    if (layer.temperature != 1) value = add("Div", {value, add_number(".temperature", layer.temperature)});
+    const std::int64_t c = integer(shape.channels), h = integer(shape.height), w = integer(shape.width);
+    value = add("Reshape", {value, add_integers(".runs", {0, integer(layer.groups), -1})});
+    value = add("Softmax", {value}, {{"axis", std::int64_t(2)}});
+    return add("Reshape", {value, add_integers(".channels", {0, c, h, w})});
+  }
+
+  /// By the definition of nn::reorg(), [C', s·H, s·W] as [C', H, s, W, s] to [s, s, C', H, W].
+  std::string reorganise(const detect::LayerConfig& layer, std::string value,
+                         const detect::FeatureShape& shape) {
+    const std::int64_t s = integer(layer.stride);
+    const std::int64_t c = integer(shape.channels), h = integer(shape.height), w = integer(shape.width);
+    value = add("Reshape", {value, add_integers(".blocks", {0, c / (s * s), h, s, w, s})});
+    value = add("Transpose", {value}, {{"perm", Integers{0, 3, 5, 1, 2, 4}}});
+    return add("Reshape", {value, add_integers(".channels", {0, c * s * s, h / s, w / s})});
+  }
+
+  const detect::NetworkConfig& config_;
+  const Array<T, 1>& parameters_;
+  std::vector<detect::FeatureShape> shapes_;
+  detect::ParameterLayout layout_;
+  detect::FeatureShape image_{};
+  std::vector<std::string> values_{};  ///< of the layers so far
+  nn::NetworkDescription network_{};
+};
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+template <std::floating_point T>
+nn::NetworkDescription network_description(const detect::NetworkConfig& config, const Array<T, 1>& parameters,
+                                std::size_t input_height, std::size_t input_width) {
+  return detail::CfgDescriber<T>(config, parameters, input_height == 0 ? config.height : input_height,
+                                 input_width == 0 ? config.width : input_width)
+      .describe();
+}
+
+template nn::NetworkDescription network_description<float>(const detect::NetworkConfig&, const Array<float, 1>&,
+                                                std::size_t, std::size_t);
+template nn::NetworkDescription network_description<double>(const detect::NetworkConfig&, const Array<double, 1>&,
+                                                 std::size_t, std::size_t);
+
+}  // namespace tapestry::io
