@@ -72,6 +72,7 @@ bool is_known_to_opencv(const detect::NetworkConfig& config) {
   using enum detect::LayerKind;
   using enum tapestry::nn::Activation;
   const auto is_one_of = [](auto found, auto... known) { return ((found == known) || ...); };
+  const auto shapes = detect::infer_shapes(config, config.height, config.width);
   bool has_head = false;
   if (config.layers.front().kind != convolutional) return false;  // OpenCV looks for a layer before others
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
@@ -81,6 +82,7 @@ bool is_known_to_opencv(const detect::NetworkConfig& config) {
     if (is_one_of(layer.kind, reorg3d, softmax, region)) return false;
     if (!is_one_of(layer.activation, linear, leaky, relu, logistic, swish, mish)) return false;
     if (layer.kind == shortcut && layer.sources.size() > 1) return false;
+    if (layer.kind == shortcut && shapes[layer.sources.front()].height != shapes[i].height) return false;
     if (layer.kind == route && layer.groups > 1 && layer.sources.size() > 1) return false;
     if (layer.scale_wh || layer.dilation > 1) return false;
     if (layer.kind == upsample && layer.scale != 1) return false;

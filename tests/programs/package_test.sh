@@ -66,7 +66,7 @@ cmake_minimum_required(VERSION 3.24)
 project(user LANGUAGES CXX)
 find_package(tapestry REQUIRED)
 add_executable(by_find_package main.cpp)
-target_link_libraries(by_find_package PRIVATE tapestry::tapestry)
+target_link_libraries(by_find_package PRIVATE tapestry::compiled)
 END
 expect_exit 0 "find_package" cmake -B user -DCMAKE_PREFIX_PATH="$PWD/root/usr"
 grep -q "tapestry_DIR:PATH=$PWD/root" user/CMakeCache.txt && pass || fail "another Tapestry was found"

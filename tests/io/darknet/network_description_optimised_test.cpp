@@ -76,7 +76,8 @@ Outcome<T> by_operators(const detect::Network<T>& layers, const Array<T, 4>& pic
   return outcome;
 }
 
-/// Largest difference, over the largest value, or over 1e-4 where a softmax before a mean leaves only rounding.
+/// Largest difference, over the largest value, or over 1e-4 where a softmax before a mean leaves only
+/// rounding.
 template <class T>
 double distance(const std::vector<T>& found, const std::vector<T>& expected) {
   REQUIRE(found.size() == expected.size());
@@ -89,6 +90,38 @@ double distance(const std::vector<T>& found, const std::vector<T>& expected) {
   return difference / std::max(largest, 1e-4);
 }
 }  // namespace
+
+TEST_CASE("a batch of pictures has the bits of each alone", "[io][darknet][differential][batch]") {
+  tapestry::test::DifferentialRun run("batches of networks of operators", 2);
+  while (run.next()) {
+    const tapestry::test::RandomCfg cfg(run.seed());
+    INFO(run.repeat() << "\n" << cfg.text());
+    const auto layers = tapestry::test::random_detector<float>(cfg.config(), run.seed());
+    const nn::Network<float> network(io::network_description(layers.config(), layers.parameters()), {}, true);
+    constexpr std::size_t batch = 3;
+    const std::size_t size = 3 * layers.input_height() * layers.input_width();
+    const auto pictures = tapestry::test::random_array<float>({batch, size}, run.seed());
+    nn::Buffer<float> input;
+    input.resize(pictures.size());
+    std::copy_n(pictures.data(), pictures.size(), input.data());
+    nn::NetworkPass<float> together, alone;
+    network.forward({input.data()}, together, nn::Mode::input_gradient, batch);
+    std::vector<const float*> adjoints;
+    for (std::size_t i = 0; i < network.output_count(); ++i) adjoints.push_back(together.output(i));
+    std::vector<float> gradient(pictures.size(), 0.F), expected(pictures.size(), 0.F);
+    network.adjoint(together, adjoints, {gradient.data()});
+    for (std::size_t n = 0; n < batch; ++n) {
+      network.forward({input.data() + n * size}, alone, nn::Mode::input_gradient);
+      for (std::size_t i = 0; i < network.output_count(); ++i) {
+        const std::size_t count = nn::size_of(network.output_shape(i));
+        adjoints[i] = alone.output(i);
+        REQUIRE(std::equal(adjoints[i], adjoints[i] + count, together.output(i) + n * count));
+      }
+      network.adjoint(alone, adjoints, {expected.data() + n * size});
+    }
+    REQUIRE(gradient == expected);
+  }
+}
 
 TEST_CASE("random Darknet networks give the same as operators, forward and backward",
           "[io][darknet][differential]") {

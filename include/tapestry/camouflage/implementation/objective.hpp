@@ -123,7 +123,7 @@ typename Objective<T>::Drawn Objective<T>::drawn_of(Views views, const ArrayVari
 
 template <class T>
 typename Objective<T>::Drawn Objective<T>::redrawn_of(Views views, const ArrayVariable<T, 2>& texels,
-                               const ArrayVariable<T, 2>& steps) const {
+                                                      const ArrayVariable<T, 2>& steps) const {
   const auto positions = shape_positions(*method_.shape, steps);
   Drawn drawn;
   for (const auto& view : views) {

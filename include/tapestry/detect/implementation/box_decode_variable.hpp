@@ -8,6 +8,8 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/detect/box_formula.hpp>
+#include <tapestry/detect/class_score.hpp>
 #include <vector>
 
 namespace tapestry::detect {

@@ -30,10 +30,12 @@ namespace tapestry::io {
 /// \param input_height   of the pictures, in pixels; 0 takes the cfg's own. Some operators state extents, so
 ///                       that the description is for pictures of this size alone
 /// \param input_width    likewise
-/// \throws FileError as detect::infer_shapes(); ShapeError unless there are as many parameters as the cfg needs
+/// \throws FileError as detect::infer_shapes(); ShapeError unless there are as many parameters as the cfg
+/// needs
 template <std::floating_point T>
 [[nodiscard]] nn::NetworkDescription network_description(const detect::NetworkConfig& config,
-                                              const Array<T, 1>& parameters, std::size_t input_height = 0,
-                                              std::size_t input_width = 0);
+                                                         const Array<T, 1>& parameters,
+                                                         std::size_t input_height = 0,
+                                                         std::size_t input_width = 0);
 
 }  // namespace tapestry::io

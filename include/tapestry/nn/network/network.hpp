@@ -59,20 +59,24 @@ class Network {
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
   /// \param pass    takes the results, and what `mode` says is kept
-  void forward(const std::vector<const T*>& inputs, NetworkPass<T>& pass, Mode mode = Mode::inference) const {
-    pass.forward(program_, use_, inputs, mode, engine_);
+  /// \param batch   copies of the inputs' extents that lie there one behind the other, at least 1, each with
+  ///                results of its own: the same bits as alone
+  void forward(const std::vector<const T*>& inputs, NetworkPass<T>& pass, Mode mode = Mode::inference,
+               std::size_t batch = 1) const {
+    pass.forward(program_, use_, inputs, mode, engine_, batch);
   }
 
   /// Adds the pullback of output_adjoints to inputs_adjoint and to constants_adjoint.
   ///
   /// \param pass               of forward() in another mode than inference; may be used again
-  /// \param output_adjoints    one an output, of output_shape(); null stands for zeros
-  /// \param inputs_adjoint     one an input; null where not wanted
+  /// \param output_adjoints    one an output, of output_shape() for each of the pass's batch; null stands for
+  ///                           zeros
+  /// \param inputs_adjoint     one an input, likewise; null where not wanted
   /// \param constants_adjoint  of as many values as constants(), or null; only weights() are added to
-  /// \param outputs_gathered   one an output, null where not wanted, or none: all that reaches it, from its
-  /// own
-  ///                           adjoint and from what reads it, is added there. An output that stands within
-  ///                           the network tells so what the others ask of a layer; needs an input's adjoint
+  /// \param outputs_gathered   one an output, null where not wanted, or none: receives the total gradient at
+  /// an
+  ///                           output within the network, from its own adjoint and from later layers. Needs
+  ///                           an input's adjoint
   /// \throws DomainError if the pass kept nothing, or for constants unless it was for training
   void adjoint(NetworkPass<T>& pass, const std::vector<const T*>& output_adjoints,
                const std::vector<T*>& inputs_adjoint, T* constants_adjoint = nullptr,

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/workspace.hpp>
@@ -16,16 +17,28 @@ class Network;
 template <std::floating_point T>
 class NetworkPass {
  public:
-  /// Values of a result in row-major order, the pass's own until it is used again.
+  /// Values of a result in row-major order, of each of the batch; the pass's own until it is used again.
   [[nodiscard]] const T* output(std::size_t i) const { return where_[outputs_.at(i)]; }
 
  private:
   friend class Network<T>;
 
   void forward(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& inputs,
-               Mode mode, Engine engine);
+               Mode mode, Engine engine, std::size_t batch);
 
-  void begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode);
+  void begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode, std::size_t batch);
+
+  /// Elements of a value that a step makes, of all the batch.
+  [[nodiscard]] std::size_t size_of_all(const Program<T>& program, std::size_t value) const {
+    return batch_ * size_of(program.values[value].shape);
+  }
+
+  /// A value's elements for one of the batch. Constants are the same for all.
+  template <class Element>
+  [[nodiscard]] static TensorView<Element> view(const ProgramValue& value, Element* values, std::size_t n) {
+    const bool is_own = values != nullptr && !value.is_constant();
+    return {&value.shape, is_own ? values + n * size_of(value.shape) : values};
+  }
 
   [[nodiscard]] bool is_active(const ProgramUse& use, std::size_t value) const {
     return use.follows_inputs[value] || (mode_ == Mode::training && use.follows_weights[value]);
@@ -70,16 +83,29 @@ class NetworkPass {
 
   void pull_back(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine);
 
-  /// Where an operand's adjoint is gathered, and whether it is written for the first time.
-  [[nodiscard]] T* goal_of(const Program<T>& program, const ProgramStep<T>& step, std::size_t i,
-                           bool& is_fresh);
+  /// \param goals     where each operand's adjoint is gathered, or null, and \param is_first  whether this
+  ///                  step writes it first
+  /// \param n, batch  the first of the batch, and how many
+  void call_adjoint(const Program<T>& program, std::size_t s, const std::vector<T*>& goals,
+                    const std::vector<std::uint8_t>& is_first, std::size_t n, std::size_t batch,
+                    Engine engine);
+
+  [[nodiscard]] T* goal_of(const Program<T>& program, std::size_t value, std::uint8_t& is_first);
+
+  /// Calls body(first of the batch, how many) for each call of an operation.
+  template <class Body>
+  void for_each_call(const ProgramStep<T>& step, Body body) const {
+    if (step.operation->takes_batches()) return body(std::size_t(0), batch_);
+    for (std::size_t n = 0; n < batch_; ++n) body(n, std::size_t(1));
+  }
 
   Mode mode_ = Mode::inference;
+  std::size_t batch_ = 1;
   std::vector<std::size_t> outputs_;
   std::vector<Buffer<T>> buffers_;  ///< of each value that a step makes
   std::vector<const T*> where_;     ///< each value, constants and inputs included
   std::vector<bool> is_kept_;
-  std::vector<OperationState<T>> states_;  ///< of each step
+  std::vector<OperationState<T>> states_;  ///< of each step, for each of the batch
   std::vector<Buffer<T>> adjoints_;        ///< of each value, while they are gathered
   std::vector<T*> goals_;                  ///< where adjoints of inputs and weights go
   std::vector<Gathered> gathered_;         ///< results whose adjoints are wanted

@@ -28,6 +28,7 @@ struct ForwardCall {
   OperationState<T>& state;
   bool keeps;  ///< whether the adjoint will be asked for
   Engine engine;
+  std::size_t batch = 1;  ///< copies, one behind the other, of all operands and results that are not constant
 };
 
 /// Values of operands and results are there only where Operation::adjoint_reads() asks for them, in training
@@ -42,6 +43,7 @@ struct AdjointCall {
   std::span<bool> is_fresh;  ///< of input_adjoints: not initialised yet, so to be written, not added to
   OperationState<T>& state;
   Engine engine;
+  std::size_t batch = 1;  ///< as in ForwardCall
 
   [[nodiscard]] bool wants(std::size_t input) const {
     return input < input_adjoints.size() && input_adjoints[input].is_there();
@@ -49,7 +51,7 @@ struct AdjointCall {
   /// The adjoint of an input to add to: zeros if it was fresh.
   [[nodiscard]] T* accumulate(std::size_t input) const {
     T* const values = input_adjoints[input].values;
-    if (is_fresh[input]) std::fill_n(values, input_adjoints[input].size(), T(0));
+    if (is_fresh[input]) std::fill_n(values, batch * input_adjoints[input].size(), T(0));
     is_fresh[input] = false;
     return values;
   }
@@ -99,6 +101,8 @@ class Operation {
   [[nodiscard]] virtual bool is_differentiable(std::size_t /*input*/) const { return true; }
   /// Whether a constant operand is a weight that training changes.
   [[nodiscard]] virtual bool is_weight(std::size_t /*input*/) const { return false; }
+  /// Whether it takes calls of several copies of its operands at once; others are called for each copy.
+  [[nodiscard]] virtual bool takes_batches() const { return false; }
   /// Whether result 0 may lie where operand 0 does, of the same size.
   [[nodiscard]] virtual bool works_in_place() const { return false; }
 

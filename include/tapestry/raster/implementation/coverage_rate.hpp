@@ -8,6 +8,7 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
+#include <tapestry/raster/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/random.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/random.hpp>
 
 namespace tapestry::camouflage {

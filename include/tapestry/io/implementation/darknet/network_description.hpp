@@ -77,9 +77,9 @@ class CfgDescriber {
     return name;
   }
   std::string add_integers(const std::string& suffix, const Integers& integers) {
-    return add_constant(suffix, {{integers.size()},
-                                 nn::ElementType::integer,
-                                 std::vector<double>(integers.begin(), integers.end())});
+    return add_constant(
+        suffix,
+        {{integers.size()}, nn::ElementType::integer, std::vector<double>(integers.begin(), integers.end())});
   }
   std::string add_number(const std::string& suffix, double number) {
     return add_constant(suffix, {{}, nn::ElementType::floating, std::vector<T>{static_cast<T>(number)}});
@@ -215,8 +215,7 @@ class CfgDescriber {
                          all(".steps", steps)});
   }
 
-  std::string add_up(std::size_t i,
-                     const std::vector<std::pair<std::string, detect::FeatureShape>>& inputs) {
+  std::string add_up(std::size_t i, const std::vector<std::pair<std::string, detect::FeatureShape>>& inputs) {
     std::string sum = inputs.front().first;
     for (std::size_t k = 1; k < inputs.size(); ++k)
       sum = add("Add", {sum, fitted(inputs[k].first, inputs[k].second, shapes_[i])});
@@ -281,15 +280,16 @@ namespace tapestry::io {
 
 template <std::floating_point T>
 nn::NetworkDescription network_description(const detect::NetworkConfig& config, const Array<T, 1>& parameters,
-                                std::size_t input_height, std::size_t input_width) {
+                                           std::size_t input_height, std::size_t input_width) {
   return detail::CfgDescriber<T>(config, parameters, input_height == 0 ? config.height : input_height,
                                  input_width == 0 ? config.width : input_width)
       .describe();
 }
 
-template nn::NetworkDescription network_description<float>(const detect::NetworkConfig&, const Array<float, 1>&,
-                                                std::size_t, std::size_t);
-template nn::NetworkDescription network_description<double>(const detect::NetworkConfig&, const Array<double, 1>&,
-                                                 std::size_t, std::size_t);
+template nn::NetworkDescription network_description<float>(const detect::NetworkConfig&,
+                                                           const Array<float, 1>&, std::size_t, std::size_t);
+template nn::NetworkDescription network_description<double>(const detect::NetworkConfig&,
+                                                            const Array<double, 1>&, std::size_t,
+                                                            std::size_t);
 
 }  // namespace tapestry::io

@@ -16,8 +16,9 @@ namespace tapestry::nn {
 
 template <std::floating_point T>
 void NetworkPass<T>::forward(const Program<T>& program, const ProgramUse& use,
-                             const std::vector<const T*>& inputs, Mode mode, Engine engine) {
-  begin(program, inputs, mode);
+                             const std::vector<const T*>& inputs, Mode mode, Engine engine,
+                             std::size_t batch) {
+  begin(program, inputs, mode, batch);
   find_kept(program, use);
   for (std::size_t s = 0; s < program.steps.size(); ++s) {
     run(program, use, s, engine);
@@ -27,21 +28,25 @@ void NetworkPass<T>::forward(const Program<T>& program, const ProgramUse& use,
 }
 
 template <std::floating_point T>
-void NetworkPass<T>::begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode) {
+void NetworkPass<T>::begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode,
+                           std::size_t batch) {
+  if (batch == 0) throw ShapeError("Network::forward: a batch of 0");
   for (auto& buffer : buffers_) workspace_.give(std::move(buffer));
   mode_ = mode;
+  batch_ = batch;
   outputs_ = program.outputs;
   buffers_.resize(program.values.size());
   where_.assign(program.values.size(), nullptr);
-  states_.resize(program.steps.size());
+  states_.resize(program.steps.size() * batch);
   for (std::size_t v = 0; v < program.values.size(); ++v)
     if (program.values[v].is_constant()) where_[v] = program.constants.data() + program.values[v].constant;
   for (std::size_t i = 0; i < program.inputs.size(); ++i) where_[program.inputs[i]] = inputs.at(i);
   for (const std::size_t v : outputs_) {
     if (where_[v] == nullptr || !buffers_[v].empty()) continue;  // a step makes it, or it is copied
     const std::size_t count = size_of(program.values[v].shape);
-    buffers_[v] = workspace_.take(count);  // inputs and constants may be gone before the pass
-    copy(where_[v], buffers_[v].data(), count);
+    buffers_[v] = workspace_.take(batch * count);  // inputs and constants may be gone before the pass
+    for (std::size_t n = 0; n < batch; ++n)
+      copy(view(program.values[v], where_[v], n).values, buffers_[v].data() + n * count, count);
     where_[v] = buffers_[v].data();
   }
 }
@@ -77,23 +82,25 @@ template <std::floating_point T>
 void NetworkPass<T>::run(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine) {
   const ProgramStep<T>& step = program.steps[s];
   const bool in_place = takes_over_first(program, use, s);
-  inputs_.clear();
-  for (const std::size_t value : step.inputs)
-    inputs_.push_back(value == no_value ? TensorView<const T>{}
-                                        : TensorView<const T>{&program.values[value].shape, where_[value]});
-  results_.clear();
   for (std::size_t i = 0; i < step.outputs.size(); ++i) {
     const std::size_t value = step.outputs[i];
-    const Shape& shape = program.values[value].shape;
-    buffers_[value] =
-        in_place && i == 0 ? std::move(buffers_[step.inputs[0]]) : workspace_.take(size_of(shape));
+    buffers_[value] = in_place && i == 0 ? std::move(buffers_[step.inputs[0]])
+                                         : workspace_.take(size_of_all(program, value));
     where_[value] = buffers_[value].data();
-    results_.push_back({&shape, buffers_[value].data()});
   }
   const bool keeps = mode_ != Mode::inference && std::ranges::any_of(step.outputs, [&](std::size_t value) {
                        return is_active(use, value);
                      });
-  step.operation->forward({inputs_, results_, states_[s], keeps, engine});
+  for_each_call(step, [&](std::size_t n, std::size_t batch) {
+    inputs_.clear();
+    for (const std::size_t value : step.inputs)
+      inputs_.push_back(value == no_value ? TensorView<const T>{}
+                                          : view(program.values[value], where_[value], n));
+    results_.clear();
+    for (const std::size_t value : step.outputs)
+      results_.push_back(view(program.values[value], buffers_[value].data(), n));
+    step.operation->forward({inputs_, results_, states_[s * batch_ + n], keeps, engine, batch});
+  });
 }
 
 template <std::floating_point T>
@@ -140,7 +147,7 @@ template <std::floating_point T>
 void NetworkPass<T>::seed(const Program<T>& program, std::size_t i, const T* adjoint) {
   if (adjoint == nullptr) return;
   const std::size_t value = program.outputs[i];
-  const std::size_t count = size_of(program.values[value].shape);
+  const std::size_t count = size_of_all(program, value);
   if (goals_[value] != nullptr)
     return add(adjoint, goals_[value], count);  // an input or a weight that is a result
   if (adjoints_[value].empty()) {
@@ -169,16 +176,17 @@ void NetworkPass<T>::find_gathered(const Program<T>& program, const std::vector<
 
 template <std::floating_point T>
 void NetworkPass<T>::gather(const Program<T>& program, const Gathered& wanted, Engine engine) {
-  const Shape& shape = program.values[wanted.value].shape;
-  const std::size_t count = size_of(shape);
+  const std::size_t count = size_of_all(program, wanted.value);
   const T* const adjoint = adjoints_[wanted.value].data();
   if (wanted.conversion == nullptr) return add(adjoint, wanted.goal, count);
   auto converted = workspace_.take(count);  // a conversion only moves values, adjoints as well
-  const std::vector<TensorView<const T>> from{{&shape, adjoint}};
-  const std::vector<TensorView<T>> to{
-      {&program.values[wanted.conversion->outputs.front()].shape, converted.data()}};
-  OperationState<T> state;
-  wanted.conversion->operation->forward({from, to, state, false, engine});
+  const ProgramValue& result = program.values[wanted.conversion->outputs.front()];
+  for (std::size_t n = 0; n < batch_; ++n) {
+    const std::vector<TensorView<const T>> from{view(program.values[wanted.value], adjoint, n)};
+    const std::vector<TensorView<T>> to{view(result, converted.data(), n)};
+    OperationState<T> state;
+    wanted.conversion->operation->forward({from, to, state, false, engine});
+  }
   add(converted.data(), wanted.goal, count);
   workspace_.give(std::move(converted));
 }
@@ -200,44 +208,55 @@ void NetworkPass<T>::pull_back(const Program<T>& program, const ProgramUse& use,
   for (const Gathered& wanted : gathered_)
     if (std::ranges::count(step.outputs, wanted.value) > 0 && !adjoints_[wanted.value].empty())
       gather(program, wanted, engine);
-  const AdjointReads reads = reads_of(step);  // all else is null, though it may be there still
-  std::vector<TensorView<const T>> results;
-  std::vector<TensorView<T>> result_adjoints;
-  for (std::size_t i = 0; i < step.outputs.size(); ++i) {
-    const std::size_t value = step.outputs[i];
-    const Shape& shape = program.values[value].shape;
-    results.push_back({&shape, has(reads.outputs, i) ? where_[value] : nullptr});
-    result_adjoints.push_back({&shape, adjoints_[value].empty() ? nullptr : adjoints_[value].data()});
-  }
-  std::vector<TensorView<T>> input_adjoints;
-  const std::unique_ptr<bool[]> is_fresh(new bool[step.inputs.size() + 1]());
-  inputs_.clear();
-  for (std::size_t i = 0; i < step.inputs.size(); ++i) {
-    const std::size_t value = step.inputs[i];
-    if (value == no_value) {
-      inputs_.push_back({});
-      input_adjoints.push_back({});
-      continue;
-    }
-    const Shape& shape = program.values[value].shape;
-    inputs_.push_back({&shape, has(reads.inputs, i) ? where_[value] : nullptr});
-    input_adjoints.push_back(
-        {&shape, wants(use, step, i) ? goal_of(program, step, i, is_fresh[i]) : nullptr});
-  }
-  if (std::ranges::any_of(input_adjoints, [](const auto& wanted) { return wanted.is_there(); }))
-    step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
-                             std::span(is_fresh.get(), step.inputs.size()), states_[s], engine});
+  std::vector<T*> goals;
+  std::vector<std::uint8_t> is_first(step.inputs.size(), 0);
+  for (std::size_t i = 0; i < step.inputs.size(); ++i)
+    goals.push_back(wants(use, step, i) ? goal_of(program, step.inputs[i], is_first[i]) : nullptr);
+  if (std::ranges::any_of(goals, [](const T* wanted) { return wanted != nullptr; }))
+    for_each_call(step, [&](std::size_t n, std::size_t batch) {
+      call_adjoint(program, s, goals, is_first, n, batch, engine);
+    });
   for (const std::size_t value : step.outputs) workspace_.give(std::move(adjoints_[value]));
 }
 
 template <std::floating_point T>
-T* NetworkPass<T>::goal_of(const Program<T>& program, const ProgramStep<T>& step, std::size_t i,
-                           bool& is_fresh) {
-  const std::size_t value = step.inputs[i];
+void NetworkPass<T>::call_adjoint(const Program<T>& program, std::size_t s, const std::vector<T*>& goals,
+                                  const std::vector<std::uint8_t>& is_first, std::size_t n, std::size_t batch,
+                                  Engine engine) {
+  const ProgramStep<T>& step = program.steps[s];
+  const AdjointReads reads = reads_of(step);  // all else is null, though it may be there still
+  std::vector<TensorView<const T>> results;
+  std::vector<TensorView<T>> result_adjoints, input_adjoints;
+  for (std::size_t i = 0; i < step.outputs.size(); ++i) {
+    const std::size_t v = step.outputs[i];
+    const ProgramValue& value = program.values[v];
+    results.push_back(view(value, has(reads.outputs, i) ? where_[v] : nullptr, n));
+    result_adjoints.push_back(view(value, adjoints_[v].empty() ? nullptr : adjoints_[v].data(), n));
+  }
+  inputs_.clear();
+  for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+    const std::size_t v = step.inputs[i];
+    if (v == no_value) {
+      inputs_.push_back({});
+      input_adjoints.push_back({});
+      continue;
+    }
+    inputs_.push_back(view(program.values[v], has(reads.inputs, i) ? where_[v] : nullptr, n));
+    input_adjoints.push_back(view(program.values[v], goals[i], n));
+  }
+  const std::unique_ptr<bool[]> is_fresh(new bool[step.inputs.size() + 1]());
+  std::ranges::copy(is_first, is_fresh.get());
+  step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
+                           std::span(is_fresh.get(), step.inputs.size()), states_[s * batch_ + n], engine,
+                           batch});
+}
+
+template <std::floating_point T>
+T* NetworkPass<T>::goal_of(const Program<T>& program, std::size_t value, std::uint8_t& is_first) {
   if (goals_[value] != nullptr) return goals_[value];
   if (adjoints_[value].empty()) {
-    adjoints_[value] = workspace_.take(size_of(program.values[value].shape));
-    is_fresh = true;  // for the first of the operands that are this value
+    adjoints_[value] = workspace_.take(size_of_all(program, value));
+    is_first = 1;  // for the first of the operands that are this value
   }
   return adjoints_[value].data();
 }

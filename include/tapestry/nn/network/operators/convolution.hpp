@@ -26,10 +26,11 @@ struct ConvolutionPlan {
   std::size_t weight = 1;           ///< operands
   std::size_t bias = no_operand;
   bool has_computed_weights = false;
+  bool takes_batches = true;  ///< x and the addend are computed, weights and bias are not
   FusedActivation<T> activation{};
 
   static constexpr std::size_t no_operand = static_cast<std::size_t>(-1);
-  [[nodiscard]] std::size_t out_size() const { return images * shape.out_size(); }
+  [[nodiscard]] std::size_t out_size(std::size_t batch) const { return batch * images * shape.out_size(); }
 };
 
 /// Conv: activation(Σ x · weights + bias [+ addend]) [+ addend].
@@ -61,26 +62,26 @@ class Convolution : public Operation<T> {
     Epilogue<T> end{};
     if (has_bias()) end.bias = bias_.empty() ? call.inputs[plan_.bias].values : bias_.data();
     if (addend != nullptr && plan_.adds_first) {
-      copy(addend, out, plan_.out_size());
+      copy(addend, out, plan_.out_size(call.batch));
       end.adds = true;
       addend = nullptr;
     }
     const bool keeps_signs = call.keeps && activation.needs_signs();
     const bool fuses_signs = keeps_signs && fuses_bits<T>(plan_.shape);
-    if (keeps_signs) call.state.bits.resize(block_count(plan_.out_size(), 8));
+    if (keeps_signs) call.state.bits.resize(block_count(plan_.out_size(call.batch), 8));
     if (fuses_signs) end.positive = call.state.bits.data();
     if (!keeps_signs || fuses_signs) end.addend = addend;
     end.slope = activation.slope;
     end.curve = activation.curve;
     if (call.keeps && activation.is_curve()) {
-      call.state.values.resize(plan_.out_size());
+      call.state.values.resize(plan_.out_size(call.batch));
       end.argument = call.state.values.data();
     }
-    convolve<T>(call.engine, weights->convolution(), plan_.images, call.inputs[0].values, end, out,
-                plan_.shape.out_size());
+    convolve<T>(call.engine, weights->convolution(), call.batch * plan_.images, call.inputs[0].values, end,
+                out, plan_.shape.out_size());
     if (!keeps_signs || fuses_signs) return;
-    positive_bits(out, call.state.bits.data(), plan_.out_size());
-    if (addend != nullptr) add(addend, out, plan_.out_size());
+    positive_bits(out, call.state.bits.data(), plan_.out_size(call.batch));
+    if (addend != nullptr) add(addend, out, plan_.out_size(call.batch));
   }
 
   void adjoint(const AdjointCall<T>& call) const override {
@@ -88,17 +89,17 @@ class Convolution : public Operation<T> {
     if (!plan_.adds_first) hand_to_addend(call, adjoint);
     pull_back_activation(call, adjoint);
     if (plan_.adds_first) hand_to_addend(call, adjoint);
-    const std::size_t pixels = plan_.out_size() / plan_.shape.out_channels;
+    const std::size_t pixels = plan_.out_size(call.batch) / plan_.shape.out_channels;
     if (has_bias() && call.wants(plan_.bias))
       bias_adjoint(adjoint, pixels, plan_.shape.out_channels, call.accumulate(plan_.bias));
     if (call.wants(plan_.weight)) {
       static thread_local Buffer<T> partial;
-      convolution_weight_adjoint(plan_.shape, plan_.images, call.inputs[0].values, adjoint, partial,
-                                 call.accumulate(plan_.weight));
+      convolution_weight_adjoint(plan_.shape, call.batch * plan_.images, call.inputs[0].values, adjoint,
+                                 partial, call.accumulate(plan_.weight));
     }
     if (!call.wants(0)) return;
     const Computed weights(*this, call.inputs);
-    convolve_adjoint(call.engine, *weights, plan_.images, adjoint, call.is_fresh[0],
+    convolve_adjoint(call.engine, *weights, call.batch * plan_.images, adjoint, call.is_fresh[0],
                      call.input_adjoints[0].values);
     call.is_fresh[0] = false;
   }
@@ -111,6 +112,7 @@ class Convolution : public Operation<T> {
   [[nodiscard]] bool is_weight(std::size_t input) const override {
     return input == plan_.weight || input == plan_.bias;
   }
+  [[nodiscard]] bool takes_batches() const override { return plan_.takes_batches; }
 
  private:
   /// The weights, packed for the occasion if the network computes them.
@@ -137,9 +139,9 @@ class Convolution : public Operation<T> {
   void pull_back_activation(const AdjointCall<T>& call, T* adjoint) const {
     const FusedActivation<T>& activation = plan_.activation;
     if (activation.is_curve()) {
-      curve_adjoint(activation.curve, call.state.values.data(), adjoint, adjoint, plan_.out_size());
+      curve_adjoint(activation.curve, call.state.values.data(), adjoint, adjoint, plan_.out_size(call.batch));
     } else if (activation.needs_signs()) {
-      leaky_adjoint(call.state.bits.data(), activation.slope, adjoint, adjoint, plan_.out_size());
+      leaky_adjoint(call.state.bits.data(), activation.slope, adjoint, adjoint, plan_.out_size(call.batch));
     }
   }
 
@@ -149,10 +151,10 @@ class Convolution : public Operation<T> {
     // An input that is the addend, too, counts as fresh as operand 0 alone.
     if (to == call.input_adjoints[0].values) static_cast<void>(call.accumulate(0));
     if (call.is_fresh[plan_.addend]) {
-      copy(adjoint, to, plan_.out_size());
+      copy(adjoint, to, plan_.out_size(call.batch));
       call.is_fresh[plan_.addend] = false;
     } else {
-      add(adjoint, to, plan_.out_size());
+      add(adjoint, to, plan_.out_size(call.batch));
     }
   }
 
@@ -200,6 +202,9 @@ template <std::floating_point T>
   plan.images = picture[0];
   plan.weight = weight;
   plan.has_computed_weights = context.input(weight).constant == nullptr;
+  for (std::size_t i = 0; i < context.inputs.size(); ++i)
+    if (context.has_input(i) && (context.input(i).constant == nullptr) != (i < weight))
+      plan.takes_batches = false;
   context.require_type(weight, ElementType::floating);
   if (!context.has_input(weight + 1)) return plan;
   plan.bias = weight + 1;
