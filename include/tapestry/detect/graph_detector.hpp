@@ -60,6 +60,11 @@ class GraphDetector final : public Detector<T> {
 
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const override;
 
+  void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
+                      Mode mode = Mode::inference) const override;
+
+  [[nodiscard]] double share_kept(const image::PixelWindow& window) const override;
+
   /// \param parameters_adjoint  in the order of network().constants(); only its weights are added to
   void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                  Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const override;
@@ -84,6 +89,13 @@ class GraphDetector final : public Detector<T> {
       const std::vector<const Array<T, 4>*>& logits_adjoint, std::size_t image) const;
 
   [[nodiscard]] std::size_t image_size() const { return 3 * input_height() * input_width(); }
+
+  /// \param kept  one an image, null where everything is computed
+  void run(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
+           Mode mode) const;
+
+  /// \throws DomainError for a pass that kept nothing, or only windows
+  static void require_whole(const char* operation, const Pass<T>& pass);
 
   /// Where a piece of image n begins within its head's logits.
   template <class Logits>

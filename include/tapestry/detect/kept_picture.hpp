@@ -1,10 +1,21 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <string>
+#include <tapestry/core/check.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/network/kept_values.hpp>
 #include <tapestry/image/pixel_window.hpp>
+#include <tapestry/nn/network/kept_values.hpp>
+#include <tapestry/nn/window.hpp>
+#include <vector>
 
 namespace tapestry::detect {
+
+/// The same window, as networks have it.
+[[nodiscard]] inline nn::Window rows_and_columns(const image::PixelWindow& window) {
+  return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
+}
 
 /// What a detector keeps of one picture that changes from pass to pass within a window only, as a car's does
 /// while its paint is optimised: of each layer what is next to the part that the window reaches. See
@@ -19,14 +30,27 @@ class KeptPicture {
   [[nodiscard]] const image::PixelWindow& window() const { return window_; }
 
   /// Memory that it holds: 0 before the first pass, and for detectors that compute everything each time.
-  [[nodiscard]] std::size_t bytes() const { return values_.bytes(); }
+  [[nodiscard]] std::size_t bytes() const { return values_.bytes() + graph_values_.bytes(); }
 
-  /// For detectors, to read and to fill.
+  /// For detectors, to read and to fill: of a Darknet network, and of a GraphDetector.
   [[nodiscard]] detail::KeptValues<T>& values() { return values_; }
+  [[nodiscard]] nn::KeptValues<T>& graph_values() { return graph_values_; }
 
  private:
   image::PixelWindow window_;
   detail::KeptValues<T> values_{};
+  nn::KeptValues<T> graph_values_{};
 };
+
+template <std::floating_point T>
+void Detector<T>::require_kept(const char* operation, const Array<T, 4>& images,
+                               const std::vector<KeptPicture<T>*>& kept) const {
+  if (kept.size() != images.shape(0))
+    throw ShapeError(std::string(operation) + ": " + std::to_string(kept.size()) + " kept pictures for " +
+                     std::to_string(images.shape(0)) + " images");
+  for (const KeptPicture<T>* picture : kept)
+    if (picture != nullptr)
+      image::require_window(operation, picture->window(), input_height(), input_width());
+}
 
 }  // namespace tapestry::detect

@@ -10,6 +10,11 @@ struct Window {
   BlockRange rows{0, 0};
   BlockRange columns{0, 0};
 
+  [[nodiscard]] bool operator==(const Window& other) const {
+    return rows.begin == other.rows.begin && rows.end == other.rows.end &&
+           columns.begin == other.columns.begin && columns.end == other.columns.end;
+  }
+
   [[nodiscard]] std::size_t height() const { return rows.end - rows.begin; }
   [[nodiscard]] std::size_t width() const { return columns.end - columns.begin; }
   [[nodiscard]] bool is_empty() const { return rows.begin >= rows.end || columns.begin >= columns.end; }

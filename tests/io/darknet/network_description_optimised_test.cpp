@@ -5,11 +5,13 @@
 #include <cstddef>
 #include <vector>
 
+#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/nn/network/network.hpp>
 
 #include "../../support/catch.hpp"
 #include "../../support/differential.hpp"
+#include "../../support/kept_pass.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/random_cfg.hpp"
 #include "../../support/random_detector.hpp"
@@ -121,6 +123,59 @@ TEST_CASE("a batch of pictures has the bits of each alone", "[io][darknet][diffe
     }
     REQUIRE(gradient == expected);
   }
+}
+
+TEST_CASE("a picture that changes within a window has the bits of a whole pass through operators",
+          "[io][darknet][differential][kept]") {
+  tapestry::test::DifferentialRun run("windows of networks of operators", 4);
+  double kept_share = 0;
+  while (run.next()) {
+    const tapestry::test::RandomCfg cfg(run.seed());
+    INFO(run.repeat() << "\n" << cfg.text());
+    Random random(run.seed());
+    const auto layers = tapestry::test::random_detector<float>(cfg.config(), run.seed());
+    nn::Network<float> network(io::network_description(layers.config(), layers.parameters()), {}, true);
+    constexpr nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
+                                      nn::Engine::winograd_f4};
+    network.set_engine(engines[random.index(4)]);
+    const std::size_t height = layers.input_height(), width = layers.input_width();
+    tapestry::image::PixelWindow window{random.index(height), random.index(width), 0, 0};
+    window.height = random.index(std::min(height - window.top, 1 + height / 2) + 1);
+    window.width = random.index(std::min(width - window.left, 1 + width / 2) + 1);
+    const nn::Window changed = detect::rows_and_columns(window);
+    kept_share += network.share_kept(changed);
+    auto picture = tapestry::test::random_array<float>({1, height, width, 3}, run.seed());
+    nn::Buffer<float> input;
+    input.resize(picture.size());
+    nn::KeptValues<float> kept;
+    nn::NetworkPass<float> within, whole;
+    const auto mode = random.chance(0.8) ? nn::Mode::input_gradient : nn::Mode::inference;
+    for (int step = 0; step < 3; ++step) {
+      tapestry::test::repaint(picture, 0, window, random);
+      std::copy_n(picture.data(), picture.size(), input.data());
+      network.forward_within(input.data(), changed, kept, within, mode);
+      network.forward({input.data()}, whole, mode);
+      CAPTURE(step);
+      std::vector<const float*> adjoints;
+      for (std::size_t i = 0; i < network.output_count(); ++i) {
+        const std::size_t count = nn::size_of(network.output_shape(i));
+        REQUIRE(std::equal(within.output(i), within.output(i) + count, whole.output(i)));
+        adjoints.push_back(whole.output(i));
+      }
+      if (mode == nn::Mode::inference) continue;
+      std::vector<float> gradient(picture.size(), 0.F), expected(picture.size(), 0.F);
+      network.adjoint(within, adjoints, {gradient.data()});
+      network.adjoint(whole, adjoints, {expected.data()});
+      for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x)
+          for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t i = (y * width + x) * 3 + c;
+            const float wanted = tapestry::test::is_inside(window, y, x) ? expected[i] : 0.F;
+            if (gradient[i] != wanted) REQUIRE(gradient[i] == wanted);
+          }
+    }
+  }
+  CHECK(kept_share > 0);
 }
 
 TEST_CASE("random Darknet networks give the same as operators, forward and backward",

@@ -13,9 +13,11 @@
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/pruned.hpp>
+#include <tapestry/nn/window.hpp>
 #include <utility>
 #include <vector>
 
@@ -43,11 +45,18 @@ Array<T, 3> GraphDetector<T>::layer_values(const Pass<T>& pass, std::size_t laye
 }
 
 template <std::floating_point T>
+void GraphDetector<T>::require_whole(const char* operation, const Pass<T>& pass) {
+  if (pass.mode == Mode::inference || pass.graph.size() != pass.images || pass.is_within)
+    throw DomainError(std::string(operation) +
+                      ": the pass kept nothing, or only windows; run forward() for a gradient first");
+}
+
+template <std::floating_point T>
 Array<T, 3> GraphDetector<T>::layer_adjoint(Pass<T>& pass,
                                             const std::vector<const Array<T, 4>*>& logits_adjoint,
                                             std::size_t layer, std::size_t image) const {
-  this->require_logits_adjoint("GraphDetector::layer_adjoint", pass, pass.graph.size() == pass.images,
-                               logits_adjoint);
+  require_whole("GraphDetector::layer_adjoint", pass);
+  this->require_logits_adjoint("GraphDetector::layer_adjoint", pass, true, logits_adjoint);
   const auto& shape = layer_shape(layer);
   auto adjoint = zeros<T, 3>({shape[1], shape[2], shape[3]});
   std::vector<T*> gathered(network_.output_count(), nullptr);
@@ -63,9 +72,7 @@ Array<T, 3> GraphDetector<T>::layer_adjoint(Pass<T>& pass,
 template <std::floating_point T>
 void GraphDetector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image,
                                        const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) const {
-  if (pass.mode == Mode::inference || pass.graph.size() != pass.images)
-    throw DomainError(
-        "GraphDetector::pull_back_layer: the pass kept nothing; run forward() for a gradient first");
+  require_whole("GraphDetector::pull_back_layer", pass);
   const auto& shape = layer_shape(layer);
   require_shape("GraphDetector::pull_back_layer", "layer_adjoint", layer_adjoint,
                 {shape[1], shape[2], shape[3]});
@@ -84,10 +91,31 @@ void GraphDetector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::si
 template <std::floating_point T>
 void GraphDetector<T>::forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode) const {
   this->require_images(images);
+  run(images, std::vector<KeptPicture<T>*>(images.shape(0), nullptr), pass, mode);
+}
+
+template <std::floating_point T>
+void GraphDetector<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
+                                      Pass<T>& pass, Mode mode) const {
+  this->require_images(images);
+  this->require_kept("GraphDetector::forward_within", images, kept);
+  run(images, kept, pass, mode);
+}
+
+template <std::floating_point T>
+double GraphDetector<T>::share_kept(const image::PixelWindow& window) const {
+  image::require_window("GraphDetector::share_kept", window, input_height(), input_width());
+  return network_.share_kept(rows_and_columns(window));
+}
+
+template <std::floating_point T>
+void GraphDetector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
+                           Mode mode) const {
   pass.mode = mode;
   pass.images = images.shape(0);
   pass.graph.resize(pass.images);
   pass.inputs.resize(pass.images);
+  pass.is_within = mode != Mode::training && std::ranges::any_of(kept, [](const auto* one) { return one; });
   pass.logits.resize(heads().size());
   for (std::size_t h = 0; h < heads().size(); ++h)
     pass.logits[h].resize(
@@ -95,7 +123,13 @@ void GraphDetector<T>::forward(const Array<T, 4>& images, Pass<T>& pass, Mode mo
   for (std::size_t n = 0; n < pass.images; ++n) {
     pass.inputs[n].resize(image_size());
     encode(images.data() + n * image_size(), image_size() / 3, kind_.encoding, pass.inputs[n].data());
-    network_.forward({pass.inputs[n].data()}, pass.graph[n], mode);
+    const T* const picture = pass.inputs[n].data();
+    if (kept[n] == nullptr) {
+      network_.forward({picture}, pass.graph[n], mode);
+    } else {
+      network_.forward_within(picture, rows_and_columns(kept[n]->window()), kept[n]->graph_values(),
+                              pass.graph[n], mode);
+    }
     for (const HeadPiece& piece : heads_.pieces)
       std::copy_n(pass.graph[n].output(piece.output), piece.size, at(piece, pass.logits[piece.head], n));
   }

@@ -114,12 +114,7 @@ template <std::floating_point T>
 void Network<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
                                 Pass<T>& pass, Mode mode) const {
   this->require_images(images);
-  if (kept.size() != images.shape(0))
-    throw ShapeError("Network::forward_within: " + std::to_string(kept.size()) + " kept pictures for " +
-                     std::to_string(images.shape(0)) + " images");
-  for (const KeptPicture<T>* picture : kept)
-    if (picture != nullptr)
-      image::require_window("Network::forward_within", picture->window(), graph_.height, graph_.width);
+  this->require_kept("Network::forward_within", images, kept);
   if (mode == Mode::training) return forward(images, pass, mode);
   const auto weights = cache_.forward(graph_, parameters_, true);
   begin(pass, images.shape(0), mode);

@@ -2,11 +2,13 @@
 #include <concepts>
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
+#include <tapestry/nn/network/kept_values.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/simplify.hpp>
 #include <vector>
@@ -66,6 +68,20 @@ class Network {
     pass.forward(program_, use_, inputs, mode, engine_, batch);
   }
 
+  /// forward() of one picture, the only input, [1, H, W, C], that changes from call to call within a window:
+  /// the same bits, but what the window does not reach is taken from `kept`, which is filled if it does not
+  /// hold: at first, and when the rest of the picture, the constants, the engine or the mode have changed.
+  /// adjoint() then adds to the input's adjoint within the window only. In Mode::training everything is
+  /// computed, and nothing kept.
+  ///
+  /// \param window  outside of which the picture stays as it is; may be empty
+  /// \throws DomainError for a network of other inputs
+  void forward_within(const T* picture, const Window& window, KeptValues<T>& kept, NetworkPass<T>& pass,
+                      Mode mode = Mode::inference) const;
+
+  /// Share of the multiply-adds of a whole pass, from 0 to 1, that forward_within() leaves out.
+  [[nodiscard]] double share_kept(const Window& window, Mode mode = Mode::input_gradient) const;
+
   /// Adds the pullback of output_adjoints to inputs_adjoint and to constants_adjoint.
   ///
   /// \param pass               of forward() in another mode than inference; may be used again
@@ -93,10 +109,13 @@ class Network {
   /// Hands the constants to the operations that pack them.
   void prepare();
 
+  [[nodiscard]] const Shape& picture_map(const char* operation) const;
+
   Program<T> program_;
   ProgramUse use_;
   std::size_t input_count_;
   Engine engine_ = Engine::automatic;
+  std::shared_ptr<const void> version_{};  ///< another for other constants
 };
 
 }  // namespace tapestry::nn

@@ -2,8 +2,11 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <tapestry/nn/mode.hpp>
+#include <tapestry/nn/network/kept_values.hpp>
 #include <tapestry/nn/network/program.hpp>
+#include <tapestry/nn/network/window_plan.hpp>
 #include <tapestry/nn/workspace.hpp>
 #include <vector>
 
@@ -23,8 +26,11 @@ class NetworkPass {
  private:
   friend class Network<T>;
 
+  /// \param kept  of the one picture, null if nothing is; and whether it \param holds, so that only windows
+  ///              are computed, or is to be filled
   void forward(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& inputs,
-               Mode mode, Engine engine, std::size_t batch);
+               Mode mode, Engine engine, std::size_t batch, KeptValues<T>* kept = nullptr,
+               bool holds = false);
 
   void begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode, std::size_t batch);
 
@@ -99,8 +105,20 @@ class NetworkPass {
     for (std::size_t n = 0; n < batch_; ++n) body(n, std::size_t(1));
   }
 
+  /// The window of a value that is computed, forward or backward; null: all.
+  [[nodiscard]] static const Window* window_of(const WindowPlan* plan, std::size_t value) {
+    return plan != nullptr && value != no_value && plan->changed[value] ? &*plan->changed[value] : nullptr;
+  }
+
+  /// Adds what has been gathered of the picture's adjoint to where it is wanted, within the window.
+  void add_within(const Program<T>& program, T* input_adjoint);
+
   Mode mode_ = Mode::inference;
   std::size_t batch_ = 1;
+  std::shared_ptr<const WindowPlan> plan_{};  ///< after forward() with something kept
+  Window window_{};                           ///< likewise: of the picture
+  KeptValues<T>* kept_ = nullptr;             ///< during such a forward()
+  bool holds_ = false;
   std::vector<std::size_t> outputs_;
   std::vector<Buffer<T>> buffers_;  ///< of each value that a step makes
   std::vector<const T*> where_;     ///< each value, constants and inputs included

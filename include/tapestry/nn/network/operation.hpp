@@ -3,10 +3,12 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/network/tensor.hpp>
+#include <tapestry/nn/window.hpp>
 #include <utility>
 #include <vector>
 
@@ -29,6 +31,7 @@ struct ForwardCall {
   bool keeps;  ///< whether the adjoint will be asked for
   Engine engine;
   std::size_t batch = 1;  ///< copies, one behind the other, of all operands and results that are not constant
+  const Window* window = nullptr;  ///< of the results: nothing else need be written; null: all
 };
 
 /// Values of operands and results are there only where Operation::adjoint_reads() asks for them, in training
@@ -43,7 +46,9 @@ struct AdjointCall {
   std::span<bool> is_fresh;  ///< of input_adjoints: not initialised yet, so to be written, not added to
   OperationState<T>& state;
   Engine engine;
-  std::size_t batch = 1;  ///< as in ForwardCall
+  std::size_t batch = 1;                 ///< as in ForwardCall
+  const Window* window = nullptr;        ///< of the results, whose adjoints are defined there only; null: all
+  const Window* input_window = nullptr;  ///< of operand 0: nothing else need be written; null: all
 
   [[nodiscard]] bool wants(std::size_t input) const {
     return input < input_adjoints.size() && input_adjoints[input].is_there();
@@ -106,8 +111,33 @@ class Operation {
   /// Whether result 0 may lie where operand 0 does, of the same size.
   [[nodiscard]] virtual bool works_in_place() const { return false; }
 
+  /// The window of every result, a map, whose bits depend on windows of the operands; with the adjoint, also
+  /// where the results' adjoints are read to compute those of the operands within their windows. None: all.
+  ///
+  /// \param changed  of each operand; empty where it is constant
+  [[nodiscard]] virtual std::optional<Window> window_reached(Engine /*engine*/,
+                                                             std::span<const Window> changed,
+                                                             bool /*with_adjoint*/) const {
+    if (!is_pixelwise_) return std::nullopt;
+    Window reached{};
+    for (const Window& window : changed) reached = hull(reached, window);
+    return reached;
+  }
+  /// The window of an operand that is read to compute a window of the results. Only where window_reached()
+  /// is one.
+  [[nodiscard]] virtual Window window_read(Engine /*engine*/, std::size_t /*operand*/,
+                                           const Window& computed) const {
+    return computed;
+  }
+  /// Multiply-adds of a convolution; 0 of others.
+  [[nodiscard]] virtual double product_count() const { return 0; }
+
+  /// States that every pixel of the results depends on the same pixel of the operands alone.
+  void set_pixelwise() { is_pixelwise_ = true; }
+
  private:
   std::vector<Result> results_;
+  bool is_pixelwise_ = false;
 };
 
 }  // namespace tapestry::nn

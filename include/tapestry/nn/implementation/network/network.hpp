@@ -14,6 +14,7 @@
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/simplify.hpp>
+#include <tapestry/nn/network/window_plan.hpp>
 #include <utility>
 #include <vector>
 
@@ -70,7 +71,57 @@ std::map<std::string, Shape> Network<T>::input_shapes(const NetworkDescription& 
 }
 
 template <std::floating_point T>
+const Shape& Network<T>::picture_map(const char* operation) const {
+  const ProgramValue* const input = input_count() == 1 ? &program_.values[program_.inputs[0]] : nullptr;
+  if (input == nullptr || !map_of(*input))
+    throw DomainError(std::string(operation) + ": the network's input is not one picture, [1, H, W, C]");
+  return input->shape;
+}
+
+namespace detail {
+/// A window of a map that is not empty: what is empty becomes one pixel.
+[[nodiscard]] inline Window at_least_a_pixel(const Window& window, const Shape& map) {
+  const auto grown = [](BlockRange range, std::size_t extent) {
+    const std::size_t first = std::min(range.begin, extent - 1);
+    return BlockRange{first, std::max(range.end, first + 1)};
+  };
+  return {grown(window.rows, map[1]), grown(window.columns, map[2])};
+}
+}  // namespace detail
+
+template <std::floating_point T>
+void Network<T>::forward_within(const T* picture, const Window& window, KeptValues<T>& kept,
+                                NetworkPass<T>& pass, Mode mode) const {
+  const Shape& map = picture_map("Network::forward_within");
+  if (mode == Mode::training) return forward({picture}, pass, mode);
+  const bool holds = kept.plan && kept.constants.lock() == version_ && kept.mode == mode &&
+                     kept.window == window && kept.plan->engine == engine_ &&
+                     kept.is_same_outside(map, picture);
+  if (!holds) {
+    kept.constants.reset();  // does not hold until it is full
+    kept.plan = std::make_shared<const WindowPlan>(
+        plan_windows(program_, engine_, detail::at_least_a_pixel(window, map), mode == Mode::input_gradient));
+    kept.window = window;
+    kept.mode = mode;
+    kept.picture.resize(size_of(map));
+    std::copy_n(picture, size_of(map), kept.picture.data());
+    kept.rings.clear();
+    kept.rings.resize(program_.values.size());
+  }
+  pass.forward(program_, use_, {picture}, mode, engine_, 1, &kept, holds);
+  kept.constants = version_;
+}
+
+template <std::floating_point T>
+double Network<T>::share_kept(const Window& window, Mode mode) const {
+  const Shape& map = picture_map("Network::share_kept");
+  return share_left_out(program_, plan_windows(program_, engine_, detail::at_least_a_pixel(window, map),
+                                               mode == Mode::input_gradient));
+}
+
+template <std::floating_point T>
 void Network<T>::prepare() {
+  version_ = std::make_shared<int>();
   for (ProgramStep<T>& step : program_.steps) {
     std::vector<TensorView<const T>> operands(step.inputs.size());
     for (std::size_t i = 0; i < operands.size(); ++i) {

@@ -16,9 +16,13 @@ namespace tapestry::nn {
 
 template <std::floating_point T>
 void NetworkPass<T>::forward(const Program<T>& program, const ProgramUse& use,
-                             const std::vector<const T*>& inputs, Mode mode, Engine engine,
-                             std::size_t batch) {
+                             const std::vector<const T*>& inputs, Mode mode, Engine engine, std::size_t batch,
+                             KeptValues<T>* kept, bool holds) {
   begin(program, inputs, mode, batch);
+  kept_ = kept;
+  holds_ = holds;
+  plan_ = kept == nullptr ? nullptr : kept->plan;
+  if (kept != nullptr) window_ = kept->window;
   find_kept(program, use);
   for (std::size_t s = 0; s < program.steps.size(); ++s) {
     run(program, use, s, engine);
@@ -99,8 +103,15 @@ void NetworkPass<T>::run(const Program<T>& program, const ProgramUse& use, std::
     results_.clear();
     for (const std::size_t value : step.outputs)
       results_.push_back(view(program.values[value], buffers_[value].data(), n));
-    step.operation->forward({inputs_, results_, states_[s * batch_ + n], keeps, engine, batch});
+    step.operation->forward({inputs_, results_, states_[s * batch_ + n], keeps, engine, batch,
+                             holds_ ? window_of(plan_.get(), step.outputs.front()) : nullptr});
   });
+  if (kept_ == nullptr) return;
+  for (const std::size_t value : step.outputs) {
+    const Shape& map = program.values[value].shape;
+    holds_ ? kept_->restore(map, value, buffers_[value].data())
+           : kept_->save(map, value, buffers_[value].data());
+  }
 }
 
 template <std::floating_point T>
@@ -131,7 +142,8 @@ void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
   adjoints_.resize(program.values.size());
   goals_.assign(program.values.size(), nullptr);
   for (std::size_t i = 0; i < program.inputs.size(); ++i)
-    if (i < inputs_adjoint.size()) goals_[program.inputs[i]] = inputs_adjoint[i];
+    if (i < inputs_adjoint.size() && window_of(plan_.get(), program.inputs[i]) == nullptr)
+      goals_[program.inputs[i]] = inputs_adjoint[i];
   wants_inputs_ = std::ranges::any_of(inputs_adjoint, [](const T* wanted) { return wanted != nullptr; });
   wants_weights_ = constants_adjoint != nullptr;
   for (std::size_t v = 0; wants_weights_ && v < program.values.size(); ++v)
@@ -140,7 +152,19 @@ void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
   find_gathered(program, outputs_gathered);
   for (std::size_t i = 0; i < program.outputs.size(); ++i) seed(program, i, output_adjoints.at(i));
   for (std::size_t s = program.steps.size(); s-- > 0;) pull_back(program, use, s, engine);
+  if (plan_ != nullptr && !inputs_adjoint.empty()) add_within(program, inputs_adjoint.front());
   for (auto& buffer : adjoints_) workspace_.give(std::move(buffer));
+}
+
+template <std::floating_point T>
+void NetworkPass<T>::add_within(const Program<T>& program, T* input_adjoint) {
+  const std::size_t input = program.inputs.front();
+  if (input_adjoint == nullptr || adjoints_[input].empty() || window_.is_empty()) return;
+  const Shape& map = program.values[input].shape;
+  for (std::size_t y = window_.rows.begin; y < window_.rows.end; ++y) {
+    const std::size_t first = (y * map[2] + window_.columns.begin) * map[3];
+    add(adjoints_[input].data() + first, input_adjoint + first, window_.width() * map[3]);
+  }
 }
 
 template <std::floating_point T>
@@ -244,11 +268,13 @@ void NetworkPass<T>::call_adjoint(const Program<T>& program, std::size_t s, cons
     inputs_.push_back(view(program.values[v], has(reads.inputs, i) ? where_[v] : nullptr, n));
     input_adjoints.push_back(view(program.values[v], goals[i], n));
   }
+  const Window* const window = window_of(plan_.get(), step.outputs.front());
   const std::unique_ptr<bool[]> is_fresh(new bool[step.inputs.size() + 1]());
   std::ranges::copy(is_first, is_fresh.get());
   step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
                            std::span(is_fresh.get(), step.inputs.size()), states_[s * batch_ + n], engine,
-                           batch});
+                           batch, window,
+                           window == nullptr ? nullptr : window_of(plan_.get(), step.inputs[0])});
 }
 
 template <std::floating_point T>

@@ -92,7 +92,12 @@ class Binary : public Operation<T> {
         loops_(loops),
         nest_(broadcast_nest<2>(this->result_shape(), {&a.shape, &b.shape})),
         operands_{{a.shape, this->result_shape()}, {b.shape, this->result_shape()}},
-        b_is_weight_(b_is_weight) {}
+        b_is_weight_(b_is_weight) {
+    const auto is_map = [&](const Operand& one) {
+      return one.constant != nullptr || one.shape == this->result_shape();
+    };
+    if (is_map(a) && is_map(b)) this->set_pixelwise();
+  }
 
   void forward(const ForwardCall<T>& call) const override {
     const T *const a = call.inputs[0].values, *const b = call.inputs[1].values;

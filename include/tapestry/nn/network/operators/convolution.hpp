@@ -2,11 +2,13 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <tapestry/core/check.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/convolution_weight_adjoint.hpp>
+#include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/operators/convolution_weights.hpp>
@@ -78,7 +80,7 @@ class Convolution : public Operation<T> {
       end.argument = call.state.values.data();
     }
     convolve<T>(call.engine, weights->convolution(), call.batch * plan_.images, call.inputs[0].values, end,
-                out, plan_.shape.out_size());
+                out, plan_.shape.out_size(), window_of(call.window));
     if (!keeps_signs || fuses_signs) return;
     positive_bits(out, call.state.bits.data(), plan_.out_size(call.batch));
     if (addend != nullptr) add(addend, out, plan_.out_size(call.batch));
@@ -100,8 +102,40 @@ class Convolution : public Operation<T> {
     if (!call.wants(0)) return;
     const Computed weights(*this, call.inputs);
     convolve_adjoint(call.engine, *weights, call.batch * plan_.images, adjoint, call.is_fresh[0],
-                     call.input_adjoints[0].values);
+                     call.input_adjoints[0].values, window_of(call.input_window));
     call.is_fresh[0] = false;
+  }
+
+  [[nodiscard]] std::optional<Window> window_reached(Engine engine, std::span<const Window> changed,
+                                                     bool with_adjoint) const override {
+    if (plan_.has_computed_weights || !has_whole_bytes()) return std::nullopt;
+    const PackedConvolution<T>& packed = weights_.convolution();
+    const OutputTile tile = tile_of(engine, packed);
+    Window window{outputs_reached(plan_.shape.rows, tile, changed[0].rows),
+                  outputs_reached(plan_.shape.columns, tile, changed[0].columns)};
+    if (has_addend()) window = hull(window, changed[plan_.addend]);
+    if (!with_adjoint) return window;
+    for (const PackedConvolution<T>& part : weights_.adjoint()) {
+      const Window outputs = outputs_inside(part, changed[0]);
+      const OutputTile own = tile_of(engine, part);
+      window.rows = hull(window.rows, inputs_needed(part.shape.rows, own, outputs.rows));
+      window.columns = hull(window.columns, inputs_needed(part.shape.columns, own, outputs.columns));
+    }
+    return window;
+  }
+  /// What shares a tile with the window is computed, too.
+  [[nodiscard]] Window window_read(Engine engine, std::size_t operand,
+                                   const Window& computed) const override {
+    const OutputTile tile = tile_of(engine, weights_.convolution());
+    const Window tiles{aligned(computed.rows, tile.outputs, plan_.shape.rows.output),
+                       aligned(computed.columns, tile.outputs, plan_.shape.columns.output)};
+    if (operand != 0) return tiles;
+    return {inputs_needed(plan_.shape.rows, tile, tiles.rows),
+            inputs_needed(plan_.shape.columns, tile, tiles.columns)};
+  }
+  [[nodiscard]] double product_count() const override {
+    return static_cast<double>(plan_.images * plan_.shape.rows.output * plan_.shape.columns.output) *
+           static_cast<double>(plan_.shape.taps() * plan_.shape.group_in() * plan_.shape.out_channels);
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override {
@@ -135,6 +169,15 @@ class Convolution : public Operation<T> {
 
   [[nodiscard]] bool has_bias() const { return plan_.bias != plan_.no_operand; }
   [[nodiscard]] bool has_addend() const { return plan_.addend != plan_.no_operand; }
+
+  [[nodiscard]] static std::optional<Window> window_of(const Window* window) {
+    return window == nullptr ? std::nullopt : std::optional(*window);
+  }
+
+  /// Whether the sign bits of each pixel begin at a byte of their own, if there are any.
+  [[nodiscard]] bool has_whole_bytes() const {
+    return !plan_.activation.needs_signs() || plan_.shape.out_channels % 8 == 0;
+  }
 
   void pull_back_activation(const AdjointCall<T>& call, T* adjoint) const {
     const FusedActivation<T>& activation = plan_.activation;

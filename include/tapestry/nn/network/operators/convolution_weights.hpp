@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
@@ -52,16 +53,18 @@ class ConvolutionWeights {
 
 /// in_adjoint (+)= the adjoint of a convolution, to out_adjoint.
 /// \param is_fresh  in_adjoint is not initialised
+/// \param window    of in_adjoint, as convolve() takes it
 template <std::floating_point T>
 void convolve_adjoint(Engine engine, const ConvolutionWeights<T>& weights, std::size_t images,
-                      const T* out_adjoint, bool is_fresh, T* in_adjoint) {
+                      const T* out_adjoint, bool is_fresh, T* in_adjoint,
+                      const std::optional<Window>& window = {}) {
   const ConvolutionShape& shape = weights.shape();
   const bool writes = is_fresh && adjoint_covers_input(shape);
   if (is_fresh && !writes) std::fill_n(in_adjoint, images * shape.in_size(), T(0));
   Epilogue<T> end{};
   end.adds = !writes;
   for (const auto& part : weights.adjoint())
-    convolve<T>(engine, part, images, out_adjoint, end, in_adjoint, shape.in_size());
+    convolve<T>(engine, part, images, out_adjoint, end, in_adjoint, shape.in_size(), window);
 }
 
 }  // namespace tapestry::nn

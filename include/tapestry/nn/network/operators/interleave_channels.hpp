@@ -22,7 +22,9 @@ class InterleaveChannels : public Operation<T> {
 
   /// \param results  of twice as many channels together
   InterleaveChannels(const Shape& shape, std::vector<Result> results)
-      : Operation<T>(std::move(results)), channels_(shape.back()), pixels_(size_of(shape) / channels_) {}
+      : Operation<T>(std::move(results)), channels_(shape.back()), pixels_(size_of(shape) / channels_) {
+    this->set_pixelwise();
+  }
 
   void forward(const ForwardCall<T>& call) const override {
     const T* const even = call.inputs[0].values;

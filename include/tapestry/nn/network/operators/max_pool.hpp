@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/operators/pooling_plan.hpp>
 #include <tapestry/nn/pooling.hpp>
@@ -17,6 +18,15 @@ class MaxPool : public Operation<T> {
  public:
   explicit MaxPool(PoolingPlan plan)
       : Operation<T>({{plan.out_shape(), ElementType::floating}}), plan_(std::move(plan)) {}
+
+  [[nodiscard]] std::optional<Window> window_reached(Engine, std::span<const Window> changed,
+                                                     bool) const override {
+    return Window{outputs_reached(plan_.rows, {}, changed[0].rows),
+                  outputs_reached(plan_.columns, {}, changed[0].columns)};
+  }
+  [[nodiscard]] Window window_read(Engine, std::size_t, const Window& computed) const override {
+    return {inputs_needed(plan_.rows, {}, computed.rows), inputs_needed(plan_.columns, {}, computed.columns)};
+  }
 
   void forward(const ForwardCall<T>& call) const override {
     const T* const in = call.inputs[0].values;

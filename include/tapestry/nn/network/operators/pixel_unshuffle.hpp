@@ -38,6 +38,18 @@ class PixelUnshuffle : public Operation<T> {
         shape_(shape),
         blocks_(std::move(blocks)) {}
 
+  [[nodiscard]] std::optional<Window> window_reached(Engine, std::span<const Window> changed,
+                                                     bool) const override {
+    const auto divided = [](BlockRange range, std::size_t by) {
+      return BlockRange{range.begin / by, block_count(range.end, by)};
+    };
+    return Window{divided(changed[0].rows, blocks_.rows), divided(changed[0].columns, blocks_.columns)};
+  }
+  [[nodiscard]] Window window_read(Engine, std::size_t, const Window& computed) const override {
+    return {{computed.rows.begin * blocks_.rows, computed.rows.end * blocks_.rows},
+            {computed.columns.begin * blocks_.columns, computed.columns.end * blocks_.columns}};
+  }
+
   void forward(const ForwardCall<T>& call) const override {
     const T* const in = call.inputs[0].values;
     T* const out = call.outputs[0].values;

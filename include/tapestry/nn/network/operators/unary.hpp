@@ -69,7 +69,9 @@ template <std::floating_point T>
 class Unary : public Operation<T> {
  public:
   Unary(const Operand& x, ElementType type, const UnaryLoops<T>& loops, T a, T b)
-      : Operation<T>({{x.shape, type}}), loops_(loops), a_(a), b_(b) {}
+      : Operation<T>({{x.shape, type}}), loops_(loops), a_(a), b_(b) {
+    this->set_pixelwise();
+  }
 
   void forward(const ForwardCall<T>& call) const override {
     const T* const x = call.inputs[0].values;
@@ -112,7 +114,9 @@ template <std::floating_point T>
 class Rectifier : public Operation<T> {
  public:
   /// \param slope  at and below 0
-  Rectifier(const Operand& x, T slope) : Operation<T>({{x.shape, x.type}}), slope_(slope) {}
+  Rectifier(const Operand& x, T slope) : Operation<T>({{x.shape, x.type}}), slope_(slope) {
+    this->set_pixelwise();
+  }
 
   void forward(const ForwardCall<T>& call) const override {
     const std::size_t size = call.outputs[0].size();

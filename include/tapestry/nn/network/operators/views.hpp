@@ -124,9 +124,11 @@ template <std::floating_point T>
     pieces.emplace_back(i, 0, 0, begin * to[axis], box_nest(part, strides_of(part), to));
     begin += static_cast<std::ptrdiff_t>(part[axis]);
   }
-  return std::make_unique<Rearrange<T>>(
+  auto joined = std::make_unique<Rearrange<T>>(
       std::vector<typename Operation<T>::Result>{{shape, context.input(0).type}}, std::move(pieces),
       Coverage{}, context.inputs.size());
+  if (context.channels_last() && axis == 3) joined->set_pixelwise();
+  return joined;
 }
 
 /// Extents of Split's results along the axis.
@@ -170,7 +172,9 @@ template <std::floating_point T>
   }
   if (begin != x.shape[axis])
     throw ShapeError("the parts have " + std::to_string(begin) + " of " + std::to_string(x.shape[axis]));
-  return std::make_unique<Rearrange<T>>(std::move(results), std::move(pieces), Coverage{});
+  auto parts = std::make_unique<Rearrange<T>>(std::move(results), std::move(pieces), Coverage{});
+  if (context.channels_last() && axis == 3) parts->set_pixelwise();
+  return parts;
 }
 
 /// Puts what belongs to the axes N, C, H and W in the order in which they are stored channels last.

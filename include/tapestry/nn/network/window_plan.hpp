@@ -1,0 +1,89 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <tapestry/nn/engine.hpp>
+#include <tapestry/nn/network/program.hpp>
+#include <tapestry/nn/window.hpp>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// Rows and columns of each value that a pass computes anew when the network's one input, a picture stored
+/// channels last, changes within a window. Values that are no maps of one picture are computed whole.
+struct WindowPlan {
+  Engine engine = Engine::automatic;  ///< whose tiles they are
+  /// Everything whose bits depend on the picture's window; the adjoint is not needed anywhere else. None:
+  /// all.
+  std::vector<std::optional<Window>> changed{};
+  /// `changed`, and around it what is read to compute what has changed elsewhere. None: all.
+  std::vector<std::optional<Window>> read{};
+};
+
+/// The rows and columns of a value that is a map of one picture; nothing for others.
+[[nodiscard]] inline std::optional<Window> map_of(const ProgramValue& value) {
+  if (!value.channels_last || value.is_constant() || value.shape.size() != 4 || value.shape[0] != 1)
+    return std::nullopt;
+  return Window{{0, value.shape[1]}, {0, value.shape[2]}};
+}
+
+/// \param picture       the window that changes, not empty
+/// \param with_adjoint  whether the input's adjoint within the window is wanted, too
+template <std::floating_point T>
+[[nodiscard]] WindowPlan plan_windows(const Program<T>& program, Engine engine, const Window& picture,
+                                      bool with_adjoint) {
+  WindowPlan plan;
+  plan.engine = engine;
+  plan.changed.resize(program.values.size());
+  const bool is_picture = program.inputs.size() == 1 && map_of(program.values[program.inputs[0]]);
+  if (is_picture) plan.changed[program.inputs[0]] = picture;
+  const auto is_computed = [&](std::size_t v) { return v != no_value && !program.values[v].is_constant(); };
+  for (const ProgramStep<T>& step : program.steps) {
+    std::vector<Window> operands(step.inputs.size());  // of constants empty
+    bool has_windows = true;
+    for (std::size_t i = 0; i < operands.size(); ++i) {
+      if (!is_computed(step.inputs[i])) continue;
+      has_windows = has_windows && plan.changed[step.inputs[i]];
+      operands[i] = plan.changed[step.inputs[i]].value_or(Window{});
+    }
+    const auto reached =
+        has_windows ? step.operation->window_reached(engine, operands, with_adjoint) : std::nullopt;
+    for (const std::size_t output : step.outputs)
+      if (const auto whole = map_of(program.values[output]);
+          whole && reached && !reached->is_empty() && !reached->covers(whole->rows.end, whole->columns.end))
+        plan.changed[output] = reached;
+  }
+  plan.read = plan.changed;
+  for (const std::size_t output : program.outputs) plan.read[output].reset();
+  for (const ProgramStep<T>& step : program.steps)
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      const std::size_t input = step.inputs[i];
+      if (!is_computed(input) || !plan.read[input]) continue;
+      if (const auto& out = plan.changed[step.outputs.front()]) {
+        plan.read[input] = hull(*plan.read[input], step.operation->window_read(engine, i, *out));
+      } else {
+        plan.read[input].reset();
+      }
+    }
+  return plan;
+}
+
+/// Share of the multiply-adds of a program that a plan leaves out, from 0 to 1.
+template <std::floating_point T>
+[[nodiscard]] double share_left_out(const Program<T>& program, const WindowPlan& plan) {
+  double all = 0, left_out = 0;
+  for (const ProgramStep<T>& step : program.steps) {
+    const double products = step.operation->product_count();
+    all += products;
+    const std::size_t output = step.outputs.front();
+    const auto& changed = plan.changed[output];
+    if (products == 0 || !changed) continue;
+    const auto pixels =
+        static_cast<double>(program.values[output].shape[1] * program.values[output].shape[2]);
+    left_out += products * (1 - static_cast<double>(changed->height() * changed->width()) / pixels);
+  }
+  return all > 0 ? left_out / all : 0;
+}
+
+}  // namespace tapestry::nn
