@@ -1,14 +1,19 @@
-// Puts a Darknet detector, cfg and weights, into one .safetensors file that other tools can read, too.
+// Puts a Darknet detector, cfg and weights, into one file that other tools can read, too: .safetensors or
+// .onnx.
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <system_error>
 #include <tapestry/detect/network.hpp>
+#include <tapestry/io/darknet/network_description.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/onnx/onnx_writer.hpp>
 #include <tapestry/io/sha256.hpp>
 #include <utility>
+#include <vector>
 
 #include "shell/file_status.hpp"
 #include "shell/problem_list.hpp"
@@ -28,13 +33,15 @@ struct Options {
   bool fold = false;
 };
 
+bool wants_onnx(const Options& options) { return options.output.ends_with(".onnx"); }
+
 void describe(CLI::App& app, Options& options) {
   app.add_option("--cfg", options.cfg, "Darknet network description")->required();
   app.add_option("--weights", options.weights, "Darknet weights that belong to --cfg")->required();
-  app.add_option("--output", options.output, "file to write, NAME.safetensors")->required();
+  app.add_option("--output", options.output, "file to write, NAME.safetensors or NAME.onnx")->required();
   app.add_flag("--fold", options.fold,
-               "multiply batch normalisation into the weights: the same boxes from a smaller file, which can "
-               "no longer be trained with it");
+               "multiply batch normalisation into the weights: the same boxes from a smaller .safetensors "
+               "file, which can no longer be trained with it");
   app.add_option("--batch-norm-epsilon", options.epsilon,
                  "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV")
       ->capture_default_str();
@@ -49,7 +56,27 @@ void require_sound(const Options& options) {
   if (!options.decode.empty()) list.require_choice("--decode", options.decode, decode_choices());
   list.require(options.epsilon > 0 && options.epsilon < 1, "--batch-norm-epsilon must lie between 0 and 1");
   list.require_kept("--output", options.output, {options.cfg, options.weights});
+  list.require(!wants_onnx(options) || (!options.fold && options.decode.empty()),
+               "--fold and --decode are for .safetensors; an .onnx file holds the raw logits of the heads");
   list.throw_first();
+}
+
+/// Writes the network's operators, from a picture to the raw logits of each head.
+void write_onnx_model(const Options& options, const detect::NetworkConfig& config,
+                      const std::vector<detect::FeatureShape>& shapes, const Array<float, 1>& parameters) {
+  const auto network = io::network_description(config, parameters);
+  std::map<std::string, nn::Shape> outputs;
+  std::size_t head = 0;
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    if (is_head(config.layers[i].kind))
+      outputs[network.outputs.at(head++)] = {1, shapes[i].channels, shapes[i].height, shapes[i].width};
+  io::write_onnx(options.output, network, outputs);
+  remark(options.output + ": " + std::to_string(network.nodes.size()) + " nodes, from \"picture\", [1, " +
+         std::to_string(config.channels) + ", " + std::to_string(config.height) + ", " +
+         std::to_string(config.width) + "], RGB in [0, 1]");
+  for (const auto& [name, shape] : outputs)
+    remark("raw logits \"" + name + "\" of a " + std::to_string(shape[2]) + " x " + std::to_string(shape[3]) +
+           " grid");
 }
 
 int run(const Options& options) {
@@ -68,6 +95,11 @@ int run(const Options& options) {
   const auto weights =
       io::read_weight_file(options.weights, config, detect::parameter_layout(config, shapes));
   print_warnings(weights.warnings);
+  if (wants_onnx(options)) {
+    config.batch_norm_epsilon = options.epsilon;
+    write_onnx_model(options, config, shapes, weights.parameters);
+    return 0;
+  }
   metadata.images_seen = weights.images_seen;
   remove_parts_beside(options.output);
   const std::size_t tensors =
@@ -83,8 +115,10 @@ int main(int argc, char** argv) {
   Options options;
   auto app = command_line(
       "Puts a Darknet detector, cfg and weights, into one .safetensors file, which the other programs take "
-      "as --weights without --cfg.");
+      "as --weights without --cfg, or into an .onnx file for other tools.");
   describe(app, options);
-  app.footer("  convert_weights --cfg my.cfg --weights my.weights --output my.safetensors");
+  app.footer(
+      "  convert_weights --cfg my.cfg --weights my.weights --output my.safetensors\n"
+      "  convert_weights --cfg my.cfg --weights my.weights --output my.onnx");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -1,11 +1,15 @@
 #include <tapestry/detect/network.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/network_description.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/onnx/onnx_writer.hpp>
 
 #include <opencv2/dnn.hpp>
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
@@ -110,6 +114,48 @@ TEST_CASE("logits of random networks equal those of OpenCV", "[detect][opencv][d
     check_against_opencv(random_detector<float>(config, run.seed()), folder.write("some.cfg", cfg.text()),
                          1e-4);
   }
+}
+
+TEST_CASE("random Darknet networks written as ONNX models have their logits in OpenCV",
+          "[detect][opencv][onnx][differential]") {
+  DifferentialRun run("Darknet networks as ONNX models in OpenCV", 4);
+  std::size_t compared = 0, refused = 0;  // OpenCV 4.6 has no product of two maps of one value
+  while (run.next()) {
+    const auto cfg = random_cfg_for_opencv(run.seed());
+    INFO(run.repeat() << "\n" << cfg.text());
+    const auto network = random_detector<float>(cfg.config(), run.seed());
+    const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
+    detect::Pass<float> pass;
+    network.forward(images, pass);
+    const TemporaryFolder folder;
+    const auto description = io::network_description(network.config(), network.parameters());
+    std::map<std::string, tapestry::nn::Shape> shapes;
+    for (std::size_t h = 0; h < pass.logits.size(); ++h)
+      shapes[description.outputs[h]] = {pass.logits[h].shape().begin(), pass.logits[h].shape().end()};
+    io::write_onnx(folder.path("some.onnx"), description, shapes);
+    cv::dnn::Net net;
+    try {
+      net = cv::dnn::readNetFromONNX(folder.path("some.onnx"));
+    } catch (const cv::Exception& error) {
+      INFO(error.what());
+      REQUIRE(std::string(error.what()).find("Mul@ai.onnx") != std::string::npos);
+      ++refused;
+      continue;
+    }
+    ++compared;
+    const int extents[4] = {1, 3, static_cast<int>(network.input_height()),
+                            static_cast<int>(network.input_width())};
+    auto planes = tapestry::image::planes_of(images);
+    net.setInput(cv::Mat(4, extents, CV_32F, planes.data()));
+    std::vector<cv::Mat> outputs;
+    net.forward(outputs, std::vector<cv::String>(description.outputs.begin(), description.outputs.end()));
+    REQUIRE(outputs.size() == pass.logits.size());
+    for (std::size_t h = 0; h < outputs.size(); ++h) {
+      REQUIRE(outputs[h].total() == pass.logits[h].size());
+      CHECK(relative_distance(pass.logits[h].data(), outputs[h].ptr<float>(), outputs[h].total()) <= 1e-4);
+    }
+  }
+  CHECK(refused <= compared / 20);
 }
 
 TEST_CASE("logits equal those of OpenCV for every common layer", "[detect][opencv]") {

@@ -190,6 +190,13 @@ expect_exit 2 "a form that would lose the cfg" $narrow --weights narrow.safetens
 expect_error_line '^error: --output lost.weights would lose the cfg, which is only within narrow.safetensors'
 [ -e lost.weights ] && fail "refused, and yet written" || pass
 
+# The network as operators, for other tools.
+expect_exit 0 "an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
+grep -q 'detector.onnx: [0-9]* nodes, from "picture", \[1, 3, ' command.out && pass || fail "no summary of the model"
+[ "$(grep -c 'raw logits "layer_[0-9]*" of a' command.out)" -eq "$(grep -c '^\[yolo\]' "$assets/detector.cfg")" ] && pass || fail "other heads"
+expect_exit 2 "folding an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --fold --output folded.onnx
+expect_error_line '^error: --fold and --decode are for .safetensors; an .onnx file holds the raw logits of the heads'
+
 expect_exit 2 "nothing given" "$convert"
 expect_exit 2 "converting to an unknown decode family" "$convert" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no
 expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"

@@ -1,10 +1,12 @@
 #include <tapestry/io/onnx/onnx_writer.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/nn/network/network.hpp>
 #include <vector>
 
 #include "../../support/catch.hpp"
@@ -99,6 +101,34 @@ TEST_CASE("every kind of attribute, element and extent is written", "[io][onnx][
   const std::string path = folder.path("network.onnx");
   io::write_onnx(path, network);
   check_same(network, io::read_onnx(path));
+}
+
+TEST_CASE("HardMish is written as operators of ONNX, with its values and slopes", "[io][onnx][writer]") {
+  nn::NetworkDescription description;
+  description.opset = 18;
+  description.inputs = {{"x", {7}}};
+  description.nodes = {{"n", "HardMish", {"x"}, {"y"}, {}}};
+  description.outputs = {"y"};
+  const nn::Network<double> written(io::parse_onnx(io::onnx_bytes(description), "a.onnx"), {}, false, false);
+  const nn::Network<double> own(description);
+  nn::Buffer<double> x;
+  x.resize(7);
+  const double values[] = {-4, -2.25, -1.75, -1, -0.25, 0.25, 3};
+  std::copy_n(values, 7, x.data());
+  nn::NetworkPass<double> a, b;
+  written.forward({x.data()}, a, nn::Mode::input_gradient);
+  own.forward({x.data()}, b, nn::Mode::input_gradient);
+  std::vector<double> ones(7, 1.0), slopes(7, 0.0), own_slopes(7, 0.0);
+  written.adjoint(a, {ones.data()}, {slopes.data()});
+  own.adjoint(b, {ones.data()}, {own_slopes.data()});
+  for (std::size_t i = 0; i < 7; ++i) {
+    const double v = values[i];
+    const double expected = v > 0 ? v : v > -2 ? v * v / 2 + v : 0;  // Darknet's hard_mish
+    CHECK(a.output(0)[i] == expected);
+    CHECK(b.output(0)[i] == expected);
+    CHECK(slopes[i] == (v > 0 ? 1 : v > -2 ? v + 1 : 0));
+    CHECK(own_slopes[i] == slopes[i]);
+  }
 }
 
 TEST_CASE("a model that cannot be written leaves the old file", "[io][onnx][writer][bad_input]") {

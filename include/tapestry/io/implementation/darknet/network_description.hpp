@@ -64,9 +64,8 @@ class CfgDescriber {
 
   /// Adds a node to the layer that is being described. \returns the name of its result
   std::string add(const std::string& operation, std::vector<std::string> inputs, Attributes attributes = {}) {
-    const std::string layer = name_of_layer(values_.size());
-    const std::string result = layer + "." + std::to_string(network_.nodes.size());
-    network_.nodes.push_back({layer, operation, std::move(inputs), {result}, std::move(attributes)});
+    const std::string result = name_of_layer(values_.size()) + "." + std::to_string(network_.nodes.size());
+    network_.nodes.push_back({result, operation, std::move(inputs), {result}, std::move(attributes)});
     return result;
   }
 

@@ -13,6 +13,7 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/onnx/onnx_writer.hpp>
 #include <tapestry/nn/network/description.hpp>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -42,7 +43,8 @@ class OnnxEncoder {
   [[nodiscard]] std::string graph() const {
     std::string bytes;
     protozero::pbf_writer writer(bytes);
-    for (const nn::Node& node : network_.nodes) writer.add_message(1, encoded(node));
+    for (const nn::Node& node : network_.nodes)
+      for (const nn::Node& standard : standard_nodes(node)) writer.add_message(1, encoded(standard));
     writer.add_string(2, "network");
     for (const auto& [name, constant] : network_.constants) writer.add_message(5, tensor(name, constant));
     for (const nn::InputDescription& input : network_.inputs)
@@ -79,6 +81,29 @@ class OnnxEncoder {
     writer.add_string(1, name);
     writer.add_message(2, type);
     return bytes;
+  }
+
+  /// What ONNX has for a node: the node, or several in place of HardMish,
+  ///
+  ///   max(x, 0) + c · (c/2 + 1),  c = min(max(x, −2), 0)
+  [[nodiscard]] static std::vector<nn::Node> standard_nodes(const nn::Node& node) {
+    if (node.operation != "HardMish") return {node};
+    const std::string &x = node.inputs[0], &y = node.outputs[0];
+    std::vector<nn::Node> nodes;
+    const auto add = [&](const std::string& operation, std::vector<std::string> inputs,
+                         const std::string& output, std::map<std::string, nn::Attribute> attributes = {}) {
+      nodes.push_back({output, operation, std::move(inputs), {output}, std::move(attributes)});
+      return output;
+    };
+    const auto number = [&](float value, const std::string& suffix) {
+      return add("Constant", {}, y + suffix,
+                 {{"value", nn::Constant{{}, nn::ElementType::floating, std::vector<float>{value}}}});
+    };
+    const std::string least = number(-2, ".least"), most = number(0, ".most"), half = number(0.5F, ".half"),
+                      one = number(1, ".one"), c = add("Clip", {x, least, most}, y + ".clipped"),
+                      line = add("Add", {add("Mul", {c, half}, y + ".halved"), one}, y + ".line");
+    add("Add", {add("Relu", {x}, y + ".above"), add("Mul", {c, line}, y + ".below")}, y);
+    return nodes;
   }
 
   [[nodiscard]] static std::string encoded(const nn::Node& node) {

@@ -71,7 +71,7 @@ class Convolution : public Operation<T> {
     const bool keeps_signs = call.keeps && activation.needs_signs();
     const bool fuses_signs = keeps_signs && fuses_bits<T>(plan_.shape);
     if (keeps_signs) call.state.bits.resize(block_count(plan_.out_size(call.batch), 8));
-    if (fuses_signs) end.positive = call.state.bits.data();
+    if (fuses_signs) end.positive = call.state.bits.data();  // whole bytes a pixel; others are read off below
     if (!keeps_signs || fuses_signs) end.addend = addend;
     end.slope = activation.slope;
     end.curve = activation.curve;
@@ -108,7 +108,7 @@ class Convolution : public Operation<T> {
 
   [[nodiscard]] std::optional<Window> window_reached(Engine engine, std::span<const Window> changed,
                                                      bool with_adjoint) const override {
-    if (plan_.has_computed_weights || !has_whole_bytes()) return std::nullopt;
+    if (plan_.has_computed_weights) return std::nullopt;
     const PackedConvolution<T>& packed = weights_.convolution();
     const OutputTile tile = tile_of(engine, packed);
     Window window{outputs_reached(plan_.shape.rows, tile, changed[0].rows),
@@ -172,11 +172,6 @@ class Convolution : public Operation<T> {
 
   [[nodiscard]] static std::optional<Window> window_of(const Window* window) {
     return window == nullptr ? std::nullopt : std::optional(*window);
-  }
-
-  /// Whether the sign bits of each pixel begin at a byte of their own, if there are any.
-  [[nodiscard]] bool has_whole_bytes() const {
-    return !plan_.activation.needs_signs() || plan_.shape.out_channels % 8 == 0;
   }
 
   void pull_back_activation(const AdjointCall<T>& call, T* adjoint) const {
