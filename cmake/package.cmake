@@ -15,7 +15,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
-    "libeigen3-dev, libxtensor-dev, libtinyobjloader-dev, libstb-dev, libprotozero-dev, zlib1g-dev, nlohmann-json3-dev, libturbojpeg0-dev")
+    "libeigen3-dev, libxtensor-dev, libstb-dev, libprotozero-dev, zlib1g-dev, nlohmann-json3-dev, libturbojpeg0-dev")
 find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)  # finds the libraries that the programs are linked with, by file
 find_program(FILE_UTILITY file)
 if(TAPESTRY_BUILD_EXAMPLES)

@@ -26,9 +26,7 @@ unpack_arm64_libraries() {
   local apt=(apt-get --quiet --quiet -o APT::Architectures::=arm64 -o Dir::State::lists="$PWD/lists"
              -o Dir::Cache="$PWD/lists" -o APT::Sandbox::User="$(id -un)")
   "${apt[@]}" update
-  local tinyobjloader
-  tinyobjloader=$(apt-cache depends libtinyobjloader-dev | sed -n 's/.*Depends: \(libtinyobjloader[0-9].*\)/\1/p')
-  (cd lists && "${apt[@]}" download {zlib1g,zlib1g-dev,catch2,libtinyobjloader-dev,"$tinyobjloader"}:arm64)
+  (cd lists && "${apt[@]}" download {zlib1g,zlib1g-dev,catch2}:arm64)
   for package in lists/*.deb; do dpkg-deb --extract "$package" root.part; done
   mv root.part root
 }
