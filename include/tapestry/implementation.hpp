@@ -5,6 +5,7 @@
 #include <tapestry/io/implementation.hpp>  // first, for it must see stb before anyone else
 
 #include <tapestry/camouflage/implementation.hpp>
+#include <tapestry/core/implementation.hpp>
 #include <tapestry/detect/implementation.hpp>
 #include <tapestry/evaluate/implementation.hpp>
 #include <tapestry/geometry/implementation.hpp>

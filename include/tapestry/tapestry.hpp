@@ -2,8 +2,8 @@
 /// \file
 /// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one
 /// gradient runs from a detector's output back to the paint on a car. This header includes all of it but
-/// implementation.hpp, which belongs in one source file of a program that reads networks, or reads or writes
-/// pictures, .safetensors or .glb files. Including only what a file needs compiles faster.
+/// implementation.hpp: one source file of a program includes that, or the program links tapestry::compiled.
+/// Including only what a file needs compiles faster.
 ///
 /// The layers, a header of one using only its own folder and those before it:
 ///   core                          arrays, checks, errors, random numbers, threads
@@ -91,6 +91,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/array_concepts.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/core/huge_pages.hpp>

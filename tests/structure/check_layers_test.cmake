@@ -45,6 +45,7 @@ expect("may include <tapestry/...>, standard" ../../examples/tour/short.cpp "#in
 expect("may include <tapestry/...>, standard" ../../examples/tour/short.cpp "#include <CLI/CLI.hpp>\n")
 expect("may not include loss" core/kernel.inl "#include <tapestry/loss/overlap.hpp>\n")
 expect("missing: io/implementation/glb.hpp " io/implementation/glb.hpp "#pragma once\n")
+expect("obj_file.hpp does not include core/compiled" io/implementation/obj_file.hpp "#pragma once\n")
 expect("missing: loss/deep/step.hpp " loss/deep/step.hpp "#pragma once\n")
 expect("may not include what only programs use" io/obj_file.hpp "#pragma once\n#include <tiny_obj_loader.h>\n")
 expect("may not include raster" geometry/mesh.hpp "#pragma once\n#include <tapestry/raster/render.hpp>\n")

@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <memory>
+#include <tapestry/core/compiled.hpp>
 #include <utility>
 
 namespace tapestry::camouflage {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/random.hpp>
 
 namespace tapestry::camouflage {

@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

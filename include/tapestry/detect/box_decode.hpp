@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/head.hpp>
 #include <vector>

@@ -1,5 +1,6 @@
 #pragma once
 #include <numbers>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <tapestry/core/compiled.hpp>
 
 namespace tapestry::geometry {
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <vector>
 
 namespace tapestry::image {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/image/colour_space.hpp>
 
 namespace tapestry::image {

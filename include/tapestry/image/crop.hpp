@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/image/pixel_window.hpp>
 
 namespace tapestry::image {

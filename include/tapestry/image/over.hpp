@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/pixel_window.hpp>

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::io {

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

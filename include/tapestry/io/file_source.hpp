@@ -1,5 +1,6 @@
 #pragma once
 #include <unistd.h>
+#include <tapestry/core/compiled.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iterator>
 #include <string>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::io {

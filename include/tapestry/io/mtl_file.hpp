@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 #include <string_view>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <vector>
 

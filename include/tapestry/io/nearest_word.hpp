@@ -4,6 +4,7 @@
 #include <ranges>
 #include <string>
 #include <string_view>
+#include <tapestry/core/compiled.hpp>
 
 namespace tapestry::io {
 

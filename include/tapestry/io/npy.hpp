@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/npy_header.hpp>
 #include <type_traits>

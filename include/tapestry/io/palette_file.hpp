@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 
 namespace tapestry::io {
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 
 namespace tapestry::loss {
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/detect/box_overlap.hpp>  // Box
 
 namespace tapestry::loss {

@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <vector>

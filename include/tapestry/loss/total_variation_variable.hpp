@@ -2,6 +2,7 @@
 #include <concepts>
 #include <memory>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/loss/neighbour_steps_variable.hpp>
 #include <tapestry/loss/total_variation.hpp>
 #include <vector>

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/nn/curve.hpp>

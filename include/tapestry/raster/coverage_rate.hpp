@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/cell_entry.hpp>
 #include <tapestry/raster/cell_grid.hpp>

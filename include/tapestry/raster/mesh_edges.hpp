@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <vector>
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/mip_levels.hpp>
 #include <vector>

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/raster/lookup_batch.hpp>
 #include <tapestry/raster/screen_vertex.hpp>

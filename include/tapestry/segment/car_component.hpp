@@ -4,6 +4,7 @@
 #include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 
 namespace tapestry::segment {
 

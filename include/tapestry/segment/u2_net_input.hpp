@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::segment {

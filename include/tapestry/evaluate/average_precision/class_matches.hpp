@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/evaluate/average_precision/scored_box.hpp>
 #include <tuple>
 #include <vector>

@@ -6,6 +6,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/parallel.hpp>
 
 namespace tapestry::image {

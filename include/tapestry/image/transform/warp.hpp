@@ -8,6 +8,7 @@
 #include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::image {

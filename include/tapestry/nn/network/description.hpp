@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <variant>
 #include <vector>

@@ -1,0 +1,1 @@
+#include <tapestry/core/implementation.hpp>
