@@ -1,7 +1,18 @@
 // Shows what a detector's belief in a car rests on: the gradient of its surest box's score with respect to a
 // photograph, saved as a picture.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <tapestry/tapestry.hpp>
+#include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/colour.hpp>
+#include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/network_file.hpp>
 
 using namespace tapestry;
 

@@ -1,5 +1,6 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>
+#include <tapestry/io/npz_file.hpp>
 
 #include <cstdint>
 #include <filesystem>

@@ -54,4 +54,7 @@ class KeptLayers {
   bool is_full_ = false;
 };
 
+extern template class KeptLayers<float>;
+extern template class KeptLayers<double>;
+
 }  // namespace tapestry::camouflage

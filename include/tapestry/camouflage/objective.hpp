@@ -187,4 +187,7 @@ class Objective {
   std::shared_ptr<StepTimes> times_ = std::make_shared<StepTimes>();
 };
 
+extern template class Objective<float>;
+extern template class Objective<double>;
+
 }  // namespace tapestry::camouflage

@@ -76,4 +76,7 @@ class StageClock {
   bool is_swept_;
 };
 
+extern template class StageClock<float>;
+extern template class StageClock<double>;
+
 }  // namespace tapestry::camouflage

@@ -171,4 +171,7 @@ class Training {
   std::size_t epoch_of_order_ = 0;
 };
 
+extern template class Training<float>;
+extern template class Training<double>;
+
 }  // namespace tapestry::camouflage

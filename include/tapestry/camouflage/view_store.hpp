@@ -86,4 +86,7 @@ class ViewStore {
   std::unique_ptr<std::mutex> keeping_ = std::make_unique<std::mutex>();
 };
 
+extern template class ViewStore<float>;
+extern template class ViewStore<double>;
+
 }  // namespace tapestry::camouflage

@@ -32,18 +32,20 @@ template <std::floating_point T>
 [[nodiscard]] DecodedHead<T> decode(const Head& head, const ArrayVariable<T, 4>& logits,
                                     std::size_t input_height, std::size_t input_width);
 
+namespace detail {
+/// decode() of each of these heads.
+template <std::floating_point T>
+[[nodiscard]] std::vector<DecodedHead<T>> decoded_heads(const std::vector<Head>& heads,
+                                                        const std::vector<ArrayVariable<T, 4>>& logits,
+                                                        std::size_t input_height, std::size_t input_width);
+}  // namespace detail
+
 /// decode() of every head of a detector.
 /// \param detector  with heads(), input_height() and input_width(), such as Network
 template <class Detector, std::floating_point T>
 [[nodiscard]] std::vector<DecodedHead<T>> decode(const Detector& detector,
                                                  const std::vector<ArrayVariable<T, 4>>& logits) {
-  if (logits.size() != detector.heads().size())
-    throw ShapeError("decode: logits of " + std::to_string(logits.size()) + " heads, expected " +
-                     std::to_string(detector.heads().size()));
-  std::vector<DecodedHead<T>> heads;
-  for (std::size_t h = 0; h < logits.size(); ++h)
-    heads.push_back(decode(detector.heads()[h], logits[h], detector.input_height(), detector.input_width()));
-  return heads;
+  return detail::decoded_heads(detector.heads(), logits, detector.input_height(), detector.input_width());
 }
 
 }  // namespace tapestry::detect

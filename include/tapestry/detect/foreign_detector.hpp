@@ -94,4 +94,7 @@ class ForeignDetector final : public Detector<T> {
   mutable std::mutex one_at_a_time_;
 };
 
+extern template class ForeignDetector<float>;
+extern template class ForeignDetector<double>;
+
 }  // namespace tapestry::detect

@@ -31,6 +31,9 @@ class GraphDetector final : public Detector<T> {
   ///         is not one of its maps
   GraphDetector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0,
                 const std::vector<std::string>& layers = {}, bool simplifies = true);
+  GraphDetector(GraphDetector&&) noexcept;
+  GraphDetector& operator=(GraphDetector&&) noexcept;
+  ~GraphDetector() override;
 
   /// Of the layers that were named, [1, C, H, W].
   [[nodiscard]] const nn::Shape& layer_shape(std::size_t layer) const {
@@ -109,5 +112,8 @@ class GraphDetector final : public Detector<T> {
   nn::Network<T> network_;
   ExportedHeads heads_;
 };
+
+extern template class GraphDetector<float>;
+extern template class GraphDetector<double>;
 
 }  // namespace tapestry::detect

@@ -17,6 +17,7 @@
 #include <tapestry/detect/implementation/input_encoding.hpp>
 #include <tapestry/detect/implementation/input_encoding_variable.hpp>
 #include <tapestry/detect/implementation/network.hpp>
+#include <tapestry/detect/implementation/network/pass.hpp>
 #include <tapestry/detect/implementation/network_config/decode_choice.hpp>
 #include <tapestry/detect/implementation/network_config/layer.hpp>
 #include <tapestry/detect/implementation/network_config/shape.hpp>

@@ -36,6 +36,11 @@ class Network final : public Detector<T> {
   /// \throws ShapeError unless there are as many as the cfg needs
   Network(NetworkConfig config, Array<T, 1> parameters, std::size_t input_height = 0,
           std::size_t input_width = 0);
+  Network(const Network&);
+  Network(Network&&) noexcept;
+  Network& operator=(const Network&);
+  Network& operator=(Network&&) noexcept;
+  ~Network() override;
 
   [[nodiscard]] std::size_t input_height() const override { return graph_.height; }
   [[nodiscard]] std::size_t input_width() const override { return graph_.width; }
@@ -145,5 +150,8 @@ class Network final : public Detector<T> {
   std::uint64_t images_seen_ = 0;
   mutable detail::WeightCache<T> cache_;
 };
+
+extern template class Network<float>;
+extern template class Network<double>;
 
 }  // namespace tapestry::detect

@@ -79,4 +79,7 @@ class Meter {
   detect::PassPool<T> passes_;
 };
 
+extern template class Meter<float>;
+extern template class Meter<double>;
+
 }  // namespace tapestry::evaluate

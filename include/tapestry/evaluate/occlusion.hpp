@@ -113,4 +113,7 @@ void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders)
 /// \throws DomainError as view_frames()
 [[nodiscard]] std::vector<ProtocolFrame> occlusion_frames(const ViewGrid& grid);
 
+extern template class HiddenPixels<float>;
+extern template class HiddenPixels<double>;
+
 }  // namespace tapestry::evaluate

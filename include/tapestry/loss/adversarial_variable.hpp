@@ -1,28 +1,25 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
-#include <memory>
 #include <span>
-#include <tapestry/autodiff/arrays/gather.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/parallel.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <tapestry/loss/prediction_variable.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <vector>
 
 namespace tapestry::loss {
 namespace detail {
 
-/// The mean of the terms over a batch, added in double in the order of the images: iou, objectness,
-/// classification, max_score, total.
+/// adversarial() of the logits of these heads.
 template <class T>
-[[nodiscard]] Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const Target> targets,
-                                                 AdversarialLoss kind, const AdversarialWeights& weights);
-
-/// What one image's terms get of the adjoint of the means.
-template <class T>
-[[nodiscard]] TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
-                                        const AdversarialWeights& weights);
+[[nodiscard]] AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& heads,
+                                                           std::size_t input_height, std::size_t input_width,
+                                                           const std::vector<ArrayVariable<T, 4>>& logits,
+                                                           std::span<const Target> targets,
+                                                           AdversarialLoss kind,
+                                                           const AdversarialWeights& weights);
 
 }  // namespace detail
 
@@ -41,20 +38,8 @@ template <Detector D, std::floating_point T>
                                                         std::span<const Target> targets,
                                                         AdversarialLoss kind = AdversarialLoss::paper,
                                                         const AdversarialWeights& weights = {}) {
-  const auto kept = std::make_shared<const detail::KeptLogits<T>>(detector, logits);
-  require_batch("adversarial", "targets", targets.size(), kept->view());
-  const auto pullback = [kept, kind, weights,
-                         of_images = std::vector<Target>(targets.begin(), targets.end())](
-                            const Array<T, 1>& means_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
-    const auto adjoint = detail::adjoint_of_terms(means_adjoint, of_images.size(), weights);
-    parallel_for(of_images.size(), [&](std::size_t n) {
-      detail::terms_adjoint(kept->of_image(n), of_images[n], kind, adjoint, logits_adjoint);
-    });
-  };
-  const ArrayVariable<T, 1> means =
-      record_array(detail::mean_adversarial_terms(*kept, targets, kind, weights), pullback, logits);
-  const auto term = [&](std::size_t index) { return element(means, {index}); };
-  return {term(0), term(1), term(2), term(3), term(4)};
+  return detail::adversarial_of<T>(detector.heads(), detector.input_height(), detector.input_width(), logits,
+                                   targets, kind, weights);
 }
 
 /// Means of the terms of several detectors, at least one, on the tape.

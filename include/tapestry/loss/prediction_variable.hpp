@@ -12,11 +12,9 @@ namespace tapestry::loss::detail {
 template <class T>
 class KeptLogits {
  public:
-  template <Detector D>
-  KeptLogits(const D& detector, const std::vector<ArrayVariable<T, 4>>& logits)
-      : heads_(detector.heads()),
-        input_height_(detector.input_height()),
-        input_width_(detector.input_width()) {
+  KeptLogits(const std::vector<detect::Head>& heads, std::size_t input_height, std::size_t input_width,
+             const std::vector<ArrayVariable<T, 4>>& logits)
+      : heads_(heads), input_height_(input_height), input_width_(input_width) {
     for (const auto& head : logits) {
       arrays_.push_back(head.shared_value());
       view_.push_back(arrays_.back().get());

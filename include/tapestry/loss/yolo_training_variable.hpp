@@ -1,10 +1,10 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
-#include <memory>
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/loss/prediction_variable.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/detect/head.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <vector>
 
@@ -19,28 +19,13 @@ struct YoloTrainingVariables {
 
 namespace detail {
 
-/// The terms of a training loss on the tape, as one record.
-/// \param options     with the weights of the terms
-/// \param adjoint_of  adds to its second argument the derivative of the total under the weights of its first
-template <class T, class Options, class AdjointOf>
-[[nodiscard]] YoloTrainingVariables<T> record_training_terms(const YoloTrainingTerms& terms,
-                                                             const Options& options, AdjointOf adjoint_of,
-                                                             const std::vector<ArrayVariable<T, 4>>& logits) {
-  const auto pullback = [options, adjoint_of](const Array<T, 1>& terms_adjoint,
-                                              const LogitsAdjoint<T>& logits_adjoint) {
-    const auto adjoint = [&](std::size_t term) { return static_cast<double>(terms_adjoint(term)); };
-    Options weights = options;  // of each term what its own adjoint and the total's ask for
-    weights.box = adjoint(0) + adjoint(3) * options.box;
-    weights.objectness = adjoint(1) + adjoint(3) * options.objectness;
-    weights.classification = adjoint(2) + adjoint(3) * options.classification;
-    adjoint_of(weights, logits_adjoint);
-  };
-  const ArrayVariable<T, 1> values =
-      record_array(Array<T, 1>{static_cast<T>(terms.box), static_cast<T>(terms.objectness),
-                               static_cast<T>(terms.classification), static_cast<T>(terms.total)},
-                   pullback, logits);
-  return {element(values, {0}), element(values, {1}), element(values, {2}), element(values, {3})};
-}
+/// yolo_training() of the logits of these heads.
+template <class T>
+[[nodiscard]] YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads,
+                                                        std::size_t input_height, std::size_t input_width,
+                                                        const std::vector<ArrayVariable<T, 4>>& logits,
+                                                        const Truths& truths,
+                                                        const YoloTrainingOptions& options);
 
 }  // namespace detail
 
@@ -56,15 +41,8 @@ template <Detector D, std::floating_point T>
                                                      const std::vector<ArrayVariable<T, 4>>& logits,
                                                      const Truths& truths,
                                                      const YoloTrainingOptions& options = {}) {
-  const auto kept = std::make_shared<const detail::KeptLogits<T>>(detector, logits);
-  const auto means =
-      yolo_training(kept->heads(), kept->view(), truths, kept->input_height(), kept->input_width(), options);
-  const auto adjoint_of = [kept, truths](const YoloTrainingOptions& weights,
-                                         const LogitsAdjoint<T>& logits_adjoint) {
-    yolo_training_adjoint(kept->heads(), kept->view(), truths, kept->input_height(), kept->input_width(),
-                          weights, T(1), logits_adjoint);
-  };
-  return detail::record_training_terms(means, options, adjoint_of, logits);
+  return detail::yolo_training_of<T>(detector.heads(), detector.input_height(), detector.input_width(),
+                                     logits, truths, options);
 }
 
 }  // namespace tapestry::loss

@@ -1,13 +1,25 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
-#include <memory>
-#include <tapestry/loss/prediction_variable.hpp>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/detect/head.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <tapestry/loss/yolo_training_variable.hpp>  // YoloTrainingVariables
 #include <tapestry/loss/yolox_training.hpp>
 #include <vector>
 
 namespace tapestry::loss {
+namespace detail {
+
+/// yolox_training() of the logits of these heads.
+template <class T>
+[[nodiscard]] YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& heads,
+                                                         std::size_t input_height, std::size_t input_width,
+                                                         const std::vector<ArrayVariable<T, 4>>& logits,
+                                                         const Truths& truths,
+                                                         const YoloxTrainingOptions& options);
+
+}  // namespace detail
 
 /// yolox_training() of a batch on the tape, all terms as one record, with the matches that these logits lead
 /// to: what detect::forward() of a graph detector with its constants is trained by.
@@ -21,17 +33,8 @@ template <Detector D, std::floating_point T>
                                                       const std::vector<ArrayVariable<T, 4>>& logits,
                                                       const Truths& truths,
                                                       const YoloxTrainingOptions& options = {}) {
-  const auto kept = std::make_shared<const detail::KeptLogits<T>>(detector, logits);
-  const std::size_t height = kept->input_height(), width = kept->input_width();
-  const auto matches = std::make_shared<const DynamicMatches>(
-      dynamic_matches(kept->heads(), kept->view(), truths, height, width, options.match));
-  const auto terms = yolox_training(kept->heads(), kept->view(), *matches, height, width, options);
-  const auto adjoint_of = [kept, matches, height, width](const YoloxTrainingOptions& weights,
-                                                         const LogitsAdjoint<T>& logits_adjoint) {
-    yolox_training_adjoint(kept->heads(), kept->view(), *matches, height, width, weights, T(1),
-                           logits_adjoint);
-  };
-  return detail::record_training_terms(terms, options, adjoint_of, logits);
+  return detail::yolox_training_of<T>(detector.heads(), detector.input_height(), detector.input_width(),
+                                      logits, truths, options);
 }
 
 }  // namespace tapestry::loss

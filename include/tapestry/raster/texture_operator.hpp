@@ -165,9 +165,11 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 /// or layout outside the stated limits \throws Error (mismatch) if a painted face has no uv, or a face refers
 /// to a missing position
 template <std::floating_point T, LightModel Model = Light>
-[[nodiscard]] TextureOperator<T> texture_operator(const PaintedMesh& body, const geometry::Camera& camera,
-                                                  std::size_t height, std::size_t width, const Model& light,
-                                                  std::size_t samples_per_axis = 2) {
+[[nodiscard, gnu::noinline]] TextureOperator<T> texture_operator(const PaintedMesh& body,
+                                                                 const geometry::Camera& camera,
+                                                                 std::size_t height, std::size_t width,
+                                                                 const Model& light,
+                                                                 std::size_t samples_per_axis = 2) {
   detail::require_layout("texture_operator", body);
   const FragmentBands fragments("texture_operator", body.mesh, camera, height, width, samples_per_axis);
   const auto lighting = prepare(body.mesh, camera, light);
@@ -189,6 +191,12 @@ template <std::floating_point T, LightModel Model = Light>
   detail::join_bands(bands, picture);
   return picture;
 }
+
+// With other lights, such as a user's own, it is compiled where it is used.
+extern template decltype(texture_operator<float, Light>) texture_operator<float, Light>;
+extern template decltype(texture_operator<double, Light>) texture_operator<double, Light>;
+extern template decltype(texture_operator<float, Unlit>) texture_operator<float, Unlit>;
+extern template decltype(texture_operator<double, Unlit>) texture_operator<double, Unlit>;
 
 /// The picture of a texture.
 ///

@@ -87,4 +87,7 @@ class U2Net {
   nn::Network<T> network_;
 };
 
+extern template class U2Net<float>;
+extern template class U2Net<double>;
+
 }  // namespace tapestry::segment

@@ -114,6 +114,21 @@ DecodedHead<T> decode(const Head& head, const ArrayVariable<T, 4>& logits, std::
   return {results[0], results[1], results[2], head.has_objectness()};
 }
 
+template <std::floating_point T>
+std::vector<DecodedHead<T>> detail::decoded_heads(const std::vector<Head>& heads,
+                                                  const std::vector<ArrayVariable<T, 4>>& logits,
+                                                  std::size_t input_height, std::size_t input_width) {
+  if (logits.size() != heads.size())
+    throw ShapeError("decode: logits of " + std::to_string(logits.size()) + " heads, expected " +
+                     std::to_string(heads.size()));
+  std::vector<DecodedHead<T>> decoded;
+  for (std::size_t h = 0; h < logits.size(); ++h)
+    decoded.push_back(decode(heads[h], logits[h], input_height, input_width));
+  return decoded;
+}
+
+template decltype(detail::decoded_heads<float>) detail::decoded_heads<float>;
+template decltype(detail::decoded_heads<double>) detail::decoded_heads<double>;
 template decltype(confidences<float>) confidences<float>;
 template decltype(confidences<double>) confidences<double>;
 template DecodedHead<float> decode<float>(const Head& head, const ArrayVariable<float, 4>& logits,

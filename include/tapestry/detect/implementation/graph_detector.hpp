@@ -223,6 +223,15 @@ std::vector<const T*> GraphDetector<T>::adjoints_of_outputs(
   return of_outputs;
 }
 
+template <std::floating_point T>
+GraphDetector<T>::GraphDetector(GraphDetector&&) noexcept = default;
+
+template <std::floating_point T>
+GraphDetector<T>& GraphDetector<T>::operator=(GraphDetector&&) noexcept = default;
+
+template <std::floating_point T>
+GraphDetector<T>::~GraphDetector() = default;
+
 template class GraphDetector<float>;
 template class GraphDetector<double>;
 

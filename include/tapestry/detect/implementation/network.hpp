@@ -217,6 +217,21 @@ void Network<T>::adjoints(const char* operation, Pass<T>& pass,
   for (std::size_t i = 0; i < pass.within.size(); ++i) run(pass.within[i], i);
 }
 
+template <std::floating_point T>
+Network<T>::Network(const Network&) = default;
+
+template <std::floating_point T>
+Network<T>::Network(Network&&) noexcept = default;
+
+template <std::floating_point T>
+Network<T>& Network<T>::operator=(const Network&) = default;
+
+template <std::floating_point T>
+Network<T>& Network<T>::operator=(Network&&) noexcept = default;
+
+template <std::floating_point T>
+Network<T>::~Network() = default;
+
 template class Network<float>;
 template class Network<double>;
 

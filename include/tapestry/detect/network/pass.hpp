@@ -40,6 +40,11 @@ struct LayerState {
 /// memory; two threads must not share one.
 template <class T>
 struct Pass {
+  Pass();
+  Pass(Pass&&) noexcept;
+  Pass& operator=(Pass&&) noexcept;
+  ~Pass();
+
   /// For each head [N, A·(5+K), H, W]; see Head.
   std::vector<Array<T, 4>> logits{};
 
@@ -76,6 +81,9 @@ struct Pass {
     }
   }
 };
+
+extern template struct Pass<float>;
+extern template struct Pass<double>;
 
 namespace detail {
 /// \throws DomainError unless the pass was for training; ShapeError unless count is as expected

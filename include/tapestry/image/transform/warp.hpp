@@ -1,7 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -37,10 +35,7 @@ struct CameraMotion {
 /// Where points of a picture of some extents lie after a warp, both in pixels from its upper left corner.
 class WarpedPoint {
  public:
-  WarpedPoint(const Warp& warp, std::size_t height, std::size_t width)
-      : target_from_source_(warp.source_from_target.inverse()),
-        middle_x_(static_cast<double>(width) / 2),
-        middle_y_(static_cast<double>(height) / 2) {}
+  WarpedPoint(const Warp& warp, std::size_t height, std::size_t width);
 
   /// Nothing for a point that lies behind the moved camera.
   [[nodiscard]] std::optional<std::array<double, 2>> operator()(double x, double y) const;

@@ -19,6 +19,34 @@
 
 namespace tapestry::io::detail {
 
+template <std::size_t N>
+void require_finite(const std::array<double, N>& values, const std::string& path, const char* member) {
+  for (const double value : values) {
+    if (!std::isfinite(value)) {
+      throw FileError(ErrorKind::mismatch,
+                      {.path = path, .what = std::string(member) + " holds a value that is not finite"});
+    }
+  }
+}
+
+/// The numbers of a member of exactly this shape.
+template <std::size_t N>
+std::array<double, N> numbers(const NpzFile& file, const char* member,
+                              const std::vector<std::size_t>& shape) {
+  const NpyArray& array = file.get(member);
+  if (array.shape != shape) {
+    throw FileError(ErrorKind::mismatch, {.path = file.path(),
+                                          .what = "member '" + std::string(member) + "' has another shape",
+                                          .expected = shape_text(shape),
+                                          .found = shape_text(array.shape)});
+  }
+  const auto values = array.as<double>();
+  std::array<double, N> result{};
+  std::copy(values.begin(), values.end(), result.begin());
+  require_finite(result, file.path(), member);
+  return result;
+}
+
 /// Degrees between the direction of pitch and yaw (CARLA) and the direction from the camera to the vehicle.
 inline double degrees_off_target(const geometry::CarlaPose& pose, double radians_per_unit) {
   const double pitch = pose.camera_rotation_deg[0] * radians_per_unit;
@@ -95,7 +123,7 @@ inline raster::Light read_light(const NpzFile& file) {
   return {light[0], light[1], {light[2], light[3], light[4]}, {light[5], light[6], light[7]}};
 }
 
-Array<std::uint8_t, 2> read_mask(const NpzFile& file, std::size_t height, std::size_t width) {
+inline Array<std::uint8_t, 2> read_mask(const NpzFile& file, std::size_t height, std::size_t width) {
   auto mask = file.array<std::uint8_t, 2>("mask");
   const std::array<std::size_t, 2> picture{height, width};
   if (mask.shape() != picture) {

@@ -13,6 +13,8 @@
 
 namespace tapestry::loss::detail {
 
+/// The mean of the terms over a batch, added in double in the order of the images: iou, objectness,
+/// classification, max_score, total.
 template <class T>
 Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const Target> targets,
                                    AdversarialLoss kind, const AdversarialWeights& weights) {
@@ -30,6 +32,7 @@ Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const 
           mean(&Terms::total)};
 }
 
+/// What one image's terms get of the adjoint of the means.
 template <class T>
 TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
                           const AdversarialWeights& weights) {
@@ -40,6 +43,28 @@ TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
   const double total = of_image(4);
   return {of_image(0) + total * weights.iou, of_image(1) + total * weights.objectness,
           of_image(2) + total * weights.classification, of_image(3) + total * weights.max_score};
+}
+
+template <class T>
+AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& heads, std::size_t input_height,
+                                             std::size_t input_width,
+                                             const std::vector<ArrayVariable<T, 4>>& logits,
+                                             std::span<const Target> targets, AdversarialLoss kind,
+                                             const AdversarialWeights& weights) {
+  const auto kept = std::make_shared<const KeptLogits<T>>(heads, input_height, input_width, logits);
+  require_batch("adversarial", "targets", targets.size(), kept->view());
+  const auto pullback = [kept, kind, weights,
+                         of_images = std::vector<Target>(targets.begin(), targets.end())](
+                            const Array<T, 1>& means_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
+    const auto adjoint = adjoint_of_terms(means_adjoint, of_images.size(), weights);
+    parallel_for(of_images.size(), [&](std::size_t n) {
+      terms_adjoint(kept->of_image(n), of_images[n], kind, adjoint, logits_adjoint);
+    });
+  };
+  const ArrayVariable<T, 1> means =
+      record_array(mean_adversarial_terms(*kept, targets, kind, weights), pullback, logits);
+  const auto term = [&](std::size_t index) { return element(means, {index}); };
+  return {term(0), term(1), term(2), term(3), term(4)};
 }
 
 }  // namespace tapestry::loss::detail
@@ -63,10 +88,8 @@ AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>>
 
 namespace tapestry::loss::detail {
 
-template decltype(mean_adversarial_terms<float>) mean_adversarial_terms<float>;
-template decltype(mean_adversarial_terms<double>) mean_adversarial_terms<double>;
-template decltype(adjoint_of_terms<float>) adjoint_of_terms<float>;
-template decltype(adjoint_of_terms<double>) adjoint_of_terms<double>;
+template decltype(adversarial_of<float>) adversarial_of<float>;
+template decltype(adversarial_of<double>) adversarial_of<double>;
 
 }  // namespace tapestry::loss::detail
 

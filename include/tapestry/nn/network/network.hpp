@@ -118,4 +118,7 @@ class Network {
   std::shared_ptr<const void> version_{};  ///< another for other constants
 };
 
+extern template class Network<float>;
+extern template class Network<double>;
+
 }  // namespace tapestry::nn

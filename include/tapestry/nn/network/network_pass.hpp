@@ -134,4 +134,7 @@ class NetworkPass {
   Workspace<T> workspace_;
 };
 
+extern template class NetworkPass<float>;
+extern template class NetworkPass<double>;
+
 }  // namespace tapestry::nn

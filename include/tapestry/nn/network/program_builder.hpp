@@ -96,4 +96,7 @@ class ProgramBuilder {
   std::set<std::size_t> noted_;
 };
 
+extern template class ProgramBuilder<float>;
+extern template class ProgramBuilder<double>;
+
 }  // namespace tapestry::nn

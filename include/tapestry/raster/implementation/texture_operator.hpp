@@ -74,6 +74,10 @@ void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render
   });
 }
 
+template decltype(texture_operator<float, Light>) texture_operator<float, Light>;
+template decltype(texture_operator<double, Light>) texture_operator<double, Light>;
+template decltype(texture_operator<float, Unlit>) texture_operator<float, Unlit>;
+template decltype(texture_operator<double, Unlit>) texture_operator<double, Unlit>;
 template decltype(with_tiles<float>) with_tiles<float>;
 template decltype(with_tiles<double>) with_tiles<double>;
 template Array<float, 3> render<float>(const TextureOperator<float>& picture, const Array<float, 2>& texels);

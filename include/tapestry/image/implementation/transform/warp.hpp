@@ -32,6 +32,11 @@ Warp warp_of(const CameraMotion& motion) {
   return {first.asDiagonal() * first_from_moved * moved_inverse.asDiagonal()};
 }
 
+WarpedPoint::WarpedPoint(const Warp& warp, std::size_t height, std::size_t width)
+    : target_from_source_(warp.source_from_target.inverse()),
+      middle_x_(static_cast<double>(width) / 2),
+      middle_y_(static_cast<double>(height) / 2) {}
+
 std::optional<std::array<double, 2>> WarpedPoint::operator()(double x, double y) const {
   const Eigen::Vector3d target =
       target_from_source_ * Eigen::Vector3d((x - middle_x_) / middle_x_, (y - middle_y_) / middle_x_, 1);
