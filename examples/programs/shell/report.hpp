@@ -22,124 +22,29 @@ struct RunReport {
   Json options;
 };
 
-inline Json json_of(const evaluate::Measurement& measurement) {
-  return {{"views", measurement.rate.views / measurement.draws},
-          {"pictures", measurement.rate.views},
-          {"detected", measurement.rate.detected},
-          {"p_at_50", measurement.rate.p_at_50},
-          {"interval", measurement.rate.interval},
-          {"mean_best_confidence", measurement.mean_best_confidence}};
-}
+Json json_of(const evaluate::Measurement& measurement);
 
 /// Of an interval, what is infinite becomes null.
-inline Json json_of(const evaluate::Effect& effect) {
-  const auto json = [](const evaluate::PairedDifference& difference) {
-    return Json{{"difference", difference.mean}, {"interval", difference.interval}};
-  };
-  return {{"beyond", effect.control},
-          {"views", effect.best_confidence.pairs},
-          {"mean_best_confidence", json(effect.best_confidence)},
-          {"p_at_50", json(effect.p_at_50)}};
-}
+Json json_of(const evaluate::Effect& effect);
 
-inline Json metrics_json(const RunReport& report) {
-  Json controls = Json::object();
-  for (const auto& control : report.survey.controls) controls[control.name] = json_of(control);
-  return {{"photo", json_of(report.survey.photo)},
-          {"clean", json_of(report.survey.clean)},
-          {"adversarial", report.survey.adversarial ? json_of(*report.survey.adversarial) : Json()},
-          {"controls", controls},
-          {"asr", report.survey.asr.views > 0 ? Json(report.survey.asr.rate) : Json()},
-          {"asr_views", report.survey.asr.views},
-          {"asr_interval", report.survey.asr.interval},
-          {"effect", report.survey.effect ? json_of(*report.survey.effect) : Json()},
-          {"effect_beyond_other_run",
-           report.survey.effect_beyond_other_run ? json_of(*report.survey.effect_beyond_other_run) : Json()},
-          {"held_out", report.held_out},
-          {"seconds", report.seconds},
-          {"peak_mib", peak_mib()},
-          {"computed_by", computed_by_json()},
-          {"seed", report.options.value("seed", std::uint64_t(0))},
-          {"options", report.options}};
-}
+Json metrics_json(const RunReport& report);
 
-inline std::string percent_text(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
-  return text;
-}
+std::string percent_text(double share);
 
-inline std::string decimal_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f", value);
-  return text;
-}
+std::string decimal_text(double value);
 
-inline std::vector<const evaluate::Measurement*> rows_of(const RunReport& report) {
-  std::vector<const evaluate::Measurement*> rows{&report.survey.photo, &report.survey.clean};
-  if (report.survey.adversarial) rows.push_back(&*report.survey.adversarial);
-  for (const auto& control : report.survey.controls) rows.push_back(&control);
-  return rows;
-}
+std::vector<const evaluate::Measurement*> rows_of(const RunReport& report);
 
 /// The rows of the table for other programs: shares and confidences in 0 to 1.
-inline std::string metrics_csv(const RunReport& report) {
-  std::string text = "picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence\n";
-  char line[160];
-  for (const auto* row : rows_of(report)) {
-    std::snprintf(line, sizeof line, "%s,%zu,%zu,%.9g,%.9g,%.9g,%.9g\n", row->name.c_str(), row->rate.views,
-                  row->rate.detected, row->rate.p_at_50, row->rate.interval[0], row->rate.interval[1],
-                  row->mean_best_confidence);
-    text += line;
-  }
-  return text;
-}
+std::string metrics_csv(const RunReport& report);
 
 /// What the camouflage does beyond a control, for the table and the page.
-inline std::string effect_text(const evaluate::Effect& effect) {
-  char text[256];
-  const auto& confidence = effect.best_confidence;
-  const auto& rate = effect.p_at_50;
-  std::snprintf(text, sizeof text,
-                "effect beyond %s: mean best confidence %.3f [%.3f, %.3f], P@0.5 %.1f points [%.1f, %.1f]",
-                effect.control.c_str(), confidence.mean, confidence.interval[0], confidence.interval[1],
-                100 * rate.mean, 100 * rate.interval[0], 100 * rate.interval[1]);
-  return text;
-}
+std::string effect_text(const evaluate::Effect& effect);
 
 /// What its brackets hold.
-inline std::string effect_note(const evaluate::Effect& effect) {
-  return effect.control + " minus adversarial; 95 % by paired bootstrap (BCa, " +
-         std::to_string(evaluate::BootstrapSettings{}.resamples) + " resamples) over " +
-         std::to_string(effect.best_confidence.pairs) + " views";
-}
+std::string effect_note(const evaluate::Effect& effect);
 
 /// The table that a run prints when it is done.
-inline std::string summary_text(const RunReport& report) {
-  std::string text = !report.survey.adversarial ? "views\n"
-                     : report.held_out          ? "held-out views\n"
-                                                : "the views that were optimised on\n";
-  char line[160];
-  for (const auto* row : rows_of(report)) {
-    std::snprintf(
-        line, sizeof line,
-        "  %-13s found in %3zu of %3zu   P@0.5 %5.1f %%  (95 %%: %.1f to %.1f)   mean best confidence "
-        "%.3f\n",
-        row->name.c_str(), row->rate.detected, row->rate.views, 100 * row->rate.p_at_50,
-        100 * row->rate.interval[0], 100 * row->rate.interval[1], row->mean_best_confidence);
-    text += line;
-  }
-  if (const std::size_t draws = report.survey.photo.draws; draws > 1)
-    text += "  (" + std::to_string(draws) + " photographs of each view; intervals count a view once)\n";
-  if (!report.survey.adversarial) return text;
-  if (report.survey.asr.views > 0)
-    text += "  attack success " + percent_text(report.survey.asr.rate) + " of the " +
-            std::to_string(report.survey.asr.views) + " views found in clean\n";
-  else
-    text += "  attack success is not defined: no view is found in clean\n";
-  for (const auto& effect : {report.survey.effect, report.survey.effect_beyond_other_run})
-    if (effect) text += "  " + effect_text(*effect) + "\n  (" + effect_note(*effect) + ")\n";
-  return text;
-}
+std::string summary_text(const RunReport& report);
 
 }  // namespace tapestry::shell

@@ -12,69 +12,11 @@
 
 namespace tapestry::shell {
 
-namespace detail {
-inline WordTable table_of(const RunReport& report) {
-  WordTable table{
-      "A view counts as found when a box of the car's class overlaps the car by IoU at least 0.5; "
-      "the best confidence is that of the surest such box, however low.",
-      {"picture", "found", "P@0.5", "95 % interval (Wilson)", "mean best confidence"}};
-  for (const auto* row : rows_of(report))
-    table.rows.push_back({row->name,
-                          std::to_string(row->rate.detected) + " of " + std::to_string(row->rate.views),
-                          percent_text(row->rate.p_at_50),
-                          percent_text(row->rate.interval[0]) + " to " + percent_text(row->rate.interval[1]),
-                          decimal_text(row->mean_best_confidence)});
-  return table;
-}
-
-inline std::string findings_html(const RunReport& report) {
-  const auto& survey = report.survey;
-  std::string html = "<p>Measured on ";
-  html += report.held_out ? "held-out views with held-out backgrounds."
-                          : "the same views that the texture was optimised on; it says nothing about others.";
-  html += "</p>\n" + html_of(table_of(report));
-  if (survey.adversarial)
-    html += "<p>Attack success rate: " +
-            (survey.asr.views > 0 ? percent_text(survey.asr.rate) + " of the " +
-                                        std::to_string(survey.asr.views) + " views found"
-                                  : std::string("not defined: no view is found")) +
-            " in <i>clean</i>.</p>\n";
-  for (const auto& effect : {survey.effect, survey.effect_beyond_other_run})
-    if (effect)
-      html +=
-          "<p><b>" + escaped(effect_text(*effect)) + "</b> (" + escaped(effect_note(*effect)) + ").</p>\n";
-  html +=
-      "<p><i>photo</i> is the untouched frame, <i>clean</i> the car in its own colours rendered and "
-      "composited like every other row, so that what rendering alone does is not credited to the attack.";
-  if (survey.effect)
-    html +=
-        " <i>matched noise</i> has the colours and the spectrum of the optimised texture with its phases "
-        "shuffled, <i>shuffled</i> its patches in other places: what they do as well, the design does not "
-        "do.";
-  return html + "</p>\n";
-}
-}  // namespace detail
-
 /// \param report  must outlive the list
-inline ViewList list_of(const RunReport& report, std::vector<ViewFacts> views) {
-  ViewList list{std::move(views), {}, report.survey.adversarial ? "adversarial" : "clean"};
-  for (const auto* row : rows_of(report)) list.measurements.emplace_back(row->name, row);
-  return list;
-}
+ViewList list_of(const RunReport& report, std::vector<ViewFacts> views);
 
 /// The page of a run or of its evaluation, but for its pictures, paint, car and files.
 /// \param report  must outlive the page
-inline ReportPage page_of(const RunReport& report, std::string title, std::string command, ViewList list) {
-  ReportPage page{std::move(title), std::move(command), report.options.value("seed", std::uint64_t(0)),
-                  report.seconds};
-  page.findings = detail::findings_html(report);
-  page.list = std::move(list);
-  for (const auto& [name, term] : camouflage::ObjectiveTerms::all) {
-    page.curves.push_back({name, {}});
-    for (const auto& terms : report.history) page.curves.back().values.push_back(terms.*term);
-  }
-  page.options = report.options;
-  return page;
-}
+ReportPage page_of(const RunReport& report, std::string title, std::string command, ViewList list);
 
 }  // namespace tapestry::shell

@@ -1,0 +1,95 @@
+#include "view_list.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <numbers>
+#include <string>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <utility>
+#include <vector>
+
+#include "csv.hpp"
+#include "run_folder.hpp"
+
+namespace tapestry::shell {
+
+double car_share_of(const camouflage::View<float>& view) {
+  double covered = 0;
+  for (const float coverage : view.paint_to_picture.coverage) covered += static_cast<double>(coverage);
+  return 3 * covered / static_cast<double>(view.background.size());
+}
+
+ViewFacts facts_of(const camouflage::View<float>& view) {
+  constexpr double deg_per_rad = 180 / std::numbers::pi;
+  const auto& [azimuth_rad, elevation_rad, distance] = view.orbit;
+  const double azimuth_deg = azimuth_rad * deg_per_rad;
+  return {view.name,
+          azimuth_deg < 0 ? azimuth_deg + 360 : azimuth_deg,
+          elevation_rad * deg_per_rad,
+          distance,
+          view.hidden_share,
+          car_share_of(view)};
+}
+
+std::string views_csv(const ViewList& list) {
+  std::string text =
+      "view,azimuth_deg,elevation_deg,distance,hidden_share,car_share,picture,photograph,found,"
+      "best_confidence\n";
+  std::array<char, 200> numbers{};
+  for (const auto& [name, measurement] : list.measurements)
+    for (std::size_t i = 0; i < list.views.size(); ++i) {
+      const ViewFacts& view = list.views[i];
+      text += csv_field(view.name);
+      std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g,%.9g,%.9g,", view.azimuth_deg,
+                    view.elevation_deg, view.distance, view.hidden_share, view.car_share);
+      text += numbers.data() + csv_field(name);
+      std::snprintf(numbers.data(), numbers.size(), ",%zu,%d,%.9g\n", i % measurement->draws + 1,
+                    measurement->found[i] ? 1 : 0, measurement->best_confidence[i]);
+      text += numbers.data();
+    }
+  return text;
+}
+
+Json list_json(const ViewList& list) {
+  Json json = {{"textures", Json::array()}, {"views", Json::array()}, {"sorted", list.sorted_by}};
+  for (const auto& [name, measurement] : list.measurements) json["textures"].push_back(name);
+  const std::size_t draws = list.measurements.empty() ? 1 : list.measurements.front().second->draws;
+  const auto rounded = [](double value, double steps) { return std::round(value * steps) / steps; };
+  for (std::size_t i = 0; i < list.views.size() / draws; ++i) {
+    const ViewFacts& facts = list.views[i * draws];
+    Json view = {{"index", i},
+                 {"name", facts.name},
+                 {"place",
+                  {rounded(facts.azimuth_deg, 10), rounded(facts.elevation_deg, 10),
+                   rounded(facts.distance, 100), rounded(100 * facts.hidden_share, 1)}},
+                 {"picture", -1},
+                 {"scores", Json::array()}};
+    for (const auto& [name, measurement] : list.measurements) {
+      double best = 0, found = 0;
+      for (std::size_t k = i * draws; k < (i + 1) * draws; ++k) {
+        best += measurement->best_confidence[k] / static_cast<double>(draws);
+        found += measurement->found[k] ? 1 / static_cast<double>(draws) : 0;
+      }
+      view["scores"].push_back({rounded(best, 1e4), rounded(found, 1e4)});
+    }
+    json["views"].push_back(view);
+  }
+  return json;
+}
+
+std::string list_html(const ViewList& list, const std::string& remarks) {
+  constexpr std::size_t most_on_paper = 200;
+  return "<h2>Views</h2>\n<p>Best confidence of each view; a heading sorts" + remarks +
+         ". Azimuth of the camera: 0 in front of the car, 90 at its left. Distance: from the middle of the "
+         "car, in halves of its length. Hidden: of the car's silhouette, by what stands before it.</p>\n<p "
+         "class=\"hands\"><label>name <input id=\"search\" type=\"search\"></label> <label>show <select "
+         "id=\"only\"><option value=\"\">all</option></select></label> <span id=\"count\"></span></p>\n<div "
+         "class=\"wide list" +
+         std::string(list.views.size() > most_on_paper ? " hands" : "") +
+         "\"><table id=\"views\"></table></div>\n";
+}
+
+}  // namespace tapestry::shell
