@@ -1,0 +1,170 @@
+// compile: seconds and memory that a compiler takes for programs of ours and of other libraries
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <vector>
+
+#include "../support/driver.hpp"
+#include "programs.hpp"
+
+namespace tapestry::benchmarks {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string case_pattern{};
+  std::string output{};
+  int rounds = 3;
+  std::string compiler = "g++";
+  std::string level = "-O2";
+  std::vector<std::string> include_folders{};
+  bool is_quick = false;
+};
+
+/// What one run of the compiler took.
+struct Cost {
+  double seconds = 0;
+  double processor_seconds = 0;  ///< of all its processes
+  double peak_memory_mib = 0;    ///< of the largest
+};
+
+/// Runs a command. What it prints on the error stream goes to `log`.
+/// \returns  nothing if it failed
+std::optional<Cost> cost_of(const std::vector<std::string>& command, const fs::path& log) {
+  std::vector<char*> words;
+  for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  const auto start = std::chrono::steady_clock::now();
+  const pid_t process = ::fork();
+  if (process == 0) {
+    if (std::freopen(log.c_str(), "w", stderr) != nullptr) ::execvp(words[0], words.data());
+    ::_exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  if (process < 0 || ::wait4(process, &status, 0, &usage) != process)
+    throw Error(ErrorKind::limit, "cannot start " + command.front());
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const auto in_seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  if (status != 0) return {};
+  return Cost{seconds.count(), in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime),
+              static_cast<double>(usage.ru_maxrss) / 1024};
+}
+
+/// The compiler with the flags that a user's program needs, and no more.
+std::vector<std::string> command_for(const Options& options, const fs::path& source) {
+  std::vector<std::string> command{options.compiler, "-std=c++20", options.level, "-DTAPESTRY_ASSETS=\"\""};
+  for (const auto& folder : options.include_folders) command.push_back("-I" + folder);
+  std::istringstream folders(TAPESTRY_INCLUDE_FOLDERS);
+  for (std::string folder; std::getline(folders, folder, ':');) command.push_back("-isystem" + folder);
+#ifdef TAPESTRY_JPEG
+  command.emplace_back("-DTAPESTRY_JPEG");
+#endif
+  command.push_back(source.string());
+  return command;
+}
+
+std::size_t line_count(const fs::path& path) {
+  std::ifstream file(path);
+  std::size_t count = 0;
+  for (std::string line; std::getline(file, line);) ++count;
+  return count;
+}
+
+/// A program, and what its compilations took.
+struct Row {
+  Program program;
+  std::size_t preprocessed_lines = 0;
+  std::vector<double> seconds{};
+  std::vector<double> processor_seconds{};
+  double peak_memory_mib = 0;
+};
+
+/// The rows of the programs that the preprocessor accepts. \throws Error for one of ours that it refuses
+std::vector<Row> preprocessed(const Options& options, const std::vector<Program>& programs,
+                              const fs::path& work) {
+  const std::regex wanted(options.case_pattern);
+  std::vector<Row> rows;
+  for (const Program& program : programs) {
+    if (!std::regex_search(program.name, wanted) || (options.is_quick && !program.is_quick)) continue;
+    auto command = command_for(options, program.source);
+    const fs::path output = work / "preprocessed";
+    command.insert(command.end(), {"-E", "-P", "-o", output.string()});
+    if (cost_of(command, work / "log")) {
+      rows.push_back({program, line_count(output)});
+    } else if (program.is_peer) {
+      std::printf("%s: not installed\n", program.name.c_str());
+    } else {
+      throw Error(ErrorKind::malformed, program.name + ": " + last_line((work / "log").string()));
+    }
+  }
+  return rows;
+}
+
+void compile(const Options& options, Row& row, const fs::path& work) {
+  auto command = command_for(options, row.program.source);
+  command.insert(command.end(), {"-c", "-o", (work / "object").string()});
+  const auto cost = cost_of(command, work / "log");
+  if (!cost) throw Error(ErrorKind::malformed, row.program.name + ": " + last_line((work / "log").string()));
+  row.seconds.push_back(cost->seconds);
+  row.processor_seconds.push_back(cost->processor_seconds);
+  row.peak_memory_mib = std::max(row.peak_memory_mib, cost->peak_memory_mib);
+}
+
+void print(const std::vector<Row>& rows) {
+  std::printf("\n%-28s %6s %12s %9s %11s %7s %6s\n", "", "lines", "preprocessed", "seconds", "processor s",
+              "spread", "MiB");
+  for (const Row& row : rows) {
+    const Timing seconds = timing_of(row.seconds, row.peak_memory_mib);
+    const Timing processor = timing_of(row.processor_seconds, row.peak_memory_mib);
+    std::printf("%-28s %6zu %12zu %9.2f %11.2f %6.0f%% %6.0f\n", row.program.name.c_str(),
+                line_count(row.program.source), row.preprocessed_lines, seconds.median, processor.median,
+                100 * processor.spread, row.peak_memory_mib);
+  }
+}
+
+void run(const Options& options) {
+  const Folders folders = make_folders("compile", options.output);
+  auto rows = preprocessed(options, all_programs(TAPESTRY_SOURCE, folders.work), folders.work);
+  if (rows.empty()) throw Error(ErrorKind::usage, "no case to measure");
+  for (int round = 0; round < options.rounds; ++round)
+    for (Row& row : rows) compile(options, row, folders.work);
+  print(rows);
+}
+
+}  // namespace
+}  // namespace tapestry::benchmarks
+
+int main(int argc, char** argv) {
+  using namespace tapestry;
+  auto app = shell::command_line(
+      "Times a compiler on programs of ours and of other libraries, in turn. Nothing is linked.");
+  benchmarks::Options options;
+  app.add_flag("--quick", options.is_quick, "Two programs of ours only");
+  app.add_option("--case", options.case_pattern, "Only programs whose name this regular expression finds")
+      ->check(benchmarks::complaint_about_pattern);
+  app.add_option("--rounds", options.rounds, "Turns of each program")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--compiler", options.compiler, "The compiler")->capture_default_str();
+  app.add_option("--optimise", options.level, "Its flag of optimisation")->capture_default_str();
+  app.add_option("--include", options.include_folders,
+                 "A folder with headers of another library, such as CoDiPack's; may be given again");
+  app.add_option("--output", options.output, "Folder of what is compiled; the program's own if not given");
+  return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
+}
