@@ -53,5 +53,7 @@ grep -q 'effect beyond other run: mean best confidence' command.out && pass || f
 expect_exit 0 "against itself" "$evaluate" --run two --against two --output itself
 grep -q 'effect beyond other run: mean best confidence 0.000 \[0.000, 0.000\]' command.out && pass || fail "a run differs from itself"
 expect_exit 2 "nothing against a run" "$evaluate" --clean-only --against plain
+expect_exit 2 "a protocol against another run" "$evaluate" --run two --protocol views --quick --against plain
+expect_error_line '--against has no part in --protocol'
 expect_exit 3 "a run that is not there" "$evaluate" --run two --against nowhere
 finish
