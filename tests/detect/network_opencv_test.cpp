@@ -86,7 +86,9 @@ bool is_known_to_opencv(const detect::NetworkConfig& config) {
     if (is_one_of(layer.kind, reorg3d, softmax, region)) return false;
     if (!is_one_of(layer.activation, linear, leaky, relu, logistic, swish, mish)) return false;
     if (layer.kind == shortcut && layer.sources.size() > 1) return false;
-    if (layer.kind == shortcut && shapes[layer.sources.front()].height != shapes[i].height) return false;
+    if (layer.kind == shortcut && (shapes[layer.sources.front()].height != shapes[i].height ||
+                                   shapes[layer.sources.front()].width != shapes[i].width))
+      return false;
     if (layer.kind == route && layer.groups > 1 && layer.sources.size() > 1) return false;
     if (layer.scale_wh || layer.dilation > 1) return false;
     if (layer.kind == upsample && layer.scale != 1) return false;
