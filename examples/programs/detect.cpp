@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <list>
 #include <map>
 #include <optional>
 #include <set>
@@ -218,11 +219,14 @@ int run(Options& options) {
       settings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
   print_warnings(detector.warnings);
   const auto pictures = pictures_named(options.images);
+  std::list<RunFolder> claims;  // two processes in one folder would mix their copies
   for (const auto& [folder, ending] :
        {std::pair(options.annotate, annotated_ending), std::pair(options.heat_map, heat_map_ending)}) {
     if (folder.empty()) continue;
     require_own_names(folder, pictures, ending);
-    make_writable_folder(folder);
+    std::error_code absent;
+    const bool is_claimed = !claims.empty() && std::filesystem::equivalent(folder, options.annotate, absent);
+    if (!is_claimed) claims.emplace_back(folder, !is_there(folder, ErrorKind::write));
   }
   Detection detection(options, detector);
   detection.detect_in(pictures);

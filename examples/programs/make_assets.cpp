@@ -2,9 +2,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_writer.hpp>
 #include <utility>
@@ -12,6 +14,7 @@
 #include "../scenes/car.hpp"
 #include "../scenes/drawn_frames.hpp"
 #include "shell/program.hpp"
+#include "shell/run_folder.hpp"
 
 namespace {
 using namespace tapestry;
@@ -27,8 +30,10 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& options) {
-  app.add_option("--output", options.output,
-                 "folder to write to; files of the same names are replaced; left out, the bundled assets'");
+  app.add_option(
+      "--output", options.output,
+      "folder to write to; files of the same names are replaced, and other frames there refused; left "
+      "out, the bundled assets'");
   app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
   app.add_option("--size", options.size, "side of a frame, pixels")
       ->capture_default_str()
@@ -39,14 +44,6 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--test", options.test, "frames held out")
       ->capture_default_str()
       ->check(CLI::Range(1, 9999));
-}
-
-void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error)
-    throw FileError(ErrorKind::write,
-                    {.path = folder.string(), .what = "cannot make the folder: " + error.message()});
 }
 
 void write_cars(const std::string& folder) {
@@ -61,23 +58,42 @@ void write_cars(const std::string& folder) {
   }
 }
 
+std::string name_of_frame(std::size_t index) {
+  std::string number = std::to_string(index);
+  number.insert(0, number.size() < 3 ? 3 - number.size() : 0, '0');
+  return number + ".npz";
+}
+
+/// \throws Error (in_use) for a folder with frames that would stay: readers take all that it holds
+void require_all_replaced(const std::string& folder, std::size_t count) {
+  if (!is_folder(folder, ErrorKind::write)) return;
+  std::set<std::string> names;
+  for (std::size_t index = 0; index < count; ++index) names.insert(name_of_frame(index));
+  const auto stays = [&](const std::filesystem::path& file) {
+    return file.extension() == ".npz" && !names.contains(file.filename().string());
+  };
+  const auto others = io::listed_paths(folder, stays);
+  if (!others.empty())
+    throw Error(ErrorKind::in_use, folder + " holds frames that are not replaced, such as " + others.front() +
+                                       "; remove them, or give another --output");
+}
+
 void write_frames(const std::string& folder, const DrawnFrames& frames) {
-  make_folder(folder);
+  make_writable_folder(folder);
   parallel_for(frames.count, [&](std::size_t index) {
-    std::string number = std::to_string(index);
-    number.insert(0, number.size() < 3 ? 3 - number.size() : 0, '0');
-    io::write_frame(folder + "/" + number + ".npz", frames(index));
+    io::write_frame(folder + "/" + name_of_frame(index), frames(index));
   });
 }
 
 int make_assets(const Options& options) {
-  make_folder(options.output);
+  const RunFolder claim(options.output, !is_there(options.output, ErrorKind::write));
+  const std::string train = options.output + "/frames/train", test = options.output + "/frames/test";
+  require_all_replaced(train, options.train);
+  require_all_replaced(test, options.test);
   write_cars(options.output);
-  const std::string frames = options.output + "/frames/";
   using Stream = DrawnFrames::Stream;
-  if (options.train > 0)
-    write_frames(frames + "train", {options.train, Stream::train, options.seed, options.size});
-  write_frames(frames + "test", {options.test, Stream::test, options.seed, options.size});
+  if (options.train > 0) write_frames(train, {options.train, Stream::train, options.seed, options.size});
+  write_frames(test, {options.test, Stream::test, options.seed, options.size});
   remark("wrote 4 meshes and " + std::to_string(options.train + options.test) + " frames to " +
          options.output);
   return 0;

@@ -130,6 +130,17 @@ cp into_itself/street-detections.png copy_before.png
 expect_exit 2 "copies over pictures" "$detect" --annotate ./into_itself "$PWD/into_itself"
 expect_error_line '^error: ./into_itself: the copy of .*/street.png would be written over ./into_itself/street-detections.png, which is one'
 expect_same into_itself/street-detections.png copy_before.png
+# One process at a time writes copies into a folder, one of its own both kinds.
+expect_exit 0 "both kinds of copies in one folder" "$detect" --annotate both --heat-map ./both "$frame"
+[ "$(ls -A both | wc -l)" -eq 2 ] && pass || fail "the folder of both kinds holds $(ls -A both)"
+for _ in $(seq 5000); do echo "$frame"; done >many.txt
+"$detect" --annotate claimed many.txt >/dev/null 2>&1 &
+process=$!
+wait_for 10 [ -s claimed/.lock ]
+expect_exit 7 "two at once in one folder" "$detect" --annotate claimed "$frame"
+expect_error_line "^error: claimed: folder is in use by process $process on "
+kill -KILL "$process"
+wait "$process" 2>/dev/null
 picture=$'not utf-8 \xff.png'
 cp "drawn/$(basename "$frame" .npz)-detections.png" "$picture"
 expect_exit 0 "a name that is not UTF-8" "$detect" --json "$picture"  # F21

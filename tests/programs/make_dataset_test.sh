@@ -34,6 +34,13 @@ expect_error_line "^error: twice: folder is in use by process $process on "
 kill -KILL "$process"
 wait "$process" 2>/dev/null
 
+# So with the maker of what is bundled.
+expect_exit 0 "the bundled assets" "$programs/make_assets" --test 3 --size 32 --output bundled
+expect_exit 0 "more of them" "$programs/make_assets" --test 4 --size 32 --output bundled
+expect_exit 7 "fewer of them" "$programs/make_assets" --seed 2 --test 3 --size 32 --output bundled
+expect_error_line '^error: bundled/frames/test holds frames that are not replaced, such as bundled/frames/test/003.npz;'
+[ -e bundled/.lock ] && fail "the lock is left behind" || pass
+
 # The frames are what camouflage takes, the mesh's own units included: a car in centimetres.
 awk '$1 == "v" { printf "v %.9g %.9g %.9g\n", 100 * $2, 100 * $3, 100 * $4; next } { print }' \
   "$assets/car_sedan.obj" >centimetres.obj
