@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
@@ -58,10 +59,14 @@ inline double along(const std::vector<geometry::Vector3>& gradient,
   return sum;
 }
 
+/// NaN, which no comparison holds for, if any component is not finite.
 inline double largest_component(const std::vector<geometry::Vector3>& gradient) {
   double largest = 0;
   for (const geometry::Vector3& value : gradient)
-    for (const double component : value) largest = std::max(largest, std::abs(component));
+    for (const double component : value) {
+      if (!std::isfinite(component)) return std::numeric_limits<double>::quiet_NaN();
+      largest = std::max(largest, std::abs(component));
+    }
   return largest;
 }
 
