@@ -94,7 +94,9 @@ expect_exit 0 "an unfiltered run measured again" "$programs/evaluate" --run unfi
 expect_exit 2 "an unknown filter" "$camouflage" --filter cubic --output none
 expect_error_line '--filter .*cubic'
 
-expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --output other
+expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --profile --output other
+grep -Eq '^  layers kept of [0-9]+ of [0-9]+ views, where that saves 25 % of the products; ' command.out && pass ||
+  fail "--profile does not say what is kept of layers"
 if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the same texture"; else pass; fi
 
 # Killed at a random moment and resumed, again and again, until it is through: the same bits, no torn file. (F01)
