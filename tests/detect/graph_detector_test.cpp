@@ -4,6 +4,7 @@
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
@@ -11,6 +12,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
+#include "../support/kept_pass.hpp"
 #include "../support/random_array.hpp"
 #include "../support/small_exports.hpp"
 
@@ -55,6 +57,69 @@ TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores"
         CHECK(shown == Approx(c < 4 ? logit : nn::logistic(logit)).epsilon(1e-12));
       }
   }
+}
+
+TEST_CASE("a picture that changes within a window has the bits of a whole pass through an export",
+          "[detect][graph_detector][kept]") {
+  using tapestry::image::PixelWindow;
+  const auto [name, window] = GENERATE(table<const char*, PixelWindow>({{"yolox", {20, 24, 12, 16}},
+                                                                        {"yolox", {0, 0, 5, 3}},
+                                                                        {"yolox", {63, 63, 1, 1}},
+                                                                        {"yolox", {7, 9, 0, 0}},
+                                                                        {"yolox", {0, 0, 64, 64}},
+                                                                        {"nanodet", {30, 40, 21, 17}},
+                                                                        {"nanodet", {90, 0, 6, 96}}}));
+  CAPTURE(name, window.top, window.left, window.height, window.width);
+  const bool is_yolox = std::string(name) == "yolox";
+  const detect::GraphDetector<float> detector(is_yolox ? yolox_like(64) : nanodet_like(96),
+                                              detect::known_description(name));
+  auto images = pictures<float>(2, detector.input_height());
+  tapestry::Random random(4);
+  const PixelWindow everything{0, 0, detector.input_height(), detector.input_width()};
+  detect::KeptPicture<float> picture(window);
+  detect::Pass<float> kept, whole;
+  for (int step = 0; step < 4; ++step) {
+    CAPTURE(step);
+    tapestry::test::repaint(images, 0, window, random);
+    tapestry::test::repaint(images, 1, everything, random);
+    if (step == 2) images(0, detector.input_height() / 2, 0, 1) += 0.5F;  // what was kept does not hold
+    detector.forward_within(images, {&picture, nullptr}, kept, detect::Mode::input_gradient);
+    detector.forward(images, whole, detect::Mode::input_gradient);
+    CHECK(tapestry::test::differences(kept.logits, whole.logits) == 0);
+    CHECK(tapestry::test::adjoint_differences(detector, kept, whole, {window, everything}, random) == 0);
+  }
+  CHECK(picture.bytes() > 0);
+  CHECK(detector.share_kept(everything) == 0);
+  if (window.height < 20) CHECK(detector.share_kept(window) > 0.1);
+}
+
+TEST_CASE("kept pictures of an export hold until weights or mode change, and need windows inside",
+          "[detect][graph_detector][kept][bad_input]") {
+  detect::GraphDetector<double> detector(yolox_like(64), detect::known_description("yolox"));
+  const auto images = pictures<double>(1, 64);
+  detect::KeptPicture<double> picture({20, 24, 12, 16}), outside({60, 0, 5, 5});
+  detect::Pass<double> kept, whole;
+  const auto check = [&](detect::Mode mode) {
+    detector.forward_within(images, {&picture}, kept, mode);
+    detector.forward(images, whole, mode);
+    CHECK(tapestry::test::differences(kept.logits, whole.logits) == 0);
+  };
+  check(detect::Mode::inference);
+  check(detect::Mode::input_gradient);
+  auto constants = detector.network().constants();
+  for (double& constant : constants) constant *= 1.25;
+  detector.network().set_constants(constants);
+  check(detect::Mode::input_gradient);
+  detector.set_engine(nn::Engine::direct);
+  check(detect::Mode::input_gradient);
+  check(detect::Mode::training);
+
+  detector.forward_within(images, {&picture}, kept, detect::Mode::input_gradient);
+  const std::vector<const Array<double, 4>*> nothing(kept.logits.size(), nullptr);
+  CHECK_THROWS_WITH(detector.layer_adjoint(kept, nothing, 0, 0), contains("or only windows"));
+  CHECK_THROWS_WITH(detector.forward_within(images, {}, kept), contains("0 kept pictures for 1 images"));
+  CHECK_THROWS_AS(detector.forward_within(images, {&outside}, kept), tapestry::ShapeError);
+  CHECK_THROWS_AS(detector.share_kept({60, 0, 5, 5}), tapestry::ShapeError);
 }
 
 TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detect][graph_detector]") {

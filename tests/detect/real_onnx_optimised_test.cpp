@@ -8,6 +8,7 @@
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/resize.hpp>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/kept_pass.hpp"
 #include "../support/paths.hpp"
 
 namespace detect = tapestry::detect;
@@ -109,6 +111,27 @@ TEST_CASE("trained networks from ONNX files find the cars that ONNX Runtime find
       CHECK(std::abs(found.box.w * 800 / size - expected.w) <= 1);
       CHECK(std::abs(found.box.h * 800 / size - expected.h) <= 1);
     }
+  }
+}
+
+TEST_CASE("the car's window of a frame has the bits of a whole pass through trained ONNX networks",
+          "[detect][onnx][real][kept]") {
+  if (!has_data()) return WARN("skipped: no detectors in TAPESTRY_SHARED");
+  const std::string name = GENERATE("yolox_nano", "nanodet_m");
+  CAPTURE(name);
+  const auto detector = load<float>(name);
+  auto images = network_input<float>("data12504");
+  const tapestry::image::PixelWindow window{165, 150, 122, 117};  // of the car, with a margin
+  CHECK(detector.share_kept(window) > 0.25);
+  tapestry::Random random(1);
+  detect::KeptPicture<float> picture(window);
+  detect::Pass<float> kept, whole;
+  for (int step = 0; step < 3; ++step) {
+    tapestry::test::repaint(images, 0, window, random);
+    detector.forward_within(images, {&picture}, kept, detect::Mode::input_gradient);
+    detector.forward(images, whole, detect::Mode::input_gradient);
+    CHECK(tapestry::test::differences(kept.logits, whole.logits) == 0);
+    CHECK(tapestry::test::adjoint_differences(detector, kept, whole, {window}, random) == 0);
   }
 }
 
