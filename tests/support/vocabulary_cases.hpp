@@ -55,11 +55,10 @@ inline void add_elementwise_cases(std::vector<VocabularyCase>& all) {
   const auto unary = [&](std::initializer_list<const char*> names, double low, double high) {
     for (const char* name : names) all.push_back({name, {drawn({2, 3}, low, high)}});
   };
-  unary({"Abs",       "Atan",     "Asinh",     "Celu",     "Ceil", "Cos",
-         "Cosh",      "Dropout",  "Elu",       "Erf",      "Exp",  "Floor",
-         "HardSwish", "Identity", "LeakyRelu", "Mish",     "Neg",  "Relu",
-         "Round",     "Selu",     "Shrink",    "Sigmoid",  "Sign", "Sin",
-         "Sinh",      "Swish",    "Softplus",  "Softsign", "Tanh", "ThresholdedRelu"},
+  unary({"Abs",  "Atan", "Asinh", "Celu",     "Ceil",     "Cos",       "Cosh",           "Dropout",
+         "Elu",  "Erf",  "Exp",   "Floor",    "HardMish", "HardSwish", "Identity",       "LeakyRelu",
+         "Mish", "Neg",  "Relu",  "Round",    "Selu",     "Shrink",    "Sigmoid",        "Sign",
+         "Sin",  "Sinh", "Swish", "Softplus", "Softsign", "Tanh",      "ThresholdedRelu"},
         -1.9, 1.9);
   unary({"Asin", "Acos", "Atanh", "Tan"}, -0.8, 0.8);
   unary({"Log", "Reciprocal", "Sqrt"}, 0.5, 2);

@@ -25,6 +25,7 @@ std::vector<OperatorCase> smooth_cases() {
       {"HardSigmoid", picture, {}, {}, 6, -4, 4, {-2.5, 2.5}},
       {"HardSigmoid", picture, {{"alpha", 0.5}, {"beta", 0.25}}, {}, 6, -2, 2, {-0.5, 1.5}},
       {"HardSwish", picture, {}, {}, 14, -5, 5, {-3, 3}},
+      {"HardMish", picture, {}, {}, 18, -5, 5, {-2, 0}},
       {"Mish", picture, {}, {}, 18, -4, 4},
       {"Swish", picture, {}, {}, 13, -4, 4},
       {"Swish", picture, {{"alpha", 1.5}}, {}, 24, -4, 4},
@@ -79,6 +80,7 @@ TEST_CASE("functions of each element take the values of their definitions", "[nn
   CHECK(of("Floor") == std::vector<double>{-2, -1, 0, 1, 3});
   CHECK(of("Ceil") == std::vector<double>{-2, 0, 0, 1, 3});
   CHECK(of("HardSwish")[4] == 3);
+  CHECK(of("HardMish") == std::vector<double>{0, -0.375, 0, 1, 3});
   CHECK(of("ThresholdedRelu") == std::vector<double>{0, 0, 0, 0, 3});
   const auto near = [&](const char* name, auto function) {
     const auto y = of(name);
@@ -145,9 +147,10 @@ TEMPLATE_TEST_CASE("functions of each element stay finite far out, and NaN stays
   using Limits = std::numeric_limits<TestType>;
   const TestType far = Limits::max() / 4;
   for (const char* name :
-       {"Relu", "LeakyRelu", "Sigmoid",  "HardSigmoid", "HardSwish",       "Mish", "Swish", "Elu",
-        "Selu", "Celu",      "Softplus", "Softsign",    "ThresholdedRelu", "Tanh", "Gelu",  "Erf",
-        "Abs",  "Neg",       "Floor",    "Ceil",        "Round",           "Sign", "Atan",  "Clip"}) {
+       {"Relu",  "LeakyRelu", "Sigmoid", "HardSigmoid", "HardSwish", "HardMish", "Mish",
+        "Swish", "Elu",       "Selu",    "Celu",        "Softplus",  "Softsign", "ThresholdedRelu",
+        "Tanh",  "Gelu",      "Erf",     "Abs",         "Neg",       "Floor",    "Ceil",
+        "Round", "Sign",      "Atan",    "Clip"}) {
     const nn::Network<TestType> network(tapestry::test::description_of({name, {{5}}, {}, {}, 20}));
     nn::Buffer<TestType> x(5);
     const TestType values[] = {far, -far, 100, -100, Limits::quiet_NaN()};
