@@ -116,7 +116,10 @@ TEST_CASE("trained networks from ONNX files find the cars that ONNX Runtime find
 
 TEST_CASE("the car's window of a frame has the bits of a whole pass through trained ONNX networks",
           "[detect][onnx][real][kept]") {
-  if (!has_data()) return WARN("skipped: no detectors in TAPESTRY_SHARED");
+  if (!has_data()) {
+    WARN("skipped: no detectors in TAPESTRY_SHARED");
+    return;
+  }
   const std::string name = GENERATE("yolox_nano", "nanodet_m");
   CAPTURE(name);
   const auto detector = load<float>(name);
