@@ -164,3 +164,26 @@ TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it 
     CHECK(std::abs(gradient[network.weights()[0].offset + i] - difference) <= 1e-9);
   }
 }
+
+TEST_CASE("the adjoint of a weight that is a result is the sum of a batch's", "[nn][network][batch]") {
+  nn::NetworkDescription description = one_node({"", "MatMul"}, {1, 1});
+  description.nodes[0].inputs.push_back("w");
+  description.outputs = {"y", "w"};
+  description.constants["w"] = {{1, 2}, nn::ElementType::floating, std::vector<double>{3, 5}};
+  const nn::Network<double> network(description);
+  REQUIRE(network.weights().size() == 1);
+  nn::Buffer<double> x(3), adjoint(6);
+  for (std::size_t n = 0; n < 3; ++n) x.data()[n] = static_cast<double>(n);
+  for (std::size_t i = 0; i < 6; ++i) adjoint.data()[i] = std::pow(2, i);
+  nn::NetworkPass<double> pass;
+  network.forward({x.data()}, pass, nn::Mode::training, 3);
+  for (std::size_t n = 0; n < 3; ++n) {
+    CHECK(pass.output(0)[2 * n + 1] == 5 * x.data()[n]);
+    CHECK(pass.output(1)[2 * n + 1] == 5);
+  }
+  std::vector<double> gradient(network.constants().size(), 0.0);
+  network.adjoint(pass, {adjoint.data(), adjoint.data()}, {nullptr}, gradient.data());
+  const double* const of_weight = gradient.data() + network.weights()[0].offset;
+  CHECK(of_weight[0] == (1 + 4 + 16) + (0 * 1 + 1 * 4 + 2 * 16));
+  CHECK(of_weight[1] == (2 + 8 + 32) + (0 * 2 + 1 * 8 + 2 * 32));
+}

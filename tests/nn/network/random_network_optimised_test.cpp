@@ -228,6 +228,66 @@ nn::NetworkDescription opened(nn::NetworkDescription description) {
   return description;
 }
 
+/// Results of a network for some of a batch, one behind the other, and the pullback of the results
+/// themselves.
+struct BatchRun {
+  std::vector<std::vector<float>> results, gradients;  ///< by outputs, by inputs
+  std::vector<float> constants;
+
+  /// \param first  of the batch of inputs
+  BatchRun(const nn::Network<float>& network, const std::vector<nn::Buffer<float>>& inputs, std::size_t first,
+           std::size_t count)
+      : constants(network.constants().size(), 0.F) {
+    std::vector<const float*> addresses, adjoints;
+    std::vector<float*> goals;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const std::size_t size = nn::size_of(network.input_shape(i));
+      addresses.push_back(inputs[i].data() + first * size);
+      gradients.emplace_back(count * size, 0.F);
+    }
+    for (auto& gradient : gradients) goals.push_back(gradient.data());
+    nn::NetworkPass<float> pass;
+    network.forward(addresses, pass, nn::Mode::training, count);
+    for (std::size_t o = 0; o < network.output_count(); ++o)
+      results.emplace_back(pass.output(o), pass.output(o) + count * nn::size_of(network.output_shape(o)));
+    for (const auto& result : results) adjoints.push_back(result.data());
+    network.adjoint(pass, adjoints, goals, constants.data());
+  }
+};
+
+/// Each of a batch has the bits that it has alone, and the adjoint of the weights is the sum of theirs.
+void check_batch(const nn::NetworkDescription& description, std::uint64_t seed, Tally& tally) {
+  constexpr std::size_t batch = 3;
+  const nn::Network<float> network(description);
+  std::vector<nn::Buffer<float>> inputs;
+  for (std::size_t i = 0; i < network.input_count(); ++i) {
+    const Numbers values = drawn(batch * nn::size_of(network.input_shape(i)), seed + i);
+    inputs.emplace_back(values.size());
+    std::transform(values.begin(), values.end(), inputs.back().data(),
+                   [](double value) { return static_cast<float>(value); });
+  }
+  const BatchRun together(network, inputs, 0, batch);
+  Numbers sums(network.constants().size(), 0.0);
+  double size = 0;  // of what is summed
+  const auto is_part = [](const auto& parts, const auto& all, std::size_t n) {
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if (!std::equal(parts[i].begin(), parts[i].end(),
+                      all[i].begin() + static_cast<std::ptrdiff_t>(n * parts[i].size())))
+        return false;
+    return true;
+  };
+  for (std::size_t n = 0; n < batch; ++n) {
+    const BatchRun alone(network, inputs, n, 1);
+    tally.expect(is_part(alone.results, together.results, n), "results of one of a batch differ");
+    tally.expect(is_part(alone.gradients, together.gradients, n), "gradients of one of a batch differ");
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += static_cast<double>(alone.constants[i]);
+    size += largest({alone.constants.begin(), alone.constants.end()});
+  }
+  // Terms are summed in another order, some 1000 of them.
+  tally.expect_at_most(largest(difference(sums, {together.constants.begin(), together.constants.end()})),
+                       1e-4 * (1 + size), "weight gradients of a batch");
+}
+
 /// \param point  where; of 0, 1, … each another
 void check_network(std::uint64_t seed, std::uint64_t point, Tally& tally) {
   const nn::NetworkDescription description = RandomNetwork(seed).description;
@@ -249,6 +309,7 @@ void check_network(std::uint64_t seed, std::uint64_t point, Tally& tally) {
   check_slopes(run, x, seed + 23, tally);
   check_slopes(open, x, seed + 29, tally);
   check_float(description, outputs, run, x, tally);
+  if (seed % 4 == 1) check_batch(description, seed + 31, tally);
   if (seed % 4 != 0) return;
   const Numbers gradient = run.gradient(x, nn::Mode::training);
   const Threads threads(3);

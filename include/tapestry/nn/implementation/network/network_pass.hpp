@@ -171,9 +171,13 @@ template <std::floating_point T>
 void NetworkPass<T>::seed(const Program<T>& program, std::size_t i, const T* adjoint) {
   if (adjoint == nullptr) return;
   const std::size_t value = program.outputs[i];
+  if (T* const goal = goals_[value]; goal != nullptr) {  // an input or a weight that is a result
+    const ProgramValue& result = program.values[value];
+    const std::size_t size = size_of(result.shape);
+    for (std::size_t n = 0; n < batch_; ++n) add(adjoint + n * size, view(result, goal, n).values, size);
+    return;
+  }
   const std::size_t count = size_of_all(program, value);
-  if (goals_[value] != nullptr)
-    return add(adjoint, goals_[value], count);  // an input or a weight that is a result
   if (adjoints_[value].empty()) {
     adjoints_[value] = workspace_.take(count);
     copy(adjoint, adjoints_[value].data(), count);
