@@ -204,7 +204,7 @@ class Detection {
   int code_ = 0;
 };
 
-int run(Options& options) {
+int run(const CLI::App& app, Options& options) {
   auto& settings = options.detector;
   ProblemList problems;
   require_sound(settings, problems);
@@ -213,8 +213,9 @@ int run(Options& options) {
   problems.throw_first();
   fill_in_bundled(settings);
   if (options.threads > 0) limit_threads(options.threads);
-  if (options.heat_map.empty() && !options.layer.empty())
-    throw Error(ErrorKind::usage, "--layer needs --heat-map");
+  for (const char* option : {"--layer", "--heat-map-kind"})
+    if (options.heat_map.empty() && app.get_option(option)->count() > 0)
+      throw Error(ErrorKind::usage, std::string(option) + " needs --heat-map");
   const auto detector = load_detector(
       settings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
   print_warnings(detector.warnings);
@@ -241,5 +242,5 @@ int main(int argc, char** argv) {
   app.footer(
       "  detect street.png\n"
       "  detect --weights yolox_nano.onnx --json --annotate boxes pictures/");
-  return run_program(app, argc, argv, [&] { return run(options); });
+  return run_program(app, argc, argv, [&] { return run(app, options); });
 }

@@ -283,8 +283,9 @@ int make_dataset(const CLI::App& app, const Options& options) {
     const auto pictures = photographs(options.backgrounds);
     inputs.insert(inputs.end(), pictures.begin(), pictures.end());
   }
-  const Json manifest =
+  Json manifest =
       make_manifest("make_dataset", settings_json(app, options), options.seed, options.train > 0, inputs);
+  manifest["frames"] = {{"train", options.train}, {"test", options.test}};
   const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
   settle_folder(options.output, manifest);
   write_frames(options, vehicle, false);

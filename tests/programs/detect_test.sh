@@ -88,6 +88,8 @@ expect_error_line 'layer 999 cannot be looked into'
 expect_exit 2 "a layer by name" "$detect" --heat-map maps --layer conv1 "$frame"
 expect_error_line "layers of Darknet networks are numbers"
 expect_exit 2 "a layer of nothing" "$detect" --layer conv1 "$frame"
+expect_exit 2 "a kind of nothing" "$detect" --heat-map-kind grad_cam "$frame"
+expect_error_line '--heat-map-kind needs --heat-map'
 expect_exit 2 "a heat map of no kind" "$detect" --heat-map maps --heat-map-kind warm "$frame"
 expect_error_line "expected one of layer_cam, grad_cam, grad_cam_plus_plus"
 [ -e maps ] && fail "a refused command left a folder behind" || pass

@@ -34,6 +34,15 @@ expect_error_line "^error: twice: folder is in use by process $process on "
 kill -KILL "$process"
 wait "$process" 2>/dev/null
 
+# A set that was broken off is no smaller set without a word, and the same command completes it.
+cp -r metres short && rm short/test/0002.npz
+expect_exit 0 "a set that was broken off" "$programs/camouflage" --check --frames short
+grep -q '^warning: short/test holds 2 of the 3 frames that make_dataset was to draw;' command.err && pass || fail "no word on missing frames"
+expect_exit 0 "the rest of it" frames --output short
+expect_same short/test/0002.npz metres/test/0002.npz
+expect_exit 0 "a set that is whole" "$programs/camouflage" --check --frames short
+grep -q 'make_dataset was to draw' command.err && fail "a whole set is warned of" || pass
+
 # So with the maker of what is bundled.
 expect_exit 0 "the bundled assets" "$programs/make_assets" --test 3 --size 32 --output bundled
 expect_exit 0 "more of them" "$programs/make_assets" --test 4 --size 32 --output bundled

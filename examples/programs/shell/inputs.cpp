@@ -2,6 +2,7 @@
 
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
@@ -12,6 +13,7 @@
 
 #include "../../scenes/drawn_frames.hpp"
 #include "file_status.hpp"
+#include "run_manifest.hpp"
 
 namespace tapestry::shell {
 namespace {
@@ -48,6 +50,34 @@ void check_detector(DetectorSettings settings, ProblemList& list, std::vector<st
   const std::string found = list.problems().back().what();
   for (const auto& path : {settings.weights, settings.names})
     if (!path.empty() && !found.starts_with(path + ":")) list.attempt([&] { (void)io::RegularFile(path); });
+}
+
+/// What a folder of make_dataset lacks of the frames that its manifest promises: it was broken off, or
+/// someone has taken frames away. Other folders may hold a manifest of any kind.
+std::vector<std::string> warnings_about_set(const std::string& folder) {
+  std::vector<std::string> warnings;
+  const std::string path = manifest_path(folder);
+  if (folder.empty() || !is_there(path)) return warnings;
+  Json manifest;
+  try {
+    manifest = read_json_file(path);
+  } catch (const FileError&) {
+    return warnings;
+  }
+  if (!manifest.is_object() || manifest.value("program", Json()) != "make_dataset") return warnings;
+  const auto promised = manifest.find("frames");
+  if (promised == manifest.end() || !promised->is_object()) return warnings;
+  for (const char* part : {"train", "test"}) {
+    const Json count = promised->value(part, Json());
+    if (!count.is_number_unsigned()) continue;
+    const std::string frames = folder + "/" + part;
+    const auto is_frame = [](const fs::path& file) { return file.extension() == ".npz"; };
+    const std::size_t found = is_folder(frames) ? io::listed_paths(frames, is_frame).size() : 0;
+    if (found < count.get<std::size_t>())
+      warnings.push_back(frames + " holds " + std::to_string(found) + " of the " + count.dump() +
+                         " frames that make_dataset was to draw; the same command again completes them");
+  }
+  return warnings;
 }
 
 }  // namespace
@@ -159,10 +189,13 @@ std::vector<std::string> input_paths(const SceneSettings& scene, const Car& car,
 }
 
 std::vector<std::string> warnings_about(const SceneSettings& scene) {
+  std::vector<std::string> warnings = warnings_about_set(scene.frames);
   const BundledAssets bundled;
-  if (scene.mesh == bundled.mesh() || (scene.scenes == 0 && scene.frames != bundled.frames())) return {};
-  return {"the bundled frames and --scenes show the bundled car, not " + scene.mesh +
-          "; the two will not cover each other. Give --frames of that car, and no --scenes"};
+  if (scene.mesh == bundled.mesh() || (scene.scenes == 0 && scene.frames != bundled.frames()))
+    return warnings;
+  warnings.push_back("the bundled frames and --scenes show the bundled car, not " + scene.mesh +
+                     "; the two will not cover each other. Give --frames of that car, and no --scenes");
+  return warnings;
 }
 
 Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::vector<std::string>& layers) {
@@ -222,7 +255,7 @@ std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths
 void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list,
                   std::vector<std::string>& warnings) {
   fill_in_bundled(scene);
-  warnings = warnings_about(scene);
+  list.attempt([&] { warnings = warnings_about(scene); });
   check_detector(detector, list, warnings);
   if (!scene.faces.empty() || !scene.material.empty())
     list.attempt([&] {
