@@ -123,14 +123,21 @@ struct Slope {
 
 /// \param value  of the objective, a step along the direction
 /// D(h) errs by h²·f'''/6, a third of what D(2h) differs by, and by rounding: values of a network are good to
-/// some 100 ε of the largest, over h. Where f is not smooth D(h) and D(2h) differ by far more.
+/// some 100 ε of the largest, over h. Where f is not smooth D(h) and D(2h) differ by far more; but they agree
+/// where a kink lies at the point itself, as of zeros by any weights. There the slopes to both sides differ
+/// as much over h as over 2h, elsewhere half as much.
 template <class Value>
 Slope slope_of(Value value, double magnitude) {
   constexpr double h = 1e-5;
-  const double near = (value(h) - value(-h)) / (2 * h), far = (value(2 * h) - value(-2 * h)) / (4 * h);
+  const double at = value(0), above = value(h), below = value(-h), far_above = value(2 * h),
+               far_below = value(-2 * h);
+  const double near = (above - below) / (2 * h), far = (far_above - far_below) / (4 * h);
+  const double bend = (above - 2 * at + below) / h, far_bend = (far_above - 2 * at + far_below) / (2 * h);
   const double rounding = 100 * std::numeric_limits<double>::epsilon() * (1 + magnitude) / h;
-  const double scale = 1 + magnitude + std::abs(near);
-  return {near, std::abs(near - far) + rounding, std::abs(near - far) <= 1e-6 * scale + 2 * rounding};
+  const double rough = 1e-6 * (1 + magnitude + std::abs(near));
+  return {
+      near, std::abs(near - far) + rounding,
+      std::abs(near - far) <= rough + 2 * rounding && std::abs(far_bend - 2 * bend) <= rough + 8 * rounding};
 }
 
 /// What random networks did.
@@ -347,7 +354,7 @@ TEST_CASE("random networks are right in every mode, precision and form", "[nn][n
     tally.problems += tally.slopes;
     if (!tally.problems.empty()) FAIL_CHECK(tally.problems << "; see " << saved(networks.seed()));
   }
-  CHECK(tally.rough <= 1 + (tally.smooth + tally.rough) / 20);
+  CHECK(tally.rough <= 4 + (tally.smooth + tally.rough) / 20);  // a network alone has four
   CHECK(tally.beside <= 3 + tally.smooth / 1000);
   CHECK(tally.kinked <= 3 + tally.smooth / 400);
 }
