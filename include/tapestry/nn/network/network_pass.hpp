@@ -26,8 +26,8 @@ class NetworkPass {
  private:
   friend class Network<T>;
 
-  /// \param kept  of the one picture, null if nothing is; and whether it \param holds, so that only windows
-  ///              are computed, or is to be filled
+  /// \param kept   of the one picture, null if nothing is kept
+  /// \param holds  whether only windows are computed, from what is kept; else it is filled
   void forward(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& inputs,
                Mode mode, Engine engine, std::size_t batch, KeptValues<T>* kept = nullptr,
                bool holds = false);
@@ -89,9 +89,10 @@ class NetworkPass {
 
   void pull_back(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine);
 
-  /// \param goals     where each operand's adjoint is gathered, or null, and \param is_first  whether this
-  ///                  step writes it first
-  /// \param n, batch  the first of the batch, and how many
+  /// \param goals     where each operand's adjoint is gathered, null where it is not wanted
+  /// \param is_first  whether this step writes it first, of each operand
+  /// \param n         first picture of the batch
+  /// \param batch     number of pictures
   void call_adjoint(const Program<T>& program, std::size_t s, const std::vector<T*>& goals,
                     const std::vector<std::uint8_t>& is_first, std::size_t n, std::size_t batch,
                     Engine engine);

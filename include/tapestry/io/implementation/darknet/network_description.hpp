@@ -221,8 +221,9 @@ class CfgDescriber {
     return inputs.size() > 1 ? sum : add("Identity", {sum});
   }
 
-  /// What a shortcut of unequal extents adds: as many channels as the fewer are, and of the one that has f
-  /// times the pixels along an axis each f-th, from the first. Source: shortcut_cpu of pjreddie's Darknet.
+  /// A source of a shortcut in the extents of the sum: as many channels as the fewer are; where one of them
+  /// has f times the pixels of the other along an axis, every f-th from the first.
+  /// Source: shortcut_cpu of pjreddie's Darknet.
   std::string fitted(std::string value, const detect::FeatureShape& from, const detect::FeatureShape& to) {
     const std::size_t rows = std::min(from.height, to.height), columns = std::min(from.width, to.width);
     const std::size_t channels = std::min(from.channels, to.channels);
@@ -254,7 +255,7 @@ class CfgDescriber {
     return add("Reshape", {value, add_integers(".channels", {0, c, h, w})});
   }
 
-  /// By the definition of nn::reorg(), [C', s·H, s·W] as [C', H, s, W, s] to [s, s, C', H, W].
+  /// Darknet's order of nn::reorg(): [C', s·H, s·W] read as [C', H, s, W, s], turned to [s, s, C', H, W].
   std::string reorganise(const detect::LayerConfig& layer, std::string value,
                          const detect::FeatureShape& shape) {
     const std::int64_t s = integer(layer.stride);

@@ -123,7 +123,7 @@ class Convolution : public Operation<T> {
     }
     return window;
   }
-  /// What shares a tile with the window is computed, too.
+  /// Outputs that share a tile with the window are computed with it.
   [[nodiscard]] Window window_read(Engine engine, std::size_t operand,
                                    const Window& computed) const override {
     const OutputTile tile = tile_of(engine, weights_.convolution());
