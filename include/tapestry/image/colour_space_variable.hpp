@@ -37,6 +37,7 @@ template <std::floating_point T, std::size_t Rank>
 }
 
 // Texels and pictures; arrays of other ranks are compiled where they are used.
+/// \cond
 extern template ArrayVariable<float, 2> linearised<float, 2>(const ArrayVariable<float, 2>& colours);
 extern template ArrayVariable<float, 3> linearised<float, 3>(const ArrayVariable<float, 3>& colours);
 extern template ArrayVariable<double, 2> linearised<double, 2>(const ArrayVariable<double, 2>& colours);
@@ -45,6 +46,7 @@ extern template ArrayVariable<float, 2> encoded<float, 2>(const ArrayVariable<fl
 extern template ArrayVariable<float, 3> encoded<float, 3>(const ArrayVariable<float, 3>& light);
 extern template ArrayVariable<double, 2> encoded<double, 2>(const ArrayVariable<double, 2>& light);
 extern template ArrayVariable<double, 3> encoded<double, 3>(const ArrayVariable<double, 3>& light);
+/// \endcond
 
 /// Encoded colours as they are in a space.
 template <std::floating_point T, std::size_t Rank>
