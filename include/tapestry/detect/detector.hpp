@@ -115,10 +115,6 @@ class Detector {
   Detector& operator=(const Detector&) = default;
   Detector& operator=(Detector&&) = default;
 
-  /// \throws ShapeError unless there is one an image, with windows inside the picture or null
-  void require_kept(const char* operation, const Array<T, 4>& images,
-                    const std::vector<KeptPicture<T>*>& kept) const;
-
   /// \throws DomainError if the pass kept nothing; ShapeError if the adjoints are not those of its logits
   static void require_logits_adjoint(const char* operation, const Pass<T>& pass, bool kept_something,
                                      const std::vector<const Array<T, 4>*>& logits_adjoint) {

@@ -42,15 +42,16 @@ class KeptPicture {
   nn::KeptValues<T> graph_values_{};
 };
 
+/// \throws ShapeError unless there is one an image, with windows inside the detector's pictures or null
 template <std::floating_point T>
-void Detector<T>::require_kept(const char* operation, const Array<T, 4>& images,
-                               const std::vector<KeptPicture<T>*>& kept) const {
+void require_kept(const char* operation, const Detector<T>& detector, const Array<T, 4>& images,
+                  const std::vector<KeptPicture<T>*>& kept) {
   if (kept.size() != images.shape(0))
     throw ShapeError(std::string(operation) + ": " + std::to_string(kept.size()) + " kept pictures for " +
                      std::to_string(images.shape(0)) + " images");
   for (const KeptPicture<T>* picture : kept)
     if (picture != nullptr)
-      image::require_window(operation, picture->window(), input_height(), input_width());
+      image::require_window(operation, picture->window(), detector.input_height(), detector.input_width());
 }
 
 }  // namespace tapestry::detect

@@ -46,7 +46,9 @@ Array<T, 3> GraphDetector<T>::layer_values(const Pass<T>& pass, std::size_t laye
 
 template <std::floating_point T>
 void GraphDetector<T>::require_whole(const char* operation, const Pass<T>& pass) {
-  if (pass.mode == Mode::inference || pass.graph.size() != pass.images || pass.is_within)
+  const auto is_within = [](const nn::NetworkPass<T>& one) { return one.is_within(); };
+  if (pass.mode == Mode::inference || pass.graph.size() != pass.images ||
+      std::ranges::any_of(pass.graph, is_within))
     throw DomainError(std::string(operation) +
                       ": the pass kept nothing, or only windows; run forward() for a gradient first");
 }
@@ -98,7 +100,7 @@ template <std::floating_point T>
 void GraphDetector<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
                                       Pass<T>& pass, Mode mode) const {
   this->require_images(images);
-  this->require_kept("GraphDetector::forward_within", images, kept);
+  require_kept("GraphDetector::forward_within", *this, images, kept);
   run(images, kept, pass, mode);
 }
 
@@ -115,7 +117,6 @@ void GraphDetector<T>::run(const Array<T, 4>& images, const std::vector<KeptPict
   pass.images = images.shape(0);
   pass.graph.resize(pass.images);
   pass.inputs.resize(pass.images);
-  pass.is_within = mode != Mode::training && std::ranges::any_of(kept, [](const auto* one) { return one; });
   pass.logits.resize(heads().size());
   for (std::size_t h = 0; h < heads().size(); ++h)
     pass.logits[h].resize(

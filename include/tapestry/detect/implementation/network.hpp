@@ -114,7 +114,7 @@ template <std::floating_point T>
 void Network<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
                                 Pass<T>& pass, Mode mode) const {
   this->require_images(images);
-  this->require_kept("Network::forward_within", images, kept);
+  require_kept("Network::forward_within", *this, images, kept);
   if (mode == Mode::training) return forward(images, pass, mode);
   const auto weights = cache_.forward(graph_, parameters_, true);
   begin(pass, images.shape(0), mode);
@@ -127,7 +127,7 @@ void Network<T>::forward_within(const Array<T, 4>& images, const std::vector<Kep
     const T* const image = images.data() + i * graph_.shapes.back().size();
     if (kept[i] != nullptr) {
       detail::forward_kept<T>(graph_, engine_, parameters_, cache_, weights, image,
-                              detail::window_of(kept[i]->window()), kept[i]->values(), own,
+                              rows_and_columns(kept[i]->window()), kept[i]->values(), own,
                               logits_of(pass, i));
     } else {
       own.plan = nullptr;
@@ -141,7 +141,7 @@ template <std::floating_point T>
 double Network<T>::share_kept(const image::PixelWindow& window) const {
   image::require_window("Network::share_kept", window, graph_.height, graph_.width);
   return detail::share_left_out(graph_, detail::plan_of(graph_, engine_, parameters_, cache_,
-                                                        Mode::input_gradient, detail::window_of(window)));
+                                                        Mode::input_gradient, rows_and_columns(window)));
 }
 
 template <std::floating_point T>

@@ -121,7 +121,7 @@ class ForwardPass {
       }
       case LayerKind::upsample: {
         auto window = own_.window_of(i);
-        if (window) window = before_upsampling(*window, layer.stride);
+        if (window) window = nn::blocks_of_pixels(*window, layer.stride, layer.stride);
         nn::upsample(pass_.images, in.height, in.width, in.channels, layer.stride,
                      static_cast<T>(layer.scale), from, to, window);
         break;

@@ -17,19 +17,6 @@
 
 namespace tapestry::detect::detail {
 
-/// A window that is not empty: what is empty becomes one pixel.
-[[nodiscard]] inline nn::Window at_least_a_pixel(const nn::Window& window, const FeatureShape& shape) {
-  const auto grown = [](BlockRange range, std::size_t extent) {
-    const std::size_t first = std::min(range.begin, extent - 1);
-    return BlockRange{first, std::max(range.end, first + 1)};
-  };
-  return {grown(window.rows, shape.height), grown(window.columns, shape.width)};
-}
-
-[[nodiscard]] inline nn::Window window_of(const image::PixelWindow& window) {
-  return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
-}
-
 /// The plan of passes in a mode over one picture that changes within a window.
 template <class T>
 [[nodiscard]] WindowPlan plan_of(const Graph& graph, nn::Engine engine, const Array<T, 1>& parameters,
@@ -37,7 +24,7 @@ template <class T>
   const auto weights = cache.forward(graph, parameters, true);
   const auto adjoint = mode == Mode::inference ? nullptr : cache.adjoint(graph, parameters, true);
   WindowPlanner<T> planner(graph, engine, *weights, adjoint.get());
-  return planner.plan(at_least_a_pixel(window, graph.shapes.back()));
+  return planner.plan(nn::at_least_a_pixel(window, graph.height, graph.width));
 }
 
 /// A forward pass over one image that changes within a window from call to call: what that does not reach is

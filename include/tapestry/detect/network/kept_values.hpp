@@ -7,27 +7,17 @@
 #include <tapestry/detect/network/window_plan.hpp>
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/mode.hpp>
+#include <tapestry/nn/network/kept_values.hpp>
 #include <tapestry/nn/window.hpp>
 #include <vector>
 
 namespace tapestry::detect::detail {
 
-/// Calls body(place, count) for the values of [row, column, channel] that lie in the window `outer` but not
-/// in `inner`, in runs that lie side by side.
+/// nn::for_each_outside() of a value's map.
 template <class Body>
 void for_each_outside(const FeatureShape& shape, const nn::Window& outer, const nn::Window& inner,
                       Body body) {
-  const auto piece = [&](std::size_t y, std::size_t begin, std::size_t end) {
-    if (begin < end) body((y * shape.width + begin) * shape.channels, (end - begin) * shape.channels);
-  };
-  for (std::size_t y = outer.rows.begin; y < outer.rows.end; ++y) {
-    if (y < inner.rows.begin || y >= inner.rows.end) {
-      piece(y, outer.columns.begin, outer.columns.end);
-    } else {
-      piece(y, outer.columns.begin, inner.columns.begin);
-      piece(y, inner.columns.end, outer.columns.end);
-    }
-  }
+  nn::for_each_outside({1, shape.height, shape.width, shape.channels}, outer, inner, body);
 }
 
 /// What a network keeps of a picture that changes within a window only: of each value those pixels around its

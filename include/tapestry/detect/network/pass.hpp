@@ -62,7 +62,6 @@ struct Pass {
 
   std::vector<nn::NetworkPass<T>> graph{};  ///< of a GraphDetector: one for each image
   std::vector<nn::Buffer<T>> inputs{};      ///< likewise: the image as the network takes it
-  bool is_within = false;                   ///< likewise: of forward_within()
 
   /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
   /// over the same network and images. A forward pass in float flips a few signs next to zero, each of which

@@ -30,14 +30,6 @@ struct WindowPlan {
   return {{0, shape.height}, {0, shape.width}};
 }
 
-/// The window of an upsampling's input whose copies fill one of its output that begins at a copy's first.
-[[nodiscard]] inline nn::Window before_upsampling(const nn::Window& window, std::size_t factor) {
-  const auto divided = [&](BlockRange range) {
-    return BlockRange{range.begin / factor, block_count(range.end, factor)};
-  };
-  return {divided(window.rows), divided(window.columns)};
-}
-
 /// Calls body(first pixel, count) for pixels of a window that lie side by side, of one image; without a
 /// window once for those of all images. Runs of different rows may be on different threads.
 template <class Body>
@@ -136,9 +128,7 @@ class WindowPlanner {
       return {nn::outputs_reached(shape.rows(), {}, in.rows),
               nn::outputs_reached(shape.columns(), {}, in.columns)};
     }
-    if (layer.kind == LayerKind::upsample)
-      return {{in.rows.begin * layer.stride, in.rows.end * layer.stride},
-              {in.columns.begin * layer.stride, in.columns.end * layer.stride}};
+    if (layer.kind == LayerKind::upsample) return nn::pixels_of_blocks(in, layer.stride, layer.stride);
     if (layer.kind == LayerKind::route || (is_plain_sum(i) && has_whole_bytes(i))) {
       nn::Window window = in;
       for (const std::size_t input : graph_.inputs[i]) window = nn::hull(window, plan_.changed[input]);
@@ -182,7 +172,7 @@ class WindowPlanner {
         window = {nn::inputs_needed(shape.rows(), {}, out.rows),
                   nn::inputs_needed(shape.columns(), {}, out.columns)};
       } else if (layer.kind == LayerKind::upsample) {
-        window = before_upsampling(out, layer.stride);
+        window = nn::blocks_of_pixels(out, layer.stride, layer.stride);
       } else if (layer.kind == LayerKind::route || is_plain_sum(i)) {
         window = out;
       }

@@ -32,7 +32,7 @@ Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const 
           mean(&Terms::total)};
 }
 
-/// What one image's terms get of the adjoint of the means.
+/// Adjoint of one image's terms, a share of that of the means.
 template <class T>
 TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
                           const AdversarialWeights& weights) {

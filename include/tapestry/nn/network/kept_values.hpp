@@ -37,7 +37,6 @@ void for_each_outside(const Shape& map, const std::optional<Window>& outer, cons
 template <std::floating_point T>
 struct KeptValues {
   std::shared_ptr<const WindowPlan> plan{};  ///< null: nothing is kept
-  Window window{};                           ///< of the picture, possibly empty
   std::vector<Buffer<T>> rings{};            ///< of each value; empty where nothing is needed
   Buffer<T> picture{};                       ///< as it was
   std::weak_ptr<const void> constants{};     ///< that they were computed with
@@ -71,7 +70,7 @@ struct KeptValues {
   /// Whether a picture is, outside of its window, the one that is kept, bit for bit.
   [[nodiscard]] bool is_same_outside(const Shape& map, const T* other) const {
     bool is_same = true;
-    for_each_outside(map, std::nullopt, window, [&](std::size_t first, std::size_t size) {
+    for_each_outside(map, std::nullopt, plan->picture, [&](std::size_t first, std::size_t size) {
       is_same = is_same && std::memcmp(picture.data() + first, other + first, size * sizeof(T)) == 0;
     });
     return is_same;

@@ -22,6 +22,8 @@ class NetworkPass {
  public:
   /// Values of a result in row-major order, of each of the batch; the pass's own until it is used again.
   [[nodiscard]] const T* output(std::size_t i) const { return where_[outputs_.at(i)]; }
+  /// Whether it is of forward_within(), so that adjoints are defined within windows only.
+  [[nodiscard]] bool is_within() const { return plan_ != nullptr; }
 
  private:
   friend class Network<T>;
@@ -117,7 +119,6 @@ class NetworkPass {
   Mode mode_ = Mode::inference;
   std::size_t batch_ = 1;
   std::shared_ptr<const WindowPlan> plan_{};  ///< after forward() with something kept
-  Window window_{};                           ///< likewise: of the picture
   KeptValues<T>* kept_ = nullptr;             ///< during such a forward()
   bool holds_ = false;
   std::vector<std::size_t> outputs_;

@@ -14,6 +14,7 @@ namespace tapestry::nn {
 /// channels last, changes within a window. Values that are no maps of one picture are computed whole.
 struct WindowPlan {
   Engine engine = Engine::automatic;  ///< whose tiles they are
+  Window picture{};                   ///< that changes; may be empty
   /// Everything whose bits depend on the picture's window; the adjoint is not needed anywhere else. None:
   /// all.
   std::vector<std::optional<Window>> changed{};
@@ -28,16 +29,18 @@ struct WindowPlan {
   return Window{{0, value.shape[1]}, {0, value.shape[2]}};
 }
 
-/// \param picture       the window that changes, not empty
+/// \param picture       the window that changes
 /// \param with_adjoint  whether the input's adjoint within the window is wanted, too
 template <std::floating_point T>
 [[nodiscard]] WindowPlan plan_windows(const Program<T>& program, Engine engine, const Window& picture,
                                       bool with_adjoint) {
   WindowPlan plan;
   plan.engine = engine;
+  plan.picture = picture;
   plan.changed.resize(program.values.size());
-  const bool is_picture = program.inputs.size() == 1 && map_of(program.values[program.inputs[0]]);
-  if (is_picture) plan.changed[program.inputs[0]] = picture;
+  if (program.inputs.size() == 1)
+    if (const auto map = map_of(program.values[program.inputs[0]]))
+      plan.changed[program.inputs[0]] = at_least_a_pixel(picture, map->rows.end, map->columns.end);
   const auto is_computed = [&](std::size_t v) { return v != no_value && !program.values[v].is_constant(); };
   for (const ProgramStep<T>& step : program.steps) {
     std::vector<Window> operands(step.inputs.size());  // of constants empty

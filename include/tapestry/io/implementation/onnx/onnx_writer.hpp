@@ -83,7 +83,7 @@ class OnnxEncoder {
     return bytes;
   }
 
-  /// What ONNX has for a node: the node, or several in place of HardMish,
+  /// A node in operators of ONNX: the node itself, or several in place of HardMish,
   ///
   ///   max(x, 0) + c · (c/2 + 1),  c = min(max(x, −2), 0)
   [[nodiscard]] static std::vector<nn::Node> standard_nodes(const nn::Node& node) {

@@ -78,30 +78,18 @@ const Shape& Network<T>::picture_map(const char* operation) const {
   return input->shape;
 }
 
-namespace detail {
-/// A window of a map that is not empty: what is empty becomes one pixel.
-[[nodiscard]] inline Window at_least_a_pixel(const Window& window, const Shape& map) {
-  const auto grown = [](BlockRange range, std::size_t extent) {
-    const std::size_t first = std::min(range.begin, extent - 1);
-    return BlockRange{first, std::max(range.end, first + 1)};
-  };
-  return {grown(window.rows, map[1]), grown(window.columns, map[2])};
-}
-}  // namespace detail
-
 template <std::floating_point T>
 void Network<T>::forward_within(const T* picture, const Window& window, KeptValues<T>& kept,
                                 NetworkPass<T>& pass, Mode mode) const {
   const Shape& map = picture_map("Network::forward_within");
   if (mode == Mode::training) return forward({picture}, pass, mode);
   const bool holds = kept.plan && kept.constants.lock() == version_ && kept.mode == mode &&
-                     kept.window == window && kept.plan->engine == engine_ &&
+                     kept.plan->picture == window && kept.plan->engine == engine_ &&
                      kept.is_same_outside(map, picture);
   if (!holds) {
     kept.constants.reset();  // does not hold until it is full
     kept.plan = std::make_shared<const WindowPlan>(
-        plan_windows(program_, engine_, detail::at_least_a_pixel(window, map), mode == Mode::input_gradient));
-    kept.window = window;
+        plan_windows(program_, engine_, window, mode == Mode::input_gradient));
     kept.mode = mode;
     kept.picture.resize(size_of(map));
     std::copy_n(picture, size_of(map), kept.picture.data());
@@ -114,9 +102,8 @@ void Network<T>::forward_within(const T* picture, const Window& window, KeptValu
 
 template <std::floating_point T>
 double Network<T>::share_kept(const Window& window, Mode mode) const {
-  const Shape& map = picture_map("Network::share_kept");
-  return share_left_out(program_, plan_windows(program_, engine_, detail::at_least_a_pixel(window, map),
-                                               mode == Mode::input_gradient));
+  static_cast<void>(picture_map("Network::share_kept"));
+  return share_left_out(program_, plan_windows(program_, engine_, window, mode == Mode::input_gradient));
 }
 
 template <std::floating_point T>

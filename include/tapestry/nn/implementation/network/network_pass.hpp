@@ -22,7 +22,6 @@ void NetworkPass<T>::forward(const Program<T>& program, const ProgramUse& use,
   kept_ = kept;
   holds_ = holds;
   plan_ = kept == nullptr ? nullptr : kept->plan;
-  if (kept != nullptr) window_ = kept->window;
   find_kept(program, use);
   for (std::size_t s = 0; s < program.steps.size(); ++s) {
     run(program, use, s, engine);
@@ -159,11 +158,12 @@ void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
 template <std::floating_point T>
 void NetworkPass<T>::add_within(const Program<T>& program, T* input_adjoint) {
   const std::size_t input = program.inputs.front();
-  if (input_adjoint == nullptr || adjoints_[input].empty() || window_.is_empty()) return;
+  const Window& window = plan_->picture;
+  if (input_adjoint == nullptr || adjoints_[input].empty() || window.is_empty()) return;
   const Shape& map = program.values[input].shape;
-  for (std::size_t y = window_.rows.begin; y < window_.rows.end; ++y) {
-    const std::size_t first = (y * map[2] + window_.columns.begin) * map[3];
-    add(adjoints_[input].data() + first, input_adjoint + first, window_.width() * map[3]);
+  for (std::size_t y = window.rows.begin; y < window.rows.end; ++y) {
+    const std::size_t first = (y * map[2] + window.columns.begin) * map[3];
+    add(adjoints_[input].data() + first, input_adjoint + first, window.width() * map[3]);
   }
 }
 

@@ -40,14 +40,10 @@ class PixelUnshuffle : public Operation<T> {
 
   [[nodiscard]] std::optional<Window> window_reached(Engine, std::span<const Window> changed,
                                                      bool) const override {
-    const auto divided = [](BlockRange range, std::size_t by) {
-      return BlockRange{range.begin / by, block_count(range.end, by)};
-    };
-    return Window{divided(changed[0].rows, blocks_.rows), divided(changed[0].columns, blocks_.columns)};
+    return blocks_of_pixels(changed[0], blocks_.rows, blocks_.columns);
   }
   [[nodiscard]] Window window_read(Engine, std::size_t, const Window& computed) const override {
-    return {{computed.rows.begin * blocks_.rows, computed.rows.end * blocks_.rows},
-            {computed.columns.begin * blocks_.columns, computed.columns.end * blocks_.columns}};
+    return pixels_of_blocks(computed, blocks_.rows, blocks_.columns);
   }
 
   void forward(const ForwardCall<T>& call) const override {

@@ -60,14 +60,10 @@ class Resize : public Operation<T> {
   [[nodiscard]] std::optional<Window> window_reached(Engine, std::span<const Window> changed,
                                                      bool) const override {
     if (repeat_ == 0) return std::nullopt;
-    return Window{{changed[0].rows.begin * repeat_, changed[0].rows.end * repeat_},
-                  {changed[0].columns.begin * repeat_, changed[0].columns.end * repeat_}};
+    return pixels_of_blocks(changed[0], repeat_, repeat_);
   }
   [[nodiscard]] Window window_read(Engine, std::size_t, const Window& computed) const override {
-    const auto divided = [&](BlockRange range) {
-      return BlockRange{range.begin / repeat_, block_count(range.end, repeat_)};
-    };
-    return {divided(computed.rows), divided(computed.columns)};
+    return blocks_of_pixels(computed, repeat_, repeat_);
   }
 
   void forward(const ForwardCall<T>& call) const override {
