@@ -4,9 +4,10 @@
 #include <fstream>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/nn/activation.hpp>
+#include <tapestry/nn/network/network.hpp>
 #include <vector>
 
 #include "problem.hpp"
@@ -26,6 +27,19 @@ struct Decisions {
 
 [[nodiscard]] inline bool has_kink(const detect::LayerConfig& layer) {
   return layer.activation == nn::Activation::leaky || layer.activation == nn::Activation::relu;
+}
+
+[[nodiscard]] inline bool is_pool(const detect::LayerConfig& layer) {
+  return layer.kind == detect::LayerKind::maxpool;
+}
+
+/// Calls body(layer, state) for each layer that decides, with what the pass keeps of its activation or pool.
+template <class T, class Body>
+void for_each_state(const Problem& problem, const nn::Network<T>& network, nn::NetworkPass<T>& pass,
+                    Body body) {
+  for (std::size_t i = 0; i < problem.config.layers.size(); ++i)
+    if (has_kink(problem.config.layers[i]) || is_pool(problem.config.layers[i]))
+      body(i, pass.state(network.step_of("layer_" + std::to_string(i))));
 }
 
 [[nodiscard]] inline Decisions no_decisions(const Problem& problem) {
@@ -68,34 +82,62 @@ template <class T>
   return chosen;
 }
 
-/// Decisions of one of our passes for Mode::input_gradient. This and hold() are all that relies on what a
-/// pass keeps inside.
+/// Decisions of our network, from the values of its layers in a pass that observes them.
 template <class T>
-[[nodiscard]] Decisions decisions_of(const Problem& problem, const detect::Pass<T>& pass) {
+[[nodiscard]] Decisions decisions_of(const Problem& problem, detect::Network<T> network,
+                                     const Array<T, 4>& picture) {
+  std::vector<std::size_t> layers;  // whose values decide
+  for (std::size_t i = 0; i < problem.config.layers.size(); ++i)
+    if (has_kink(problem.config.layers[i]) || is_pool(problem.config.layers[i]))
+      layers.push_back(is_pool(problem.config.layers[i]) ? i - 1 : i);
+  network.tell_layers(layers);
+  detect::Pass<T> pass;
+  network.forward(picture, pass, detect::Mode::input_gradient);
   Decisions decisions = no_decisions(problem);
-  for (std::size_t i = 0; i < problem.config.layers.size(); ++i) {
-    const auto& state = pass.layers[i];
-    const std::size_t count = problem.shapes[i].size();
-    for (std::size_t k = 0; k < count && has_kink(problem.config.layers[i]); ++k)
-      decisions.is_positive[i].push_back((state.positive.data()[k / 8] >> k % 8 & 1) != 0);
-    if (problem.config.layers[i].kind == detect::LayerKind::maxpool)
-      decisions.chosen[i].assign(state.choice.data(), state.choice.data() + count);
+  for (std::size_t i = 0, layer = 0; i < problem.config.layers.size(); ++i) {
+    const bool pools = is_pool(problem.config.layers[i]);
+    if (!pools && !has_kink(problem.config.layers[i])) continue;
+    const Array<T, 3> values = network.layer_values(pass, layer++, 0);
+    std::vector<float> last(values.size());  // [row, column, channel]
+    for (std::size_t c = 0; c < values.shape(0); ++c)
+      for (std::size_t p = 0; p < values.size() / values.shape(0); ++p)
+        last[p * values.shape(0) + c] =
+            static_cast<float>(values.data()[c * (values.size() / values.shape(0)) + p]);
+    if (pools) {
+      decisions.chosen[i] = pool_choices(problem, i, last);
+    } else {
+      decisions.is_positive[i] = signs(last.data(), last.size());
+    }
   }
   return decisions;
 }
 
-/// Puts decisions into a pass in place of its own.
+/// Decisions of a pass over a network of operators that runs as detect::network_description() writes it down.
 template <class T>
-void hold(const Decisions& decisions, detect::Pass<T>& pass) {
-  for (std::size_t i = 0; i < decisions.chosen.size(); ++i) {
-    auto& state = pass.layers[i];
-    state.positive.fill_zero();
+[[nodiscard]] Decisions decisions_of(const Problem& problem, const nn::Network<T>& network,
+                                     nn::NetworkPass<T>& pass) {
+  Decisions decisions = no_decisions(problem);
+  for_each_state(problem, network, pass, [&](std::size_t i, nn::OperationState<T>& state) {
+    const std::size_t count = problem.shapes[i].size();
+    for (std::size_t k = 0; k < count && has_kink(problem.config.layers[i]); ++k)
+      decisions.is_positive[i].push_back((state.bits.data()[k / 8] >> k % 8 & 1) != 0);
+    if (is_pool(problem.config.layers[i]))
+      decisions.chosen[i].assign(state.choices.data(), state.choices.data() + count);
+  });
+  return decisions;
+}
+
+/// Puts decisions into such a pass in place of its own.
+template <class T>
+void hold(const Problem& problem, const nn::Network<T>& network, const Decisions& decisions,
+          nn::NetworkPass<T>& pass) {
+  for_each_state(problem, network, pass, [&](std::size_t i, nn::OperationState<T>& state) {
+    state.bits.fill_zero();
     for (std::size_t k = 0; k < decisions.is_positive[i].size(); ++k)
-      state.positive.data()[k / 8] |=
-          static_cast<std::uint8_t>(decisions.is_positive[i][k] ? 1U << k % 8 : 0U);
+      state.bits.data()[k / 8] |= static_cast<std::uint8_t>(decisions.is_positive[i][k] ? 1U << k % 8 : 0U);
     for (std::size_t k = 0; k < decisions.chosen[i].size(); ++k)
-      state.choice.data()[k] = static_cast<nn::Position<T>>(decisions.chosen[i][k]);
-  }
+      state.choices.data()[k] = static_cast<nn::Position<T>>(decisions.chosen[i][k]);
+  });
 }
 
 /// Number of decisions in which two passes differ.
@@ -136,7 +178,7 @@ inline void write_decisions(const std::string& path, const Decisions& decisions)
       for (std::size_t k = 0; k < count; ++k)
         decisions.is_positive[i][k] = (bytes[k / 8] >> (k % 8) & 1) != 0;
     }
-    if (problem.config.layers[i].kind == detect::LayerKind::maxpool) {
+    if (is_pool(problem.config.layers[i])) {
       decisions.chosen[i].resize(count);
       file.read(reinterpret_cast<char*>(decisions.chosen[i].data()), static_cast<std::streamsize>(4 * count));
     }

@@ -1,12 +1,14 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <fstream>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/network_description.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/io/network_file.hpp>
+#include <tapestry/nn/network/network.hpp>
 #include <vector>
 
 #include "../support/relative_distance.hpp"
@@ -27,9 +29,8 @@ class Reference {
  public:
   Reference(const Problem& problem, const std::string& weights)
       : problem_(problem),
-        network_(io::read_network<double>(problem.config.name, weights, problem.picture.shape(2),
-                                          problem.picture.shape(3))
-                     .network) {
+        network_(described(problem, weights), {}, true, false),
+        picture_(image::pictures_of_planes(cast<double>(problem.picture))) {
     network_.set_engine(nn::Engine::direct);
   }
 
@@ -40,34 +41,43 @@ class Reference {
 
   [[nodiscard]] GradientError gradient_error(const std::vector<float>& found, const Decisions& decisions) {
     solve();
-    hold(decisions, pass_);
+    hold(problem_, network_, decisions, pass_);
     return {relative_distance(found, gradient()), relative_distance(found, own_gradient_),
             difference(decisions, own_decisions_)};
   }
 
  private:
+  [[nodiscard]] static nn::NetworkDescription described(const Problem& problem, const std::string& weights) {
+    const std::size_t height = problem.picture.shape(2), width = problem.picture.shape(3);
+    const auto network = io::read_network<double>(problem.config.name, weights, height, width).network;
+    return detect::network_description(network.config(), network.parameters(), height, width);
+  }
+
   void solve() {
     if (!logits_.empty()) return;
-    network_.forward(image::pictures_of_planes(cast<double>(problem_.picture)), pass_,
-                     detect::Mode::input_gradient);
-    for (const auto& logits : pass_.logits)
-      logits_.insert(logits_.end(), logits.data(), logits.data() + logits.size());
+    nn::Buffer<double> input(picture_.size());
+    std::copy_n(picture_.data(), picture_.size(), input.data());
+    network_.forward({input.data()}, pass_, nn::Mode::input_gradient);
+    for (std::size_t i = 0; i < network_.output_count(); ++i)
+      logits_.insert(logits_.end(), pass_.output(i), pass_.output(i) + nn::size_of(network_.output_shape(i)));
     for (const auto& weighting : problem_.weighting) weighting_.push_back(cast<double>(weighting));
-    own_decisions_ = decisions_of(problem_, pass_);
+    own_decisions_ = decisions_of(problem_, network_, pass_);
     own_gradient_ = gradient();
   }
 
   [[nodiscard]] std::vector<double> gradient() {
-    const auto& planes = problem_.picture.shape();
-    auto gradient = zeros<double, 4>({planes[0], planes[2], planes[3], planes[1]});
-    network_.input_adjoint(pass_, weighting_, gradient);
+    std::vector<const double*> adjoints;
+    for (const auto& weighting : weighting_) adjoints.push_back(weighting.data());
+    auto gradient = zeros<double, 4>(picture_.shape());
+    network_.adjoint(pass_, adjoints, {gradient.data()});
     const auto turned = image::planes_of(gradient);
     return {turned.data(), turned.data() + turned.size()};
   }
 
   const Problem& problem_;
-  detect::Network<double> network_;
-  detect::Pass<double> pass_;
+  nn::Network<double> network_;
+  nn::NetworkPass<double> pass_;
+  Array<double, 4> picture_;
   std::vector<Array<double, 4>> weighting_;
   std::vector<double> logits_;
   Decisions own_decisions_;

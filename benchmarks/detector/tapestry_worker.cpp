@@ -57,7 +57,7 @@ class TapestryDetector {
   [[nodiscard]] Answer answer() const {
     if (gradient_.size() > 0) {
       const auto planes = image::planes_of(gradient_);  // as all engines of this benchmark have pictures
-      return {{planes.data(), planes.data() + planes.size()}, decisions_of(problem_, *pass_)};
+      return {{planes.data(), planes.data() + planes.size()}, decisions_of(problem_, network_, picture_)};
     }
     Answer answer;
     for (const auto& logits : pass_->logits) append(answer.values, logits.data(), logits.size());

@@ -6,7 +6,7 @@
 #include <string>
 #include <system_error>
 #include <tapestry/detect/network.hpp>
-#include <tapestry/io/darknet/network_description.hpp>
+#include <tapestry/detect/network_description.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -64,7 +64,7 @@ void require_sound(const Options& options) {
 /// Writes the network's operators, from a picture to the raw logits of each head.
 void write_onnx_model(const Options& options, const detect::NetworkConfig& config,
                       const std::vector<detect::FeatureShape>& shapes, const Array<float, 1>& parameters) {
-  const auto network = io::network_description(config, parameters);
+  const auto network = detect::network_description(config, parameters);
   std::map<std::string, nn::Shape> outputs;
   std::size_t head = 0;
   for (std::size_t i = 0; i < shapes.size(); ++i)

@@ -127,8 +127,10 @@
 #include <tapestry/detect/input_encoding_variable.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/network_description.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
@@ -196,7 +198,6 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
-#include <tapestry/io/darknet/network_description.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/dataset/coco_file.hpp>
 #include <tapestry/io/dataset/voc_folder.hpp>
@@ -286,10 +287,6 @@
 #include <tapestry/nn/network/pruned.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <tapestry/nn/pooling.hpp>
-#include <tapestry/nn/reduction.hpp>
-#include <tapestry/nn/reorg.hpp>
-#include <tapestry/nn/scaling.hpp>
 #include <tapestry/nn/upsample.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <tapestry/nn/winograd.hpp>

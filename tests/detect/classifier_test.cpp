@@ -44,6 +44,24 @@ double fourth_order_difference(Function f) {
 }
 }  // namespace
 
+TEST_CASE("reorg of 2 x 2 pixels of 4 channels is Darknet's by hand", "[detect][network][classifier]") {
+  // Channel c holds c0, c1, c2, c3 in its pixels. Darknet's list 00 01 02 03 10 … 33, read as 4 x 4, gives
+  // its even rows' even columns, odd columns, then its odd rows': 00 02 20 22, 01 03 21 23, 10 12 30 32, …
+  const std::string cfg =
+      "[net]\nwidth=2\nheight=2\nchannels=3\n[convolutional]\nfilters=4\nsize=1\nstride=1\n"
+      "activation=linear\n[reorg]\nstride=2\n";
+  Array<double, 1> parameters{0, 10, 20, 30, 1, 0, 0, 1,
+                              0, 0,  1,  0,  0, 1, 0, 0};  // the first colour and 10·c
+  const detect::Network<double> network(io::parse_classifier_config(cfg, "reorg.cfg"), parameters);
+  auto picture = tapestry::zeros<double, 4>({1, 2, 2, 3});
+  for (std::size_t pixel = 0; pixel < 4; ++pixel) picture.data()[3 * pixel] = static_cast<double>(pixel);
+  detect::Pass<double> pass;
+  network.forward(picture, pass);
+  REQUIRE(pass.logits.at(0).shape() == tapestry::Extents<4>{1, 16, 1, 1});
+  CHECK(std::vector<double>(pass.logits[0].data(), pass.logits[0].data() + 16) ==
+        std::vector<double>{0, 2, 20, 22, 1, 3, 21, 23, 10, 12, 30, 32, 11, 13, 31, 33});
+}
+
 TEST_CASE("a classifier hands out the probabilities of its last layer", "[detect][classifier]") {
   const auto network = random_classifier(classifier);
   CHECK(network.heads().empty());

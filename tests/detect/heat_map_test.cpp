@@ -351,7 +351,7 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
     CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 1, adjoint, gradient), tapestry::DomainError);
     const auto other = tapestry::zeros<double, 3>({4, 2, 3});
     CHECK_THROWS_WITH(network.pull_back_layer(pass, 0, 0, other, gradient),
-                      "Network::pull_back_layer: layer_adjoint is [4, 2, 3], expected [4, 2, 2]");
+                      "Detector::pull_back_layer: layer_adjoint is [4, 2, 3], expected [4, 2, 2]");
   }
 }
 

@@ -243,7 +243,7 @@ TEST_CASE("windows outside of the picture and lists of another length are refuse
   detect::KeptPicture<float> kept({0, 0, 4, 4}), outside({30, 0, 3, 1});
   detect::Pass<float> pass;
   CHECK_THROWS_WITH(network.forward_within(images, {&kept}, pass),
-                    "Network::forward_within: 1 kept pictures for 2 images");
+                    "Detector::forward_within: 1 kept pictures for 2 images");
   CHECK_THROWS_AS(network.forward_within(images, {&kept, &outside}, pass), tapestry::ShapeError);
   network.forward_within(images, {&kept, nullptr}, pass);
   auto gradient = tapestry::zeros<float, 4>({2, 32, 32, 3});

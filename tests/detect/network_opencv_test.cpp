@@ -1,7 +1,7 @@
 #include <tapestry/detect/network.hpp>
+#include <tapestry/detect/network_description.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
-#include <tapestry/io/darknet/network_description.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/onnx/onnx_writer.hpp>
 
@@ -130,7 +130,7 @@ TEST_CASE("random Darknet networks written as ONNX models have their logits in O
     detect::Pass<float> pass;
     network.forward(images, pass);
     const TemporaryFolder folder;
-    const auto description = io::network_description(network.config(), network.parameters());
+    const auto description = detect::network_description(network.config(), network.parameters());
     std::map<std::string, tapestry::nn::Shape> shapes;
     for (std::size_t h = 0; h < pass.logits.size(); ++h)
       shapes[description.outputs[h]] = {pass.logits[h].shape().begin(), pass.logits[h].shape().end()};

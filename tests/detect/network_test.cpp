@@ -359,9 +359,9 @@ TEST_CASE("a network names the arguments that do not fit", "[detect][network]") 
   auto network = random_network<float>(real_layers);
   detect::Pass<float> pass;
   CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({0, 32, 32, 3}), pass),
-                    "Network::forward: a batch of no images");
+                    "Detector::forward: a batch of no images");
   CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({1, 32, 64, 3}), pass),
-                    "Network::forward: images is [1, 32, 64, 3], expected [1, 32, 32, 3]");
+                    "Detector::forward: images is [1, 32, 64, 3], expected [1, 32, 32, 3]");
   const auto images = random_array<float>({1, 32, 32, 3}, 2);
   network.forward(images, pass);
   auto gradient = tapestry::zeros<float, 4>({1, 32, 32, 3});

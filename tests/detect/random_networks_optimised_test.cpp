@@ -240,21 +240,31 @@ Array<T, 4> image_adjoint(const detect::Network<T>& network, detect::Pass<T>& pa
   return gradient;
 }
 
-/// Whether relu6 or hard_mish have an argument on the other side of a kink in one of the passes, which
-/// take_kinks() does not hand over.
+/// Layers with a kink that take_kinks() does not hand over: those of relu6 and hard_mish.
+std::vector<std::size_t> layers_of_other_kinks(const detect::NetworkConfig& config) {
+  std::vector<std::size_t> layers;
+  for (std::size_t i = 0; i < config.layers.size(); ++i)
+    if (const auto activation = config.layers[i].activation;
+        activation == nn::Activation::relu6 || activation == nn::Activation::hard_mish)
+      layers.push_back(i);
+  return layers;
+}
+
+/// Whether a value of such a layer, all of which the networks tell, lies on the other side of a kink in one
+/// of the passes.
 template <class A, class B>
-bool has_other_sides(const detect::Network<double>& network, const detect::Pass<A>& a,
+bool has_other_sides(const detect::Network<A>& of_a, const detect::Pass<A>& a, const detect::Network<B>& of_b,
                      const detect::Pass<B>& b) {
-  const auto side = [](nn::Activation activation, auto x) {
-    return activation == nn::Activation::relu6 ? (x > 0 ? 1 : 0) + (x < 6 ? 1 : 0) : (x > -2 ? 1 : 0);
-  };
-  for (std::size_t i = 0; i < network.config().layers.size(); ++i) {
-    const auto activation = network.config().layers[i].activation;
-    if (activation != nn::Activation::relu6 && activation != nn::Activation::hard_mish) continue;
-    for (std::size_t k = 0; k < a.layers[i].argument.size(); ++k)
-      if (side(activation, a.layers[i].argument.data()[k]) !=
-          side(activation, b.layers[i].argument.data()[k]))
-        return true;
+  const auto layers = layers_of_other_kinks(of_a.config());
+  for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+    const bool is_relu6 = of_a.config().layers[layers[layer]].activation == nn::Activation::relu6;
+    const auto side = [&](auto y) { return is_relu6 ? (y > 0 ? 1 : 0) + (y < 6 ? 1 : 0) : (y != 0 ? 1 : 0); };
+    for (std::size_t n = 0; n < a.images; ++n) {
+      const auto left = of_a.layer_values(a, layer, n);
+      const auto right = of_b.layer_values(b, layer, n);
+      for (std::size_t k = 0; k < left.size(); ++k)
+        if (side(left.data()[k]) != side(right.data()[k])) return true;
+    }
   }
   return false;
 }
@@ -285,7 +295,8 @@ FloatErrors float_errors(Case& drawn) {
   const auto mode = detect::Mode::input_gradient;
   const bool is_bfloat16 = drawn.network.engine() == nn::Engine::bfloat16;
   const double unit = std::ldexp(1.0, is_bfloat16 ? -9 : -24);
-  const detect::Network<double>& network = drawn.network;
+  detect::Network<double> network = drawn.network;
+  network.tell_layers(layers_of_other_kinks(network.config()));
   const auto single = network.cast<float>();
   auto moved = network;
   moved.parameters() = rounded(network.parameters(), unit, drawn.random);
@@ -301,7 +312,8 @@ FloatErrors float_errors(Case& drawn) {
   };
   FloatErrors errors;
   errors.logits = over(joined(single_pass.logits), joined(moved_pass.logits), joined(pass.logits), 0);
-  if (has_other_sides(network, pass, single_pass) || has_other_sides(network, moved_pass, single_pass))
+  if (has_other_sides(network, pass, single, single_pass) ||
+      has_other_sides(moved, moved_pass, single, single_pass))
     return errors;
   pass.take_kinks(single_pass);
   moved_pass.take_kinks(single_pass);

@@ -26,7 +26,7 @@ TEST_CASE("batch normalisation of a constant, a nearly constant and a huge chann
   const std::vector<float> scale{2, 2, 2};
   const std::vector<float> bias{7, 7, 7};
   nn::Buffer<float> out(3 * pixels);
-  nn::batch_norm(statistics, scale.data(), bias.data(), in.data(), pixels, 1.0F, out.data());
+  nn::batch_norm(statistics, scale.data(), bias.data(), in.data(), pixels, out.data());
   CHECK(out.data()[0] == 7);
   CHECK(out.data()[1] == Approx(7 + 2 * 1e-15 / 1e-3));
   CHECK(out.data()[2] == Approx(9));

@@ -6,7 +6,7 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
-#include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/suppression_measure.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <vector>
@@ -73,7 +73,7 @@ class Detector {
 
   /// What one of the layers that the detector tells holds for one image of a pass, [C, H, W].
   ///
-  /// \param pass   of forward(), of a Network in another mode than inference
+  /// \param pass   of forward() in another mode than inference
   /// \param layer  its place among those named for this, see Network::tell_layers() and GraphDetector
   /// \throws DomainError or std::out_of_range if there is no such layer or image
   [[nodiscard]] virtual Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer,
@@ -103,8 +103,8 @@ class Detector {
 
   /// \throws ShapeError unless images are [N, H, W, 3] of the network's extents, N at least 1
   void require_images(const Array<T, 4>& images) const {
-    if (images.shape(0) == 0) throw ShapeError("Network::forward: a batch of no images");
-    require_shape("Network::forward", "images", images,
+    if (images.shape(0) == 0) throw ShapeError("Detector::forward: a batch of no images");
+    require_shape("Detector::forward", "images", images,
                   {images.shape(0), input_height(), input_width(), input_channels()});
   }
 

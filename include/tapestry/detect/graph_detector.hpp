@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <map>
@@ -16,8 +17,8 @@ namespace tapestry::detect {
 
 /// A detector that is a network of operators, as ONNX files hold them. Its heads are read before the logistic
 /// function that exports end with, so that losses get raw logits, but for those of boxes_and_scores, see
-/// DecodedOutputs. Pictures of a batch run one after another,
-/// each with all threads: a batch costs no more a picture than one.
+/// DecodedOutputs. Pictures of a batch run one after another, each with all threads: a batch costs no more a
+/// picture than one. Only where the network takes the statistics of a batch they train together.
 template <std::floating_point T>
 class GraphDetector final : public Detector<T> {
  public:
@@ -30,6 +31,12 @@ class GraphDetector final : public Detector<T> {
   /// layer
   ///         is not one of its maps
   GraphDetector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0,
+                const std::vector<std::string>& layers = {}, bool simplifies = true);
+
+  /// A network of pictures in RGB from 0 to 1, whose first outputs are the raw logits of these heads, in
+  /// their order. Without heads its first output, [1, C, H, W], is handed out in the place of logits. \throws
+  /// FileError as above; ShapeError unless the outputs have the heads' extents
+  GraphDetector(const nn::NetworkDescription& network, std::vector<Head> heads,
                 const std::vector<std::string>& layers = {}, bool simplifies = true);
   GraphDetector(GraphDetector&&) noexcept;
   GraphDetector& operator=(GraphDetector&&) noexcept;
@@ -52,6 +59,7 @@ class GraphDetector final : public Detector<T> {
 
   [[nodiscard]] std::size_t input_height() const override { return network_.input_shape(0)[1]; }
   [[nodiscard]] std::size_t input_width() const override { return network_.input_shape(0)[2]; }
+  [[nodiscard]] std::size_t input_channels() const override { return network_.input_shape(0)[3]; }
   [[nodiscard]] const std::vector<Head>& heads() const override { return heads_.heads; }
   [[nodiscard]] const DetectorDescription& description() const { return kind_; }
 
@@ -88,10 +96,36 @@ class GraphDetector final : public Detector<T> {
 
   [[nodiscard]] std::vector<nn::Shape> output_shapes() const;
 
-  [[nodiscard]] std::vector<const T*> adjoints_of_outputs(
-      const std::vector<const Array<T, 4>*>& logits_adjoint, std::size_t image) const;
+  /// Adjoints of the network's outputs for one pass, and what they point to.
+  struct OutputAdjoints {
+    std::vector<const T*> of_outputs{};
+    std::vector<std::vector<T>> joined{};  ///< of a pass with several images
+  };
+  [[nodiscard]] OutputAdjoints output_adjoints(const Pass<T>& pass, std::size_t n,
+                                               const std::vector<const Array<T, 4>*>& logits_adjoint) const;
 
-  [[nodiscard]] std::size_t image_size() const { return 3 * input_height() * input_width(); }
+  /// Adds the pullback of one pass to the images that it ran.
+  /// \param gathered  as outputs_gathered of nn::Network::adjoint()
+  void pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
+                     Array<T, 4>* images_adjoint, T* constants_adjoint,
+                     const std::vector<T*>& gathered = {}) const;
+
+  [[nodiscard]] std::size_t image_size() const { return input_channels() * input_height() * input_width(); }
+
+  /// Images that a pass of the network runs together.
+  [[nodiscard]] static std::size_t images_a_pass(const Pass<T>& pass) {
+    return pass.images / pass.graph.size();
+  }
+
+  /// \throws FileError (mismatch) unless all layers are maps
+  void require_layers(const std::string& path, const std::vector<std::string>& layers) const;
+
+  /// \throws DomainError if there is no such layer or image
+  void require_layer(const char* operation, const Pass<T>& pass, std::size_t layer, std::size_t image) const;
+
+  /// Extents of a head's logits for one image, or of what stands in their place.
+  [[nodiscard]] std::array<std::size_t, 3> logits_extents(std::size_t head) const;
+  [[nodiscard]] std::size_t logits_count() const { return heads_.pieces.back().head + 1; }
 
   /// \param kept  one an image, null where everything is computed
   void run(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
@@ -111,6 +145,7 @@ class GraphDetector final : public Detector<T> {
   std::size_t layer_count_;
   nn::Network<T> network_;
   ExportedHeads heads_;
+  bool trains_together_;
 };
 
 extern template class GraphDetector<float>;

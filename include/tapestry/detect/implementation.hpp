@@ -17,12 +17,13 @@
 #include <tapestry/detect/implementation/input_encoding.hpp>
 #include <tapestry/detect/implementation/input_encoding_variable.hpp>
 #include <tapestry/detect/implementation/network.hpp>
-#include <tapestry/detect/implementation/network/pass.hpp>
 #include <tapestry/detect/implementation/network_config/decode_choice.hpp>
 #include <tapestry/detect/implementation/network_config/layer.hpp>
 #include <tapestry/detect/implementation/network_config/shape.hpp>
+#include <tapestry/detect/implementation/network_description.hpp>
 #include <tapestry/detect/implementation/network_variable.hpp>
 #include <tapestry/detect/implementation/parameter_layout.hpp>
+#include <tapestry/detect/implementation/pass.hpp>
 #include <tapestry/detect/implementation/raw_outputs.hpp>
 #include <tapestry/detect/implementation/recognised_detector.hpp>
 #include <tapestry/detect/implementation/suppression.hpp>

@@ -4,7 +4,6 @@
 #include <string>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/network/kept_values.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/network/kept_values.hpp>
 #include <tapestry/nn/window.hpp>
@@ -30,16 +29,14 @@ class KeptPicture {
   [[nodiscard]] const image::PixelWindow& window() const { return window_; }
 
   /// Memory that it holds: 0 before the first pass, and for detectors that compute everything each time.
-  [[nodiscard]] std::size_t bytes() const { return values_.bytes() + graph_values_.bytes(); }
+  [[nodiscard]] std::size_t bytes() const { return values_.bytes(); }
 
-  /// For detectors, to read and to fill: of a Darknet network, and of a GraphDetector.
-  [[nodiscard]] detail::KeptValues<T>& values() { return values_; }
-  [[nodiscard]] nn::KeptValues<T>& graph_values() { return graph_values_; }
+  /// For detectors, to read and to fill.
+  [[nodiscard]] nn::KeptValues<T>& values() { return values_; }
 
  private:
   image::PixelWindow window_;
-  detail::KeptValues<T> values_{};
-  nn::KeptValues<T> graph_values_{};
+  nn::KeptValues<T> values_{};
 };
 
 /// \throws ShapeError unless there is one an image, with windows inside the detector's pictures or null

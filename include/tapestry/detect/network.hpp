@@ -2,28 +2,89 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <optional>
+#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/network/graph.hpp>
-#include <tapestry/detect/network/pass.hpp>
-#include <tapestry/detect/network/prepared_weights.hpp>
-#include <tapestry/detect/network/told_layers.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/detect/pass.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <vector>
 
 namespace tapestry::detect {
+namespace detail {
 
-/// A YOLO detector, version 2 to 4 and relatives, as Darknet describes it: forward, and backward to its input
-/// or to its parameters. Batch normalisation adds config().batch_norm_epsilon inside the root; dropout passes
-/// everything on in every mode. A network without heads, such as a classifier, hands out its last layer's
-/// output, [N, C, H, W], in their place: the only entry of Pass::logits, be it logits or behind a softmax.
-/// Results are the same bits for any number of threads.
+/// The graphs that a network has made for its parameters, one for running statistics and one for those of a
+/// batch. Copies of a network make their own. May be called from several threads.
+template <std::floating_point T>
+class GraphCache {
+ public:
+  GraphCache() = default;
+  GraphCache(const GraphCache&) {}
+  GraphCache& operator=(const GraphCache&) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    clear();
+    training_.reset();
+    return *this;
+  }
+
+  /// From now on the owner may change the parameters unseen, so compare them before each use.
+  void watch() { is_watched_ = true; }
+
+  void forget() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    clear();
+  }
+
+  /// \param make    makes the graph of the parameters
+  /// \param update  gives a graph of older parameters these
+  template <class Make, class Update>
+  [[nodiscard]] std::shared_ptr<const GraphDetector<T>> get(bool is_training, const Array<T, 1>& parameters,
+                                                            Make make, Update update) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    compare(parameters);
+    if (!is_training) {
+      if (!running_) running_ = make();
+      return running_;
+    }
+    if (!training_) {
+      training_ = make();
+    } else if (is_stale_) {
+      update(*training_);
+    }
+    is_stale_ = false;
+    return training_;
+  }
+
+ private:
+  void clear() {
+    running_.reset();
+    is_stale_ = true;
+  }
+  void compare(const Array<T, 1>& parameters);
+
+  std::mutex mutex_;
+  bool is_watched_ = false;
+  bool is_stale_ = false;  ///< training_ has other parameters
+  Array<T, 1> made_from_;
+  std::shared_ptr<GraphDetector<T>> running_, training_;
+};
+
+}  // namespace detail
+
+/// A YOLO detector, version 2 to 4 and relatives, as Darknet describes it: a cfg, its parameters in Darknet's
+/// order, and the graph that network_description() makes of them, which passes run over: forward, and
+/// backward to its input or to its parameters. Batch normalisation adds config().batch_norm_epsilon inside
+/// the root; dropout passes everything on in every mode. A network without heads, such as a classifier, hands
+/// out its last layer's output, [N, C, H, W], in their place: the only entry of Pass::logits, be it logits or
+/// behind a softmax. Results are the same bits for any number of threads.
 template <std::floating_point T>
 class Network final : public Detector<T> {
  public:
@@ -42,15 +103,15 @@ class Network final : public Detector<T> {
   Network& operator=(Network&&) noexcept;
   ~Network() override;
 
-  [[nodiscard]] std::size_t input_height() const override { return graph_.height; }
-  [[nodiscard]] std::size_t input_width() const override { return graph_.width; }
-  [[nodiscard]] std::size_t input_channels() const override { return graph_.config.channels; }
-  [[nodiscard]] const std::vector<Head>& heads() const override { return graph_.heads; }
+  [[nodiscard]] std::size_t input_height() const override { return height_; }
+  [[nodiscard]] std::size_t input_width() const override { return width_; }
+  [[nodiscard]] std::size_t input_channels() const override { return config_.channels; }
+  [[nodiscard]] const std::vector<Head>& heads() const override { return heads_; }
   /// As nms_kind and beta_nms of the last head say, which is the one that Darknet asks.
   [[nodiscard]] SuppressionMeasure suppression_measure() const override;
-  [[nodiscard]] const NetworkConfig& config() const { return graph_.config; }
+  [[nodiscard]] const NetworkConfig& config() const { return config_; }
   /// Where each layer's parameters lie.
-  [[nodiscard]] const ParameterLayout& layout() const { return graph_.layout; }
+  [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
 
   /// Weights normal with variance 2 / (inputs of a filter), biases 0, batch normalisation the identity.
   /// Source: He et al., "Delving deep into rectifiers" (2015), eq. 10.
@@ -59,14 +120,12 @@ class Network final : public Detector<T> {
   /// Names layers, by their places among config().layers, whose values and adjoints passes tell from now on,
   /// which takes the memory of these values. What a pass computes stays the same.
   /// \throws FileError (mismatch) for a layer that is not there, or hands on the picture itself
-  void tell_layers(const std::vector<std::size_t>& layers) { detail::tell_layers(graph_, layers); }
+  void tell_layers(const std::vector<std::size_t>& layers);
   /// The last layer of which all heads are computed; nothing if there is none.
-  [[nodiscard]] std::optional<std::size_t> common_layer() const { return detail::common_value(graph_); }
+  [[nodiscard]] std::optional<std::size_t> common_layer() const;
 
   [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer,
-                                         std::size_t image) const override {
-    return detail::told_values(graph_, pass, layer, image);
-  }
+                                         std::size_t image) const override;
   /// \throws DomainError also for a pass of forward_within()
   [[nodiscard]] Array<T, 3> layer_adjoint(Pass<T>& pass,
                                           const std::vector<const Array<T, 4>*>& logits_adjoint,
@@ -80,7 +139,7 @@ class Network final : public Detector<T> {
   void set_images_seen(std::uint64_t count) { images_seen_ = count; }
 
   /// How convolutions are computed, in both directions; automatic unless set.
-  void set_engine(nn::Engine engine) { engine_ = engine; }
+  void set_engine(nn::Engine engine);
   [[nodiscard]] nn::Engine engine() const { return engine_; }
 
   /// All parameters in the order of layout(), running statistics included. Once they have been handed out
@@ -91,19 +150,16 @@ class Network final : public Detector<T> {
   /// The same network in another precision.
   template <std::floating_point U>
   [[nodiscard]] Network<U> cast() const {
-    Network<U> other(graph_.config, graph_.height, graph_.width);
-    for (std::size_t i = 0; i < parameters_.size(); ++i)
-      other.parameters_[i] = static_cast<U>(parameters_[i]);
+    Network<U> other(config_, tapestry::cast<U>(parameters_), height_, width_);
     other.images_seen_ = images_seen_;
     other.engine_ = engine_;
-    other.graph_.told = graph_.told;
+    other.layers_ = layers_;
     return other;
   }
 
   /// The same network for pictures of another size; errors as the constructor.
   [[nodiscard]] Network resized(std::size_t input_height, std::size_t input_width) const;
 
-  /// The engines compute channels last, as pictures lie, so nothing is turned on the way in or back.
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const override;
 
   /// The layers' windows are their receptive fields, and where convolutions round by tiles all on which a bit
@@ -120,9 +176,7 @@ class Network final : public Detector<T> {
                          Array<T, 1>& parameters_adjoint) const;
 
   void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const override {
-    adjoints("Network::pull_back", pass, logits_adjoint, images_adjoint, parameters_adjoint);
-  }
+                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const override;
 
   /// Moves running means and variances a part of the way to those of a training pass:
   /// running ← (1 − momentum)·running + momentum·batch, the variance unbiased.
@@ -132,23 +186,31 @@ class Network final : public Detector<T> {
   template <std::floating_point U>
   friend class Network;
 
-  void begin(Pass<T>& pass, std::size_t images, Mode mode) const;
-
-  /// Where the logits of an image lie in those of all.
-  [[nodiscard]] static std::vector<T*> logits_of(Pass<T>& pass, std::size_t image);
-
   void fill(const ParameterBlock& block, T value) {
     for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
   }
 
-  void adjoints(const char* operation, Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) const;
+  /// The graph for passes of this mode, of the parameters as they are.
+  [[nodiscard]] std::shared_ptr<const GraphDetector<T>> graph(Mode mode) const;
+  [[nodiscard]] std::unique_ptr<GraphDetector<T>> make_graph(bool is_training) const;
 
-  detail::Graph graph_;
+  /// The graph that ran a pass. \throws DomainError if none of this library's networks did
+  [[nodiscard]] static const GraphDetector<T>& graph_of(const char* operation, const Pass<T>& pass);
+
+  /// Calls body(offset among the graph's constants, block) for each block of parameters that learn.
+  template <class Body>
+  void for_each_weight(const GraphDetector<T>& graph, Body body) const;
+
+  NetworkConfig config_;
+  std::size_t height_ = 0, width_ = 0;
+  std::vector<FeatureShape> shapes_{};
+  ParameterLayout layout_{};
+  std::vector<Head> heads_{};
+  std::vector<std::size_t> layers_{};  ///< that passes tell
   nn::Engine engine_ = nn::Engine::automatic;
   Array<T, 1> parameters_;
   std::uint64_t images_seen_ = 0;
-  mutable detail::WeightCache<T> cache_;
+  mutable detail::GraphCache<T> graphs_;
 };
 
 extern template class Network<float>;

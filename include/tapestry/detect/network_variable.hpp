@@ -29,7 +29,7 @@ template <class T>
 /// \param pass     memory to use, for loops that record again and again: not to be used for anything else
 ///                 before the tape's last reverse(), and logits of an earlier call with it are gone. Null
 ///                 takes new memory.
-/// \throws ShapeError as Network::forward(); DomainError if images are on no active tape
+/// \throws ShapeError as Detector::forward(); DomainError if images are on no active tape
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Detector<T>& detector,
                                                        const ArrayVariable<T, 4>& images,

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/pass.hpp>
 #include <utility>
 #include <vector>
 

@@ -6,7 +6,6 @@
 #include <tapestry/io/implementation/atomic_file.hpp>
 #include <tapestry/io/implementation/coco.hpp>
 #include <tapestry/io/implementation/darknet/cfg_file.hpp>
-#include <tapestry/io/implementation/darknet/network_description.hpp>
 #include <tapestry/io/implementation/darknet/weight_file.hpp>
 #include <tapestry/io/implementation/dataset/voc_folder.hpp>
 #include <tapestry/io/implementation/dataset/yolo_labels.hpp>

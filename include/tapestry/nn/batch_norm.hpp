@@ -112,10 +112,10 @@ template <std::floating_point T>
   return statistics;
 }
 
-/// out = leaky(scale · (in − mean) / √(variance + ε) + bias), all for each channel of [pixels, channels].
+/// out = scale · (in − mean) / √(variance + ε) + bias, all for each channel of [pixels, channels].
 template <std::floating_point T>
 void batch_norm(const BatchStatistics& statistics, const T* scale, const T* bias, const T* in,
-                std::size_t pixels, T slope, T* out) {
+                std::size_t pixels, T* out) {
   const std::size_t channels = statistics.mean.size();
   detail::Periodic<T> factor(channels);
   detail::Periodic<T> shift(channels);
@@ -126,11 +126,11 @@ void batch_norm(const BatchStatistics& statistics, const T* scale, const T* bias
   shift.assign(
       [&](std::size_t c) { return static_cast<double>(bias[c]) - factor_of(c) * statistics.mean[c]; });
   detail::for_each_period_block(pixels * channels, factor.period(), [&](std::size_t begin, std::size_t size) {
-    kernels<T>().affine(in + begin, factor.data(), shift.data(), factor.period(), slope, out + begin, size);
+    kernels<T>().affine(in + begin, factor.data(), shift.data(), factor.period(), out + begin, size);
   });
 }
 
-/// Turns the adjoint of batch_norm()'s output (before leaky) into that of its input, in place, the
+/// Turns the adjoint of batch_norm()'s output into that of its input, in place, the
 /// statistics being those of the batch itself; adds to scale_adjoint and bias_adjoint unless null.
 ///
 ///   x̂ = (in − mean)·s,   ∂L/∂in = scale·s·(g − mean(g) − x̂·mean(g·x̂))

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <cstring>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
+#include <tapestry/nn/curve.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 
 namespace tapestry::nn {
@@ -36,15 +36,6 @@ void add(const T* from, T* to, std::size_t count) {
       count, [&](std::size_t begin, std::size_t size) { kernels<T>().add(from + begin, to + begin, size); });
 }
 
-/// values[i] = activation(values[i])
-template <std::floating_point T>
-void activate(Activation activation, T* values, std::size_t count) {
-  if (activation == Activation::linear) return;
-  detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-    for (std::size_t i = begin; i < begin + size; ++i) values[i] = activate(activation, values[i]);
-  });
-}
-
 /// to[i] = curve(from[i]). Both may be the same.
 template <std::floating_point T>
 void apply_curve(const Curve<T>& curve, const T* from, T* to, std::size_t count) {
@@ -59,17 +50,6 @@ void curve_adjoint(const Curve<T>& curve, const T* argument, const T* from, T* t
   detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
     kernels<T>().curve_adjoint(curve, argument + begin, from + begin, to + begin, size);
   });
-}
-
-/// True if an activation's slope needs its argument.
-[[nodiscard]] constexpr bool slope_needs_argument(Activation activation) {
-  return !is_piecewise_linear(activation) && activation != Activation::logistic;
-}
-
-/// True if an activation's slope needs no more than whether its argument, or just as well its result, is
-/// above 0.
-[[nodiscard]] constexpr bool slope_needs_sign(Activation activation) {
-  return activation == Activation::leaky || activation == Activation::relu;
 }
 
 /// Bit i mod 8 of bits[i / 8] becomes whether values[i] is above 0. NaN is not.
@@ -95,17 +75,6 @@ template <std::floating_point T>
   const std::size_t lanes = kernels<T>().lanes;
   const std::size_t side_by_side = shape.is_depthwise() ? shape.out_channels : shape.group_out();
   return lanes % 8 == 0 && side_by_side % lanes == 0;
-}
-
-/// adjoint[i] *= activation'(argument) for the others, where `kept` is the argument if
-/// slope_needs_argument(), else the result.
-template <std::floating_point T>
-void activation_adjoint(Activation activation, const T* kept, T* adjoint, std::size_t count) {
-  detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-    for (std::size_t i = begin; i < begin + size; ++i)
-      adjoint[i] *= activation == Activation::logistic ? kept[i] * (1 - kept[i])
-                                                       : activation_slope(activation, kept[i]);
-  });
 }
 
 }  // namespace tapestry::nn

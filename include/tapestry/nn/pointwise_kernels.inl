@@ -39,21 +39,16 @@ void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std:
   for (; i < count; ++i) to[i] = from[i] * ((bits[i / 8] >> i % 8 & 1) != 0 ? T(1) : slope);
 }
 
-/// out[i] = leaky(scale[i mod period] · in[i] + shift[i mod period])
+/// out[i] = scale[i mod period] · in[i] + shift[i mod period]
 template <class T>
-void affine(const T* in, const T* scale, const T* shift, std::size_t period, T slope, T* out,
-            std::size_t count) {
+void affine(const T* in, const T* scale, const T* shift, std::size_t period, T* out, std::size_t count) {
   for (std::size_t begin = 0; begin < count; begin += period) {
     const std::size_t run = count - begin < period ? count - begin : period;
     std::size_t i = 0;
     for (; i + Vector<T>::lanes <= run; i += Vector<T>::lanes) {
-      const Register<T> value = load(scale + i) * load(in + begin + i) + load(shift + i);
-      store(out + begin + i, value > T(0) ? value : value * slope);
+      store(out + begin + i, load(scale + i) * load(in + begin + i) + load(shift + i));
     }
-    for (; i < run; ++i) {
-      const T value = scale[i] * in[begin + i] + shift[i];
-      out[begin + i] = value > 0 ? value : value * slope;
-    }
+    for (; i < run; ++i) out[begin + i] = scale[i] * in[begin + i] + shift[i];
   }
 }
 

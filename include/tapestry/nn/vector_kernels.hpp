@@ -194,7 +194,7 @@ struct Kernels {
   void (*leaky_adjoint)(const std::uint8_t*, T, const T*, T*, std::size_t) = nullptr;
   void (*apply_curve)(const Curve<T>&, const T*, T*, std::size_t) = nullptr;
   void (*curve_adjoint)(const Curve<T>&, const T*, const T*, T*, std::size_t) = nullptr;
-  void (*affine)(const T*, const T*, const T*, std::size_t, T, T*, std::size_t) = nullptr;
+  void (*affine)(const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
   void (*combine)(const T*, const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
   void (*interleave)(const T*, const T*, std::size_t, std::size_t, T*) = nullptr;
   void (*max_pool_pixel)(const MaxPoolArguments<T>&) = nullptr;

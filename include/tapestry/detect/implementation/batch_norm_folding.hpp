@@ -8,7 +8,6 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
-#include <tapestry/detect/network/prepared_weights.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <utility>
@@ -24,6 +23,14 @@ NetworkConfig without_batch_norm(NetworkConfig config) {
 }  // namespace tapestry::detect
 
 namespace tapestry::detect::detail {
+
+/// Factor that batch normalisation with running statistics puts on a filter: scale / √(variance + ε).
+template <class T>
+[[nodiscard]] double folded_factor(const Array<T, 1>& parameters, const ConvolutionParameters& own,
+                                   std::size_t filter, double epsilon) {
+  return static_cast<double>(parameters[own.scale + filter]) /
+         std::sqrt(static_cast<double>(parameters[own.variance + filter]) + epsilon);
+}
 
 /// How many parameters are left when batch normalisation is folded.
 [[nodiscard]] inline std::size_t folded_count(const ParameterLayout& layout) {

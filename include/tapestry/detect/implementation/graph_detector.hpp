@@ -1,7 +1,9 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <tapestry/core/array.hpp>
@@ -19,9 +21,28 @@
 #include <tapestry/nn/network/pruned.hpp>
 #include <tapestry/nn/window.hpp>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace tapestry::detect {
+
+namespace detail {
+/// Whether a network takes the statistics of the batch that it runs.
+[[nodiscard]] inline bool takes_batch_statistics(const nn::NetworkDescription& network) {
+  return std::ranges::any_of(network.nodes, [](const nn::Node& node) {
+    const auto found = node.attributes.find("training_mode");
+    if (node.operation != "BatchNormalization" || found == node.attributes.end()) return false;
+    const auto* const mode = std::get_if<std::int64_t>(&found->second);
+    return mode != nullptr && *mode != 0;
+  });
+}
+
+[[nodiscard]] inline nn::NetworkDescription with_outputs(nn::NetworkDescription network,
+                                                         const std::vector<std::string>& layers) {
+  network.outputs.insert(network.outputs.end(), layers.begin(), layers.end());
+  return network;
+}
+}  // namespace detail
 
 template <std::floating_point T>
 GraphDetector<T>::GraphDetector(const nn::NetworkDescription& network, DetectorDescription kind,
@@ -29,26 +50,75 @@ GraphDetector<T>::GraphDetector(const nn::NetworkDescription& network, DetectorD
     : kind_(std::move(kind)),
       layer_count_(layers.size()),
       network_(showing_heads(network, kind_, size, layers), sizes(network, size), true, simplifies),
-      heads_(exported_heads(network.path, kind_, output_shapes(), input_height(), input_width())) {
+      heads_(exported_heads(network.path, kind_, output_shapes(), input_height(), input_width())),
+      trains_together_(detail::takes_batch_statistics(network)) {
+  require_layers(network.path, layers);
+}
+
+template <std::floating_point T>
+GraphDetector<T>::GraphDetector(const nn::NetworkDescription& network, std::vector<Head> heads,
+                                const std::vector<std::string>& layers, bool simplifies)
+    : layer_count_(layers.size()),
+      network_(detail::with_outputs(network, layers), {}, true, simplifies),
+      heads_{std::move(heads), {}},
+      trains_together_(detail::takes_batch_statistics(network)) {
+  for (std::size_t h = 0; h < std::max<std::size_t>(1, heads_.heads.size()); ++h)
+    heads_.pieces.push_back({h, h, 0, nn::size_of(network_.output_shape(h))});
+  for (std::size_t h = 0; h < heads_.heads.size(); ++h) {
+    const Head& head = heads_.heads[h];
+    const nn::Shape expected{1, head.channel_count(), head.grid_height, head.grid_width};
+    if (network_.output_shape(h) != expected)
+      throw ShapeError("GraphDetector: output " + std::to_string(h) + " is " +
+                       tapestry::detail::to_text(network_.output_shape(h)) + ", expected " +
+                       tapestry::detail::to_text(expected));
+  }
+  require_layers(network.path, layers);
+}
+
+template <std::floating_point T>
+void GraphDetector<T>::require_layers(const std::string& path, const std::vector<std::string>& layers) const {
   for (std::size_t layer = 0; layer < layer_count_; ++layer)
     if (const auto& shape = layer_shape(layer); shape.size() != 4 || shape[0] != 1)
-      throw FileError(ErrorKind::mismatch, {network.path, "", "layer " + in_quotes(layers[layer]),
+      throw FileError(ErrorKind::mismatch, {path, "", "layer " + in_quotes(layers[layer]),
                                             "maps, [1, C, H, W]", std::to_string(shape.size()) + " axes"});
 }
 
 template <std::floating_point T>
+void GraphDetector<T>::require_layer(const char* operation, const Pass<T>& pass, std::size_t layer,
+                                     std::size_t image) const {
+  if (layer >= layer_count_)
+    throw DomainError(std::string(operation) + ": layer " + std::to_string(layer) + " of the " +
+                      std::to_string(layer_count_) + " that were named");
+  if (image >= pass.images || pass.graph.empty())
+    throw DomainError(std::string(operation) + ": image " + std::to_string(image) + " of a batch of " +
+                      std::to_string(pass.images));
+}
+
+template <std::floating_point T>
+std::array<std::size_t, 3> GraphDetector<T>::logits_extents(std::size_t head) const {
+  if (!heads_.heads.empty())
+    return {heads_.heads[head].channel_count(), heads_.heads[head].grid_height,
+            heads_.heads[head].grid_width};
+  const nn::Shape& shape = network_.output_shape(0);
+  return {shape.at(1), shape.at(2), shape.at(3)};
+}
+
+template <std::floating_point T>
 Array<T, 3> GraphDetector<T>::layer_values(const Pass<T>& pass, std::size_t layer, std::size_t image) const {
+  require_whole("Detector::layer_values", pass);
+  require_layer("Detector::layer_values", pass, layer, image);
   const auto& shape = layer_shape(layer);
   Array<T, 3> values(Extents<3>{shape[1], shape[2], shape[3]});
-  std::copy_n(pass.graph.at(image).output(head_output_count() + layer), values.size(), values.data());
+  const std::size_t each = images_a_pass(pass);
+  std::copy_n(pass.graph[image / each].output(head_output_count() + layer) + image % each * values.size(),
+              values.size(), values.data());
   return values;
 }
 
 template <std::floating_point T>
 void GraphDetector<T>::require_whole(const char* operation, const Pass<T>& pass) {
   const auto is_within = [](const nn::NetworkPass<T>& one) { return one.is_within(); };
-  if (pass.mode == Mode::inference || pass.graph.size() != pass.images ||
-      std::ranges::any_of(pass.graph, is_within))
+  if (pass.mode == Mode::inference || pass.graph.empty() || std::ranges::any_of(pass.graph, is_within))
     throw DomainError(std::string(operation) +
                       ": the pass kept nothing, or only windows; run forward() for a gradient first");
 }
@@ -57,37 +127,39 @@ template <std::floating_point T>
 Array<T, 3> GraphDetector<T>::layer_adjoint(Pass<T>& pass,
                                             const std::vector<const Array<T, 4>*>& logits_adjoint,
                                             std::size_t layer, std::size_t image) const {
-  require_whole("GraphDetector::layer_adjoint", pass);
-  this->require_logits_adjoint("GraphDetector::layer_adjoint", pass, true, logits_adjoint);
+  require_whole("Detector::layer_adjoint", pass);
+  this->require_logits_adjoint("Detector::layer_adjoint", pass, true, logits_adjoint);
+  require_layer("Detector::layer_adjoint", pass, layer, image);
   const auto& shape = layer_shape(layer);
   auto adjoint = zeros<T, 3>({shape[1], shape[2], shape[3]});
+  const std::size_t each = images_a_pass(pass), n = image / each;
+  std::vector<T> of_all(each * adjoint.size(), T(0));
   std::vector<T*> gathered(network_.output_count(), nullptr);
-  gathered[head_output_count() + layer] = adjoint.data();
-  nn::Buffer<T> input_adjoint;
-  input_adjoint.resize(image_size());
-  input_adjoint.fill_zero();
-  network_.adjoint(pass.graph.at(image), adjoints_of_outputs(logits_adjoint, image), {input_adjoint.data()},
-                   nullptr, gathered);
+  gathered[head_output_count() + layer] = of_all.data();
+  const auto adjoints = output_adjoints(pass, n, logits_adjoint);
+  auto ignored = zeros<T, 4>({pass.images, input_height(), input_width(), input_channels()});
+  pull_back_one(pass, n, adjoints.of_outputs, &ignored, nullptr, gathered);
+  std::copy_n(of_all.data() + image % each * adjoint.size(), adjoint.size(), adjoint.data());
   return adjoint;
 }
 
 template <std::floating_point T>
 void GraphDetector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image,
                                        const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) const {
-  require_whole("GraphDetector::pull_back_layer", pass);
+  require_whole("Detector::pull_back_layer", pass);
+  require_layer("Detector::pull_back_layer", pass, layer, image);
   const auto& shape = layer_shape(layer);
-  require_shape("GraphDetector::pull_back_layer", "layer_adjoint", layer_adjoint,
+  require_shape("Detector::pull_back_layer", "Detector::layer_adjoint", layer_adjoint,
                 {shape[1], shape[2], shape[3]});
-  require_shape("GraphDetector::pull_back_layer", "images_adjoint", images_adjoint,
-                {pass.images, input_height(), input_width(), 3});
+  require_shape("Detector::pull_back_layer", "images_adjoint", images_adjoint,
+                {pass.images, input_height(), input_width(), input_channels()});
+  const std::size_t each = images_a_pass(pass);
+  std::vector<T> of_all(each * layer_adjoint.size(), T(0));
+  std::copy_n(layer_adjoint.data(), layer_adjoint.size(),
+              of_all.data() + image % each * layer_adjoint.size());
   std::vector<const T*> asked(network_.output_count(), nullptr);
-  asked[head_output_count() + layer] = layer_adjoint.data();
-  nn::Buffer<T> input_adjoint;
-  input_adjoint.resize(image_size());
-  input_adjoint.fill_zero();
-  network_.adjoint(pass.graph.at(image), asked, {input_adjoint.data()}, nullptr);
-  encode_adjoint(input_adjoint.data(), image_size() / 3, kind_.encoding,
-                 images_adjoint.data() + image * image_size());
+  asked[head_output_count() + layer] = of_all.data();
+  pull_back_one(pass, image / each, asked, &images_adjoint, nullptr);
 }
 
 template <std::floating_point T>
@@ -100,13 +172,13 @@ template <std::floating_point T>
 void GraphDetector<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
                                       Pass<T>& pass, Mode mode) const {
   this->require_images(images);
-  require_kept("GraphDetector::forward_within", *this, images, kept);
+  require_kept("Detector::forward_within", *this, images, kept);
   run(images, kept, pass, mode);
 }
 
 template <std::floating_point T>
 double GraphDetector<T>::share_kept(const image::PixelWindow& window) const {
-  image::require_window("GraphDetector::share_kept", window, input_height(), input_width());
+  image::require_window("Detector::share_kept", window, input_height(), input_width());
   return network_.share_kept(rows_and_columns(window));
 }
 
@@ -115,50 +187,73 @@ void GraphDetector<T>::run(const Array<T, 4>& images, const std::vector<KeptPict
                            Mode mode) const {
   pass.mode = mode;
   pass.images = images.shape(0);
-  pass.graph.resize(pass.images);
-  pass.inputs.resize(pass.images);
-  pass.logits.resize(heads().size());
-  for (std::size_t h = 0; h < heads().size(); ++h)
-    pass.logits[h].resize(
-        {pass.images, heads()[h].channel_count(), heads()[h].grid_height, heads()[h].grid_width});
-  for (std::size_t n = 0; n < pass.images; ++n) {
-    pass.inputs[n].resize(image_size());
-    encode(images.data() + n * image_size(), image_size() / 3, kind_.encoding, pass.inputs[n].data());
-    const T* const picture = pass.inputs[n].data();
-    if (kept[n] == nullptr) {
-      network_.forward({picture}, pass.graph[n], mode);
+  pass.ran_by.reset();
+  const std::size_t each = mode == Mode::training && trains_together_ ? pass.images : 1;
+  const std::size_t count = pass.images / each;
+  pass.graph.resize(mode == Mode::inference ? 1 : count);  // whose memory serves one image after another
+  pass.inputs.resize(pass.graph.size());
+  pass.logits.resize(logits_count());
+  for (std::size_t h = 0; h < pass.logits.size(); ++h) {
+    const auto [channels, height, width] = logits_extents(h);
+    pass.logits[h].resize({pass.images, channels, height, width});
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    nn::NetworkPass<T>& one = pass.graph[mode == Mode::inference ? 0 : n];
+    nn::Buffer<T>& input = pass.inputs[mode == Mode::inference ? 0 : n];
+    input.resize(each * image_size());
+    const T* const first = images.data() + n * input.size();
+    if (kind_.encoding == InputEncoding{}) {
+      std::copy_n(first, input.size(), input.data());
     } else {
-      network_.forward_within(picture, rows_and_columns(kept[n]->window()), kept[n]->graph_values(),
-                              pass.graph[n], mode);
+      encode(first, input.size() / 3, kind_.encoding, input.data());
+    }
+    if (kept[n] == nullptr || mode == Mode::training) {
+      network_.forward({input.data()}, one, mode, each);
+    } else {
+      network_.forward_within(input.data(), rows_and_columns(kept[n]->window()), kept[n]->values(), one,
+                              mode);
     }
     for (const HeadPiece& piece : heads_.pieces)
-      std::copy_n(pass.graph[n].output(piece.output), piece.size, at(piece, pass.logits[piece.head], n));
+      for (std::size_t k = 0; k < each; ++k)
+        std::copy_n(one.output(piece.output) + k * piece.size, piece.size,
+                    at(piece, pass.logits[piece.head], n * each + k));
   }
 }
 
 template <std::floating_point T>
 void GraphDetector<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                                  Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) const {
-  this->require_logits_adjoint("GraphDetector::pull_back", pass, pass.graph.size() == pass.images,
-                               logits_adjoint);
+  this->require_logits_adjoint("Detector::pull_back", pass, !pass.graph.empty(), logits_adjoint);
   if (images_adjoint != nullptr)
-    require_shape("GraphDetector::pull_back", "images_adjoint", *images_adjoint,
-                  {pass.images, input_height(), input_width(), 3});
+    require_shape("Detector::pull_back", "images_adjoint", *images_adjoint,
+                  {pass.images, input_height(), input_width(), input_channels()});
   if (parameters_adjoint != nullptr)
-    require_shape("GraphDetector::pull_back", "parameters_adjoint", *parameters_adjoint,
+    require_shape("Detector::pull_back", "parameters_adjoint", *parameters_adjoint,
                   {network_.constants().size()});
+  for (std::size_t n = pass.graph.size(); n-- > 0;) {  // the last one's memory is in the cache
+    const auto adjoints = output_adjoints(pass, n, logits_adjoint);
+    pull_back_one(pass, n, adjoints.of_outputs, images_adjoint,
+                  parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
+  }
+}
+
+template <std::floating_point T>
+void GraphDetector<T>::pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
+                                     Array<T, 4>* images_adjoint, T* constants_adjoint,
+                                     const std::vector<T*>& gathered) const {
   nn::Buffer<T> input_adjoint;
-  for (std::size_t n = 0; n < pass.images; ++n) {
-    if (images_adjoint != nullptr) {
-      input_adjoint.resize(image_size());
-      input_adjoint.fill_zero();
-    }
-    network_.adjoint(pass.graph[n], adjoints_of_outputs(logits_adjoint, n),
-                     {images_adjoint != nullptr ? input_adjoint.data() : nullptr},
-                     parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
-    if (images_adjoint != nullptr)
-      encode_adjoint(input_adjoint.data(), image_size() / 3, kind_.encoding,
-                     images_adjoint->data() + n * image_size());
+  if (images_adjoint != nullptr) {
+    input_adjoint.resize(images_a_pass(pass) * image_size());
+    input_adjoint.fill_zero();
+  }
+  network_.adjoint(pass.graph[n], of_outputs, {images_adjoint != nullptr ? input_adjoint.data() : nullptr},
+                   constants_adjoint, gathered);
+  if (images_adjoint == nullptr) return;
+  T* const to = images_adjoint->data() + n * input_adjoint.size();
+  if (kind_.encoding == InputEncoding{}) {
+    for (std::size_t i = 0; i < input_adjoint.size(); ++i) to[i] += input_adjoint.data()[i];
+  } else {
+    encode_adjoint(input_adjoint.data(), input_adjoint.size() / 3, kind_.encoding, to);
   }
 }
 
@@ -215,13 +310,24 @@ std::vector<nn::Shape> GraphDetector<T>::output_shapes() const {
 }
 
 template <std::floating_point T>
-std::vector<const T*> GraphDetector<T>::adjoints_of_outputs(
-    const std::vector<const Array<T, 4>*>& logits_adjoint, std::size_t image) const {
-  std::vector<const T*> of_outputs(network_.output_count(), nullptr);
-  for (const HeadPiece& piece : heads_.pieces)
-    if (const Array<T, 4>* adjoint = logits_adjoint[piece.head]; adjoint != nullptr)
-      of_outputs[piece.output] = at(piece, *adjoint, image);
-  return of_outputs;
+auto GraphDetector<T>::output_adjoints(const Pass<T>& pass, std::size_t n,
+                                       const std::vector<const Array<T, 4>*>& logits_adjoint) const
+    -> OutputAdjoints {
+  OutputAdjoints adjoints{std::vector<const T*>(network_.output_count(), nullptr), {}};
+  const std::size_t each = images_a_pass(pass);
+  for (const HeadPiece& piece : heads_.pieces) {
+    const Array<T, 4>* adjoint = logits_adjoint[piece.head];
+    if (adjoint == nullptr) continue;
+    adjoints.of_outputs[piece.output] = at(piece, *adjoint, n * each);
+    if (each == 1) continue;
+    std::vector<T>& joined = adjoints.joined.emplace_back();
+    for (std::size_t k = 0; k < each; ++k) {
+      const T* const first = at(piece, *adjoint, n * each + k);
+      joined.insert(joined.end(), first, first + piece.size);
+    }
+    adjoints.of_outputs[piece.output] = joined.data();  // which a move of `joined` leaves where it is
+  }
+  return adjoints;
 }
 
 template <std::floating_point T>

@@ -1,147 +1,241 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
+#include <cstring>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network.hpp>
-#include <tapestry/detect/network/backward.hpp>
-#include <tapestry/detect/network/forward.hpp>
-#include <tapestry/detect/network/graph.hpp>
-#include <tapestry/detect/network/kept_forward.hpp>
-#include <tapestry/detect/network/pass.hpp>
-#include <tapestry/detect/network/prepared_weights.hpp>
-#include <tapestry/detect/network/told_layers.hpp>
 #include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/network_description.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <tapestry/nn/window.hpp>
+#include <tapestry/detect/pass.hpp>
 #include <utility>
 #include <vector>
+
+namespace tapestry::detect::detail {
+
+template <std::floating_point T>
+void GraphCache<T>::compare(const Array<T, 1>& parameters) {
+  if (!is_watched_) return;
+  const bool is_same = made_from_.size() == parameters.size() &&
+                       (parameters.size() == 0 || std::memcmp(made_from_.data(), parameters.data(),
+                                                              parameters.size() * sizeof(T)) == 0);
+  if (is_same) return;
+  clear();
+  made_from_ = parameters;
+}
+
+}  // namespace tapestry::detect::detail
 
 namespace tapestry::detect {
 
 template <std::floating_point T>
 Network<T>::Network(NetworkConfig config, std::size_t input_height, std::size_t input_width)
-    : graph_(detail::make_graph(std::move(config), input_height, input_width)),
-      parameters_(zeros<T, 1>({graph_.layout.count})) {
-  for (const ParameterBlock& block : graph_.layout.blocks)
+    : config_(std::move(config)),
+      height_(input_height == 0 ? config_.height : input_height),
+      width_(input_width == 0 ? config_.width : input_width),
+      shapes_(infer_shapes(config_, height_, width_)),
+      layout_(parameter_layout(config_, shapes_)),
+      parameters_(zeros<T, 1>({layout_.count})) {
+  for (std::size_t i = 0; i < config_.layers.size(); ++i)
+    if (is_head(config_.layers[i].kind)) heads_.push_back(detail::head_of(config_.layers[i], shapes_[i]));
+  for (const ParameterBlock& block : layout_.blocks)
     if (block.role == ParameterRole::scale || block.role == ParameterRole::variance) fill(block, 1);
 }
 
 template <std::floating_point T>
 Network<T>::Network(NetworkConfig config, Array<T, 1> parameters, std::size_t input_height,
                     std::size_t input_width)
-    : graph_(detail::make_graph(std::move(config), input_height, input_width)),
-      parameters_(std::move(parameters)) {
-  if (parameters_.size() != graph_.layout.count)
-    throw ShapeError("Network: parameters is [" + std::to_string(parameters_.size()) + "], expected [" +
-                     std::to_string(graph_.layout.count) + "]");
+    : Network(std::move(config), input_height, input_width) {
+  require_shape("Network", "parameters", parameters, {layout_.count});
+  parameters_ = std::move(parameters);
 }
 
 template <std::floating_point T>
 SuppressionMeasure Network<T>::suppression_measure() const {
   SuppressionMeasure measure;
-  for (const LayerConfig& layer : graph_.config.layers)
+  for (const LayerConfig& layer : config_.layers)
     if (is_head(layer.kind)) measure.distance_exponent = layer.beta_nms;
   return measure;
 }
 
 template <std::floating_point T>
 void Network<T>::initialise(Random& random) {
-  for (const ParameterBlock& block : graph_.layout.blocks) {
+  for (const ParameterBlock& block : layout_.blocks) {
     fill(block, block.role == ParameterRole::scale || block.role == ParameterRole::variance ? T(1) : T(0));
     if (block.role != ParameterRole::weight) continue;
-    const auto fan_in = static_cast<double>(block.count / graph_.config.layers[block.layer].filters);
+    const auto fan_in = static_cast<double>(block.count / config_.layers[block.layer].filters);
     const double deviation = std::sqrt(2 / fan_in);
     for (std::size_t i = 0; i < block.count; ++i)
       parameters_[block.offset + i] = static_cast<T>(deviation * random.normal());
   }
-  cache_.forget();
-}
-
-template <std::floating_point T>
-Array<T, 3> Network<T>::layer_adjoint(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                      std::size_t layer, std::size_t image) const {
-  this->require_logits_adjoint("Network::layer_adjoint", pass,
-                               pass.within.empty() && pass.layers.size() == graph_.image() + 1,
-                               logits_adjoint);
-  const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
-  return detail::told_adjoint(detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, pass), graph_,
-                              pass, logits_adjoint, layer, image);
-}
-
-template <std::floating_point T>
-void Network<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image,
-                                 const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) const {
-  const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
-  detail::pull_back_told(detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, pass), graph_, pass,
-                         layer, image, layer_adjoint, images_adjoint);
+  graphs_.forget();
 }
 
 template <std::floating_point T>
 Array<T, 1>& Network<T>::parameters() {
-  cache_.watch();
+  graphs_.watch();
   return parameters_;
 }
 
 template <std::floating_point T>
+void Network<T>::set_engine(nn::Engine engine) {
+  engine_ = engine;
+  graphs_ = {};
+}
+
+template <std::floating_point T>
 Network<T> Network<T>::resized(std::size_t input_height, std::size_t input_width) const {
-  Network other(graph_.config, input_height, input_width);
-  other.parameters_ = parameters_;
+  Network other(config_, parameters_, input_height, input_width);
   other.images_seen_ = images_seen_;
   other.engine_ = engine_;
-  other.graph_.told = graph_.told;
+  other.layers_ = layers_;
   return other;
+}
+
+template <std::floating_point T>
+void Network<T>::tell_layers(const std::vector<std::size_t>& layers) {
+  const auto makers = makers_of_values(config_);
+  std::vector<std::size_t> told;
+  for (const std::size_t layer : layers) {
+    if (layer >= makers.size() || makers[layer] == picture_value)
+      throw FileError(ErrorKind::mismatch,
+                      {config_.name, "", "layer " + std::to_string(layer) + " cannot be looked into",
+                       "one that computes something, from 0 to " + std::to_string(makers.size() - 1)});
+    told.push_back(makers[layer]);
+  }
+  layers_ = std::move(told);
+  graphs_ = {};
+}
+
+template <std::floating_point T>
+std::optional<std::size_t> Network<T>::common_layer() const {
+  const auto makers = makers_of_values(config_);
+  std::vector<std::size_t> results;  // layers whose values are handed out
+  for (std::size_t i = 0; i < config_.layers.size(); ++i)
+    if (is_head(config_.layers[i].kind)) results.push_back(makers[i]);
+  if (results.empty()) results.push_back(makers.back());
+  std::vector<std::size_t> readers(makers.size(), 0);  // results that are computed of each layer
+  for (const std::size_t result : results) {
+    std::vector<bool> is_needed(makers.size(), false);
+    if (result != picture_value) is_needed[result] = true;
+    for (std::size_t i = makers.size(); i-- > 0;) {
+      if (makers[i] != i || !is_needed[i]) continue;
+      if (i != result) ++readers[i];
+      for (const std::size_t input : inputs_of(config_, i))
+        if (makers[input] != picture_value) is_needed[makers[input]] = true;
+    }
+  }
+  for (std::size_t i = makers.size(); i-- > 0;)
+    if (readers[i] == results.size()) return i;
+  return std::nullopt;
+}
+
+template <std::floating_point T>
+std::unique_ptr<GraphDetector<T>> Network<T>::make_graph(bool is_training) const {
+  std::vector<std::string> layers;
+  for (const std::size_t layer : layers_) layers.push_back("layer_" + std::to_string(layer));
+  auto graph = std::make_unique<GraphDetector<T>>(
+      network_description(config_, parameters_, height_, width_, is_training), heads_, layers, !is_training);
+  graph->set_engine(engine_);
+  return graph;
+}
+
+template <std::floating_point T>
+std::shared_ptr<const GraphDetector<T>> Network<T>::graph(Mode mode) const {
+  const bool is_training = mode == Mode::training;
+  return graphs_.get(
+      is_training, parameters_, [&] { return make_graph(is_training); },
+      [&](GraphDetector<T>& graph) {
+        auto constants = graph.network().constants();
+        for_each_weight(graph, [&](std::size_t offset, const ParameterBlock& block) {
+          std::copy_n(parameters_.data() + block.offset, block.count, constants.data() + offset);
+        });
+        graph.network().set_constants(constants);
+      });
+}
+
+template <std::floating_point T>
+template <class Body>
+void Network<T>::for_each_weight(const GraphDetector<T>& graph, Body body) const {
+  std::map<std::string_view, std::size_t> offsets;
+  for (const nn::WeightBlock& weight : graph.network().weights()) offsets[weight.name] = weight.offset;
+  for (const ParameterBlock& block : layout_.blocks)
+    if (const auto found = offsets.find(constant_name(block)); found != offsets.end())
+      body(found->second, block);
+}
+
+template <std::floating_point T>
+const GraphDetector<T>& Network<T>::graph_of(const char* operation, const Pass<T>& pass) {
+  if (!pass.ran_by)
+    throw DomainError(std::string(operation) + ": the pass kept nothing; run forward() for a gradient first");
+  return *static_cast<const GraphDetector<T>*>(pass.ran_by.get());
 }
 
 template <std::floating_point T>
 void Network<T>::forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode) const {
   this->require_images(images);
-  const auto weights = cache_.forward(graph_, parameters_, mode != Mode::training);
-  begin(pass, images.shape(0), mode);
-  pass.within.clear();
-  detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, pass).run(images.data(), logits_of(pass, 0));
+  const auto graph = this->graph(mode);
+  graph->forward(images, pass, mode);
+  pass.ran_by = graph;
 }
 
 template <std::floating_point T>
 void Network<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
                                 Pass<T>& pass, Mode mode) const {
   this->require_images(images);
-  require_kept("Network::forward_within", *this, images, kept);
-  if (mode == Mode::training) return forward(images, pass, mode);
-  const auto weights = cache_.forward(graph_, parameters_, true);
-  begin(pass, images.shape(0), mode);
-  pass.layers.clear();
-  pass.within.resize(kept.size());
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    Pass<T>& own = pass.within[i];
-    own.mode = mode;
-    own.images = 1;
-    const T* const image = images.data() + i * graph_.shapes.back().size();
-    if (kept[i] != nullptr) {
-      detail::forward_kept<T>(graph_, engine_, parameters_, cache_, weights, image,
-                              rows_and_columns(kept[i]->window()), kept[i]->values(), own,
-                              logits_of(pass, i));
-    } else {
-      own.plan = nullptr;
-      own.window.reset();
-      detail::ForwardPass<T>(graph_, engine_, parameters_, *weights, own).run(image, logits_of(pass, i));
-    }
-  }
+  const auto graph = this->graph(mode);
+  graph->forward_within(images, kept, pass, mode);
+  pass.ran_by = graph;
 }
 
 template <std::floating_point T>
 double Network<T>::share_kept(const image::PixelWindow& window) const {
-  image::require_window("Network::share_kept", window, graph_.height, graph_.width);
-  return detail::share_left_out(graph_, detail::plan_of(graph_, engine_, parameters_, cache_,
-                                                        Mode::input_gradient, rows_and_columns(window)));
+  return graph(Mode::input_gradient)->share_kept(window);
+}
+
+template <std::floating_point T>
+Array<T, 3> Network<T>::layer_values(const Pass<T>& pass, std::size_t layer, std::size_t image) const {
+  return graph_of("Detector::layer_values", pass).layer_values(pass, layer, image);
+}
+
+template <std::floating_point T>
+Array<T, 3> Network<T>::layer_adjoint(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                      std::size_t layer, std::size_t image) const {
+  return graph_of("Detector::layer_adjoint", pass).layer_adjoint(pass, logits_adjoint, layer, image);
+}
+
+template <std::floating_point T>
+void Network<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image,
+                                 const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) const {
+  graph_of("Detector::pull_back_layer", pass)
+      .pull_back_layer(pass, layer, image, layer_adjoint, images_adjoint);
+}
+
+template <std::floating_point T>
+void Network<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
+                           Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) const {
+  const GraphDetector<T>& graph = graph_of("Detector::pull_back", pass);
+  if (parameters_adjoint == nullptr) return graph.pull_back(pass, logits_adjoint, images_adjoint);
+  if (pass.mode != Mode::training) throw DomainError("Detector::pull_back: the pass was not for training");
+  require_shape("Detector::pull_back", "parameters_adjoint", *parameters_adjoint, {layout_.count});
+  auto constants_adjoint = zeros<T, 1>({graph.network().constants().size()});
+  graph.pull_back(pass, logits_adjoint, images_adjoint, &constants_adjoint);
+  for_each_weight(graph, [&](std::size_t offset, const ParameterBlock& block) {
+    for (std::size_t i = 0; i < block.count; ++i)
+      (*parameters_adjoint)[block.offset + i] += constants_adjoint[offset + i];
+  });
 }
 
 template <std::floating_point T>
@@ -149,72 +243,30 @@ void Network<T>::parameter_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>
                                    Array<T, 1>& parameters_adjoint) const {
   std::vector<const Array<T, 4>*> pointers;
   for (const auto& array : logits_adjoint) pointers.push_back(&array);
-  adjoints("Network::parameter_adjoint", pass, pointers, nullptr, &parameters_adjoint);
+  pull_back(pass, pointers, nullptr, &parameters_adjoint);
 }
 
 template <std::floating_point T>
 void Network<T>::update_running_statistics(const Pass<T>& pass, double momentum) {
-  if (pass.mode != Mode::training)
+  if (pass.mode != Mode::training || pass.graph.size() != 1)
     throw DomainError("Network::update_running_statistics: not a training pass");
-  for (std::size_t i = 0; i < graph_.config.layers.size(); ++i) {
-    if (!graph_.config.layers[i].batch_normalize) continue;
-    const auto& statistics = pass.layers[i].statistics;
-    const auto count = static_cast<double>(pass.images * graph_.shapes[i].height * graph_.shapes[i].width);
+  std::size_t output = pass.logits.size();
+  for (std::size_t i = 0; i < config_.layers.size(); ++i) {
+    if (!config_.layers[i].batch_normalize) continue;
+    const auto count = static_cast<double>(pass.images * shapes_[i].height * shapes_[i].width);
     const double unbias = count > 1 ? count / (count - 1) : 1;
-    const auto move = [&](T& running, double batch) {
-      running = static_cast<T>((1 - momentum) * static_cast<double>(running) + momentum * batch);
+    const auto move = [&](std::size_t first, double factor) {
+      const T* const batch = pass.graph.front().output(output++);
+      for (std::size_t c = 0; c < config_.layers[i].filters; ++c) {
+        T& running = parameters_[first + c];
+        running = static_cast<T>((1 - momentum) * static_cast<double>(running) +
+                                 momentum * factor * static_cast<double>(batch[c]));
+      }
     };
-    for (std::size_t c = 0; c < statistics.mean.size(); ++c) {
-      move(parameters_[graph_.layout.layers[i].mean + c], statistics.mean[c]);
-      move(parameters_[graph_.layout.layers[i].variance + c], statistics.variance[c] * unbias);
-    }
+    move(layout_.layers[i].mean, 1);
+    move(layout_.layers[i].variance, unbias);
   }
-  cache_.forget();
-}
-
-template <std::floating_point T>
-void Network<T>::begin(Pass<T>& pass, std::size_t images, Mode mode) const {
-  pass.mode = mode;
-  pass.images = images;
-  pass.logits.resize(graph_.head_values.size());
-  for (std::size_t h = 0; h < pass.logits.size(); ++h) {
-    const FeatureShape& shape = graph_.shapes[graph_.head_values[h]];
-    pass.logits[h].resize({images, shape.channels, shape.height, shape.width});
-  }
-}
-
-template <std::floating_point T>
-std::vector<T*> Network<T>::logits_of(Pass<T>& pass, std::size_t image) {
-  std::vector<T*> pointers;
-  for (auto& logits : pass.logits) pointers.push_back(logits.data() + image * (logits.size() / pass.images));
-  return pointers;
-}
-
-template <std::floating_point T>
-void Network<T>::adjoints(const char* operation, Pass<T>& pass,
-                          const std::vector<const Array<T, 4>*>& logits_adjoint, Array<T, 4>* images_adjoint,
-                          Array<T, 1>* parameters_adjoint) const {
-  const bool kept_something = pass.layers.size() == graph_.image() + 1 || !pass.within.empty();
-  this->require_logits_adjoint(operation, pass, kept_something, logits_adjoint);
-  if (images_adjoint != nullptr) {
-    require_shape(operation, "images_adjoint", *images_adjoint,
-                  {pass.images, graph_.height, graph_.width, graph_.config.channels});
-  }
-  if (parameters_adjoint != nullptr)
-    detail::require_parameters_adjoint(operation, pass, parameters_adjoint->size(), parameters_.size());
-  const auto weights = cache_.adjoint(graph_, parameters_, pass.mode != Mode::training);
-  const auto run = [&](Pass<T>& own, std::size_t image) {
-    std::vector<const T*> heads;
-    for (const Array<T, 4>* head : logits_adjoint)
-      heads.push_back(head == nullptr ? nullptr : head->data() + image * (head->size() / pass.images));
-    detail::BackwardPass<T>(graph_, engine_, parameters_, *weights, own)
-        .run(heads,
-             images_adjoint == nullptr ? nullptr
-                                       : images_adjoint->data() + image * graph_.shapes.back().size(),
-             parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
-  };
-  if (pass.within.empty()) return run(pass, 0);
-  for (std::size_t i = 0; i < pass.within.size(); ++i) run(pass.within[i], i);
+  graphs_.forget();
 }
 
 template <std::floating_point T>

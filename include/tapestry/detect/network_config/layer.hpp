@@ -96,6 +96,13 @@ struct NetworkConfig {
 /// What the layer at `index` reads: its sources, or the layer before; empty means the image.
 [[nodiscard]] std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index);
 
+inline constexpr std::size_t picture_value = static_cast<std::size_t>(-1);
+
+/// For each layer the one that makes its value: itself or, for a layer that only passes something on
+/// (dropout, a head, a route of one whole layer), the one that it shows; picture_value where that is the
+/// picture.
+[[nodiscard]] std::vector<std::size_t> makers_of_values(const NetworkConfig& config);
+
 /// Something is wrong with a description, on a line of the file that it was read from.
 [[nodiscard]] inline FileError cfg_error(const std::string& path, std::size_t line, const std::string& what,
                                          const std::string& expected = "", const std::string& found = "",

@@ -48,6 +48,9 @@ class Network {
 
   void set_engine(Engine engine) { engine_ = engine; }
 
+  /// The step that makes a value, for NetworkPass::state(). \throws DomainError if none does
+  [[nodiscard]] std::size_t step_of(const std::string& value) const;
+
   /// Where each weight lies among constants(). Only these get an adjoint, from all that reads them. A
   /// constant of the description is several here, each with an adjoint of its own, if it is read in both
   /// layouts or if others are computed from it beforehand.

@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/kept_values.hpp>
 #include <tapestry/nn/network/program.hpp>
@@ -25,7 +27,29 @@ class NetworkPass {
   /// Whether it is of forward_within(), so that adjoints are defined within windows only.
   [[nodiscard]] bool is_within() const { return plan_ != nullptr; }
 
+  /// What a step keeps for the adjoint of the first of the batch; see Network::step_of().
+  [[nodiscard]] OperationState<T>& state(std::size_t step) { return states_.at(step * batch_); }
+
+  /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
+  /// over the same network in another precision or by another engine. A forward pass in float flips a few
+  /// signs next to zero, each of which changes the gradient by a step; with the sides of the float pass a
+  /// pass in double is the reference that leaves only rounding. \throws DomainError unless both passes are
+  /// forward()'s for a gradient of as many pictures
+  template <class U>
+  void take_kinks(const NetworkPass<U>& other) {
+    if (mode_ == Mode::inference || other.mode_ == Mode::inference || is_within() || other.is_within() ||
+        states_.size() != other.states_.size())
+      throw DomainError("take_kinks: the passes are not both for a gradient of the same pictures");
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      std::copy_n(other.states_[i].bits.data(), states_[i].bits.size(), states_[i].bits.data());
+      for (std::size_t k = 0; k < states_[i].choices.size(); ++k)
+        states_[i].choices.data()[k] = static_cast<Position<T>>(other.states_[i].choices.data()[k]);
+    }
+  }
+
  private:
+  template <std::floating_point U>
+  friend class NetworkPass;
   friend class Network<T>;
 
   /// \param kept   of the one picture, null if nothing is kept

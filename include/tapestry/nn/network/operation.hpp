@@ -20,6 +20,7 @@ struct OperationState {
   Buffer<T> values{};
   Buffer<std::uint8_t> bits{};
   Buffer<Position<T>> choices{};
+  std::vector<double> statistics{};
 };
 
 /// One call of Operation::forward().

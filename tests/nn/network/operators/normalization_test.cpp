@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "../../../support/operator_case.hpp"
 #include "../../../support/operator_network.hpp"
 
 namespace nn = tapestry::nn;
@@ -62,6 +64,80 @@ TEMPLATE_TEST_CASE("BatchNormalization takes the statistics that it is given", "
       CHECK(largest_difference(result_of<TestType>(test), expected) <= tolerance<TestType>());
       check_adjoints(test);
     }
+}
+
+TEMPLATE_TEST_CASE("BatchNormalization in training takes the statistics of the batch",
+                   "[nn][network][normalization]", float, double) {
+  for (const nn::Shape& shape : {nn::Shape{2, 6, 3, 5}, nn::Shape{9, 6}, nn::Shape{1, 6, 17, 16}})
+    for (const bool computed : {false, true}) {
+      CAPTURE(shape, computed);
+      auto test = network_of(
+          "BatchNormalization",
+          {given(shape, 1), weight({6}, 2), weight({6}, 3), weight({6}, 4), weight({6}, 5, 0.5, 2)},
+          computed);
+      test.node.attributes["training_mode"] = std::int64_t(1);
+      const std::size_t pixels = pixels_of(shape);
+      const auto at = [&](std::size_t operand) {
+        return [&, operand](std::size_t i) { return test.operands[operand].values[i / pixels % 6]; };
+      };
+      const auto expected = normalised(
+          test.operands[0].values, 6, [&](std::size_t i) { return i / pixels % 6; }, at(1), at(2));
+      CHECK(largest_difference(result_of<TestType>(test), expected) <= tolerance<TestType>());
+      check_adjoints(test, 1e-4);
+    }
+}
+
+TEST_CASE("BatchNormalization in training moves running statistics, which have derivatives, too",
+          "[nn][network][normalization]") {
+  OperatorCase batch{"BatchNormalization", {{2, 3, 2, 3}, {3}, {3}, {3}, {3}}};
+  batch.attributes = {{"training_mode", std::int64_t(1)}, {"momentum", 0.7}};
+  batch.output_count = batch.smooth_outputs = 3;
+  check_operator(batch);
+  batch.shapes.resize(1);
+  for (const std::size_t operand : {1, 2, 3, 4})
+    batch.constants[operand] = tapestry::test::numbers(nn::Shape{3}, std::vector<double>{1, 2, 3});
+  batch.shapes[0] = {4, 3};
+  const auto results = results_of(batch, {{1, 2, 3, 1, 2, 4, 5, 2, 1, 5, 2, 0}});
+  CHECK(results[12] == Approx(0.7 * 1 + 0.3 * 3));
+  CHECK(results[13] == Approx(0.7 * 2 + 0.3 * 2));
+  CHECK(results[15] == Approx(0.7 * 1 + 0.3 * 4));  // the biased variance
+  CHECK(results[16] == Approx(0.7 * 2));
+}
+
+TEST_CASE("a batch of pictures is normalised as one tensor of all", "[nn][network][normalization]") {
+  nn::NetworkDescription network;
+  network.opset = 15;
+  network.inputs = {{"x", {1, 3, 4, 5}}};
+  for (const char* name : {"scale", "bias", "mean", "variance"})
+    network.constants[name] = tapestry::test::numbers(nn::Shape{3}, std::vector<double>{0.5, 2, -1});
+  network.nodes = {{"",
+                    "BatchNormalization",
+                    {"x", "scale", "bias", "mean", "variance"},
+                    {"y", "means", "variances"},
+                    {{"training_mode", std::int64_t(1)}, {"momentum", 0.0}}}};
+  network.outputs = {"y", "means", "variances"};
+  const nn::Network<double> one(network);
+  network.inputs[0].shape[0] = 4;
+  const nn::Network<double> all(network);
+  const auto drawn = random_values(240, 3);
+  nn::Buffer<double> x(240);
+  std::ranges::copy(drawn, x.data());
+  nn::NetworkPass<double> of_one, of_all;
+  one.forward({x.data()}, of_one, nn::Mode::training, 4);
+  all.forward({x.data()}, of_all, nn::Mode::training);
+  const auto bits = [](const double* values, std::size_t count) {
+    return std::vector<double>(values, values + count);
+  };
+  CHECK(bits(of_one.output(0), 240) == bits(of_all.output(0), 240));
+  for (const std::size_t result : {1, 2})
+    for (const std::size_t n : {0, 3})
+      CHECK(bits(of_one.output(result) + 3 * n, 3) == bits(of_all.output(result), 3));
+  const auto adjoint = random_values(240, 4);
+  std::vector<double> x_one(240), x_all(240), weights_one(one.constants().size()), weights_all = weights_one;
+  one.adjoint(of_one, {adjoint.data(), nullptr, nullptr}, {x_one.data()}, weights_one.data());
+  all.adjoint(of_all, {adjoint.data(), nullptr, nullptr}, {x_all.data()}, weights_all.data());
+  CHECK(x_one == x_all);
+  CHECK(weights_one == weights_all);
 }
 
 TEMPLATE_TEST_CASE("InstanceNormalization and GroupNormalization take those of their sets",
@@ -141,8 +217,11 @@ TEST_CASE("normalisations refuse what they cannot do", "[nn][network][normalizat
   auto batch = network_of("BatchNormalization",
                           {given({2, 6}, 1), weight({6}, 2), weight({6}, 3), weight({6}, 4), weight({5}, 5)});
   CHECK_THAT(refusal_of(batch), contains("input 4 is [5], expected [6]"));
-  batch.node.attributes["training_mode"] = std::int64_t(1);
-  CHECK_THAT(refusal_of(batch), contains("'training_mode' is 1; only the form for inference is supported"));
+  auto line = network_of("BatchNormalization", {given({2, 6, 7}, 1), weight({6}, 2), weight({6}, 3),
+                                                weight({6}, 4), weight({6}, 5)});
+  line.node.attributes["training_mode"] = std::int64_t(1);
+  CHECK_THAT(refusal_of(line),
+             contains("'training_mode' is 1; only maps, [N, C, H, W], are supported there"));
   CHECK_THAT(refusal_of(network_of("InstanceNormalization", {given({6}, 1), weight({6}, 2), weight({6}, 3)})),
              contains("input 0 is [6], expected [N, C, …]"));
   auto group = network_of("GroupNormalization", {given({2, 6, 3}, 1), weight({4}, 2), weight({4}, 3)});

@@ -21,4 +21,17 @@ std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t inde
   return inputs;
 }
 
+std::vector<std::size_t> makers_of_values(const NetworkConfig& config) {
+  std::vector<std::size_t> makers;
+  for (std::size_t i = 0; i < config.layers.size(); ++i) {
+    const LayerConfig& layer = config.layers[i];
+    const auto inputs = inputs_of(config, i);
+    const bool passes_on = layer.kind == LayerKind::dropout || is_head(layer.kind) ||
+                           (layer.kind == LayerKind::route && inputs.size() == 1 && layer.groups == 1);
+    const std::size_t shown = inputs.empty() ? picture_value : makers[inputs.front()];
+    makers.push_back(passes_on ? shown : i);
+  }
+  return makers;
+}
+
 }  // namespace tapestry::detect

@@ -7,6 +7,7 @@
 #include <string>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
@@ -27,6 +28,14 @@ void Network<T>::set_constants(const std::vector<T>& constants) {
                      std::to_string(program_.constants.size()) + "]");
   std::ranges::copy(constants, program_.constants.begin());  // in place: passes point to them
   prepare();
+}
+
+template <std::floating_point T>
+std::size_t Network<T>::step_of(const std::string& value) const {
+  for (std::size_t s = 0; s < program_.steps.size(); ++s)
+    for (const std::size_t output : program_.steps[s].outputs)
+      if (output != no_value && program_.values[output].name == value) return s;
+  throw DomainError("Network::step_of: no step makes the value " + in_quotes(value));
 }
 
 template <std::floating_point T>

@@ -6,7 +6,7 @@
 #include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
 #include <tapestry/nn/network/operators/pooling_plan.hpp>
-#include <tapestry/nn/pooling.hpp>
+#include <tapestry/nn/vector_kernels.hpp>
 #include <utility>
 
 namespace tapestry::nn {
@@ -42,15 +42,24 @@ class MaxPool : public Operation<T> {
     pool(in, out, choice);
   }
 
+  /// The adjoint of each output goes to the pixel that was chosen for it.
   void adjoint(const AdjointCall<T>& call) const override {
-    PoolingShape shape;
-    shape.in_height = plan_.rows.input;
-    shape.in_width = plan_.columns.input;
-    shape.out_height = plan_.rows.output;
-    shape.out_width = plan_.columns.output;
-    shape.channels = plan_.channels;
-    max_pool_adjoint(shape, plan_.images, call.state.choices.data(), call.output_adjoints[0].values,
-                     call.accumulate(0));
+    const Position<T>* const choice = call.state.choices.data();
+    const T* const out_adjoint = call.output_adjoints[0].values;
+    T* const in_adjoint = call.accumulate(0);
+    const std::size_t channels = plan_.channels, pixels = plan_.rows.output * plan_.columns.output;
+    constexpr std::size_t slice = 32;  // pictures, and slices of channels of each, are independent
+    const std::size_t slices = block_count(channels, slice);
+    parallel_for(plan_.images * slices, [&](std::size_t task) {
+      const std::size_t image = task / slices;
+      const BlockRange range = block_range(task % slices, channels, slice);
+      T* const picture = in_adjoint + image * plan_.in_size();
+      for (std::size_t pixel = 0; pixel < pixels; ++pixel)
+        for (std::size_t c = range.begin; c < range.end; ++c) {
+          const std::size_t output = (image * pixels + pixel) * channels + c;
+          picture[static_cast<std::size_t>(choice[output]) * channels + c] += out_adjoint[output];
+        }
+    });
   }
 
  private:

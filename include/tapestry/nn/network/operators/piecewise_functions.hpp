@@ -16,14 +16,6 @@ struct Relu : VectorFunction<Reads::input> {
   }
 };
 
-/// x above 0, a · x elsewhere, of derivative a at 0.
-struct LeakyRelu : VectorFunction<Reads::input> {
-  template <class T>
-  [[gnu::always_inline]] static T value(T x, T a, T) {
-    return x > 0 ? x : a * x;
-  }
-};
-
 /// Between a and b, or b if that is below a; of derivative 1 at either.
 struct Clip : VectorFunction<Reads::input> {
   template <class T>

@@ -70,7 +70,7 @@ class Resize : public Operation<T> {
     const T* from = call.inputs[0].values;
     T* const out = call.outputs[0].values;
     if (tables_.empty()) return copy(from, out, size_of(in_));
-    if (repeat_ != 0) return upsample(in_[0], in_[1], in_[2], in_[3], repeat_, T(1), from, out);
+    if (repeat_ != 0) return upsample(in_[0], in_[1], in_[2], in_[3], repeat_, from, out);
     Shape shape = in_;
     Buffer<T>* const between = scratch();
     for (std::size_t k = 0; k < tables_.size(); ++k) {
@@ -88,8 +88,7 @@ class Resize : public Operation<T> {
     const T* from = call.output_adjoints[0].values;
     T* const in_adjoint = call.accumulate(0);
     if (tables_.empty()) return add(from, in_adjoint, size_of(in_));
-    if (repeat_ != 0)
-      return upsample_adjoint(in_[0], in_[1], in_[2], in_[3], repeat_, T(1), from, in_adjoint);
+    if (repeat_ != 0) return upsample_adjoint(in_[0], in_[1], in_[2], in_[3], repeat_, from, in_adjoint);
     Shape shape = this->result_shape();
     Buffer<T>* const between = scratch();
     for (std::size_t k = tables_.size(); k-- > 0;) {

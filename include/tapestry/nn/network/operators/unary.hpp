@@ -124,12 +124,15 @@ class Rectifier : public Operation<T> {
     detail::for_each_block(size, [&](std::size_t begin, std::size_t count) {
       const T* const x = call.inputs[0].values + begin;
       T* const y = call.outputs[0].values + begin;
-      if (call.keeps) kernels<T>().positive_bits(x, call.state.bits.data() + begin / 8, count);
       if (slope_ == 0) {
-        detail::unary_forward<unary::Relu>(x, y, count, slope_, slope_);
-      } else {
-        detail::unary_forward<unary::LeakyRelu>(x, y, count, slope_, slope_);
+        if (call.keeps) kernels<T>().positive_bits(x, call.state.bits.data() + begin / 8, count);
+        return detail::unary_forward<unary::Relu>(x, y, count, slope_, slope_);
       }
+      static thread_local Buffer<std::uint8_t> own;
+      if (!call.keeps) own.resize((count + 7) / 8);
+      std::uint8_t* const bits = call.keeps ? call.state.bits.data() + begin / 8 : own.data();
+      kernels<T>().positive_bits(x, bits, count);
+      kernels<T>().leaky_adjoint(bits, slope_, x, y, count);  // x times its slope is the value
     });
   }
 

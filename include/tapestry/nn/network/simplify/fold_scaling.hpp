@@ -39,6 +39,7 @@ struct ChannelScaling {
   if (node.operation == "BatchNormalization") {
     const double epsilon = attribute_of(node, "epsilon", 1e-5);
     if (node.inputs.size() != 5 || node.inputs[0] != value) return {};
+    if (attribute_of<std::int64_t>(node, "training_mode", 0) != 0) return {};
     for (std::size_t k = 1; k < 5; ++k) {
       const Constant* known = graph.constant(node.inputs[k]);
       if (known == nullptr || known->size() != channels) return {};

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -8,24 +9,34 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/network_description.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/io/darknet/network_description.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <vector>
 
-namespace tapestry::io::detail {
+namespace tapestry::detect {
+
+std::string constant_name(const ParameterBlock& block) {
+  constexpr std::array<const char*, 5> suffixes{".biases", ".scales", ".means", ".variances", ".weights"};
+  return "layer_" + std::to_string(block.layer) + suffixes[static_cast<std::size_t>(block.role)];
+}
+
+}  // namespace tapestry::detect
+
+namespace tapestry::detect::detail {
 
 /// Writes down one layer after the other.
 template <std::floating_point T>
 class CfgDescriber {
  public:
-  CfgDescriber(const detect::NetworkConfig& config, const Array<T, 1>& parameters, std::size_t height,
-               std::size_t width)
+  CfgDescriber(const NetworkConfig& config, const Array<T, 1>& parameters, std::size_t height,
+               std::size_t width, bool batch_statistics)
       : config_(config),
+        batch_statistics_(batch_statistics),
         parameters_(parameters),
-        shapes_(detect::infer_shapes(config, height, width)),
-        layout_(detect::parameter_layout(config, shapes_)) {
+        shapes_(infer_shapes(config, height, width)),
+        layout_(parameter_layout(config, shapes_)) {
     require_shape("network_description", "parameters", parameters, {layout_.count});
     image_ = {config.channels, height, width};
     network_.path = config.name;
@@ -38,11 +49,12 @@ class CfgDescriber {
       const std::size_t before = network_.nodes.size();
       const std::string made = add_layer(i);
       const bool makes_value = network_.nodes.size() > before;
-      if (makes_value) network_.nodes.back().outputs = {name_of_layer(i)};
+      if (makes_value) network_.nodes.back().outputs.front() = name_of_layer(i);
       values_.push_back(makes_value ? name_of_layer(i) : made);
       if (is_head(config_.layers[i].kind)) network_.outputs.push_back(values_.back());
     }
     if (network_.outputs.empty()) network_.outputs = {values_.empty() ? "picture" : values_.back()};
+    network_.outputs.insert(network_.outputs.end(), statistics_.begin(), statistics_.end());
     return std::move(network_);
   }
 
@@ -54,8 +66,8 @@ class CfgDescriber {
   [[nodiscard]] static std::int64_t integer(std::size_t count) { return static_cast<std::int64_t>(count); }
 
   /// Values that layer i reads, and their extents.
-  [[nodiscard]] std::vector<std::pair<std::string, detect::FeatureShape>> inputs_of(std::size_t i) const {
-    std::vector<std::pair<std::string, detect::FeatureShape>> inputs;
+  [[nodiscard]] std::vector<std::pair<std::string, FeatureShape>> inputs_of(std::size_t i) const {
+    std::vector<std::pair<std::string, FeatureShape>> inputs;
     for (const std::size_t input : detect::inputs_of(config_, i))
       inputs.emplace_back(values_[input], shapes_[input]);
     if (inputs.empty()) inputs.emplace_back("picture", image_);
@@ -83,18 +95,20 @@ class CfgDescriber {
   std::string add_number(const std::string& suffix, double number) {
     return add_constant(suffix, {{}, nn::ElementType::floating, std::vector<T>{static_cast<T>(number)}});
   }
-  std::string add_parameters(const std::string& suffix, std::size_t offset, nn::Shape shape) {
+  std::string add_parameters(ParameterRole role, std::size_t offset, nn::Shape shape) {
     const T* const first = parameters_.data() + offset;
     const std::size_t count = nn::size_of(shape);
-    return add_constant(suffix,
-                        {std::move(shape), nn::ElementType::floating, std::vector<T>(first, first + count)});
+    const std::string name = constant_name({values_.size(), role, offset, count});
+    network_.constants[name] = {std::move(shape), nn::ElementType::floating,
+                                std::vector<T>(first, first + count)};
+    return name;
   }
 
   std::string add_layer(std::size_t i) {
-    const detect::LayerConfig& layer = config_.layers[i];
+    const LayerConfig& layer = config_.layers[i];
     const auto inputs = inputs_of(i);
     const auto& [input, shape] = inputs.front();
-    using Kind = detect::LayerKind;
+    using Kind = LayerKind;
     switch (layer.kind) {
       case Kind::convolutional:
         return activate(layer.activation, convolve(i, input, shape));
@@ -125,13 +139,14 @@ class CfgDescriber {
     return input;
   }
 
-  std::string convolve(std::size_t i, const std::string& input, const detect::FeatureShape& shape) {
-    const detect::LayerConfig& layer = config_.layers[i];
-    const detect::ConvolutionParameters& own = layout_.layers[i];
+  std::string convolve(std::size_t i, const std::string& input, const FeatureShape& shape) {
+    const LayerConfig& layer = config_.layers[i];
+    const ConvolutionParameters& own = layout_.layers[i];
     const std::size_t filters = layer.filters, size = layer.size;
-    std::vector<std::string> operands{
-        input, add_parameters(".weights", own.weight, {filters, shape.channels / layer.groups, size, size})};
-    const std::string biases = add_parameters(".biases", own.bias, {filters});
+    std::vector<std::string> operands{input,
+                                      add_parameters(ParameterRole::weight, own.weight,
+                                                     {filters, shape.channels / layer.groups, size, size})};
+    const std::string biases = add_parameters(ParameterRole::bias, own.bias, {filters});
     if (!layer.batch_normalize) operands.push_back(biases);
     const std::string sums = add("Conv", std::move(operands),
                                  {{"kernel_shape", Integers(2, integer(size))},
@@ -140,11 +155,25 @@ class CfgDescriber {
                                   {"dilations", Integers(2, integer(layer.dilation))},
                                   {"group", integer(layer.groups)}});
     if (!layer.batch_normalize) return sums;
-    return add("BatchNormalization",
-               {sums, add_parameters(".scales", own.scale, {filters}), biases,
-                add_parameters(".means", own.mean, {filters}),
-                add_parameters(".variances", own.variance, {filters})},
-               {{"epsilon", config_.batch_norm_epsilon}});
+    const std::string normalised = add("BatchNormalization",
+                                       {sums, add_parameters(ParameterRole::scale, own.scale, {filters}),
+                                        biases, add_parameters(ParameterRole::mean, own.mean, {filters}),
+                                        add_parameters(ParameterRole::variance, own.variance, {filters})},
+                                       {{"epsilon", config_.batch_norm_epsilon}});
+    if (batch_statistics_) hand_out_statistics();
+    return normalised;
+  }
+
+  /// Lets the batch normalisation that was added last take the batch's statistics, and hand them out: with a
+  /// momentum of 0 the running ones become these.
+  void hand_out_statistics() {
+    nn::Node& node = network_.nodes.back();
+    node.attributes["training_mode"] = std::int64_t(1);
+    node.attributes["momentum"] = 0.0;
+    for (const char* suffix : {".batch_means", ".batch_variances"}) {
+      statistics_.push_back(name_of_layer(values_.size()) + suffix);
+      node.outputs.push_back(statistics_.back());
+    }
   }
 
   std::string activate(nn::Activation activation, const std::string& value) {
@@ -174,7 +203,7 @@ class CfgDescriber {
     return value;
   }
 
-  std::string pool(const detect::LayerConfig& layer, const std::string& input) {
+  std::string pool(const LayerConfig& layer, const std::string& input) {
     const std::int64_t before = integer(layer.padding / 2), after = integer(layer.padding) - before;
     return add("MaxPool", {input},
                {{"kernel_shape", Integers(2, integer(layer.size))},
@@ -182,7 +211,7 @@ class CfgDescriber {
                 {"pads", Integers{before, before, after, after}}});
   }
 
-  std::string upsample(const detect::LayerConfig& layer, const std::string& input) {
+  std::string upsample(const LayerConfig& layer, const std::string& input) {
     const auto factor = static_cast<double>(layer.stride);
     const std::string factors = add_constant(
         ".factors", {{4}, nn::ElementType::floating, std::vector<float>{1, 1, float(factor), float(factor)}});
@@ -193,8 +222,8 @@ class CfgDescriber {
     return layer.scale == 1 ? larger : add("Mul", {larger, add_number(".scale", layer.scale)});
   }
 
-  std::string join(const detect::LayerConfig& layer,
-                   const std::vector<std::pair<std::string, detect::FeatureShape>>& inputs) {
+  std::string join(const LayerConfig& layer,
+                   const std::vector<std::pair<std::string, FeatureShape>>& inputs) {
     std::vector<std::string> parts;
     for (const auto& [input, shape] : inputs) {
       const std::size_t count = shape.channels / layer.groups;
@@ -214,7 +243,7 @@ class CfgDescriber {
                          all(".steps", steps)});
   }
 
-  std::string add_up(std::size_t i, const std::vector<std::pair<std::string, detect::FeatureShape>>& inputs) {
+  std::string add_up(std::size_t i, const std::vector<std::pair<std::string, FeatureShape>>& inputs) {
     std::string sum = inputs.front().first;
     for (std::size_t k = 1; k < inputs.size(); ++k)
       sum = add("Add", {sum, fitted(inputs[k].first, inputs[k].second, shapes_[i])});
@@ -224,7 +253,7 @@ class CfgDescriber {
   /// A source of a shortcut in the extents of the sum: as many channels as the fewer are; where one of them
   /// has f times the pixels of the other along an axis, every f-th from the first.
   /// Source: shortcut_cpu of pjreddie's Darknet.
-  std::string fitted(std::string value, const detect::FeatureShape& from, const detect::FeatureShape& to) {
+  std::string fitted(std::string value, const FeatureShape& from, const FeatureShape& to) {
     const std::size_t rows = std::min(from.height, to.height), columns = std::min(from.width, to.width);
     const std::size_t channels = std::min(from.channels, to.channels);
     if (channels < from.channels || rows < from.height || columns < from.width)
@@ -246,8 +275,7 @@ class CfgDescriber {
     return add("Pad", {value, add_integers(".zeros", zeros)});
   }
 
-  std::string softmax(const detect::LayerConfig& layer, std::string value,
-                      const detect::FeatureShape& shape) {
+  std::string softmax(const LayerConfig& layer, std::string value, const FeatureShape& shape) {
     if (layer.temperature != 1) value = add("Div", {value, add_number(".temperature", layer.temperature)});
     const std::int64_t c = integer(shape.channels), h = integer(shape.height), w = integer(shape.width);
     value = add("Reshape", {value, add_integers(".runs", {0, integer(layer.groups), -1})});
@@ -255,9 +283,8 @@ class CfgDescriber {
     return add("Reshape", {value, add_integers(".channels", {0, c, h, w})});
   }
 
-  /// Darknet's order of nn::reorg(): [C', s·H, s·W] read as [C', H, s, W, s], turned to [s, s, C', H, W].
-  std::string reorganise(const detect::LayerConfig& layer, std::string value,
-                         const detect::FeatureShape& shape) {
+  /// Darknet's order: [C', s·H, s·W] read as [C', H, s, W, s], turned to [s, s, C', H, W].
+  std::string reorganise(const LayerConfig& layer, std::string value, const FeatureShape& shape) {
     const std::int64_t s = integer(layer.stride);
     const std::int64_t c = integer(shape.channels), h = integer(shape.height), w = integer(shape.width);
     value = add("Reshape", {value, add_integers(".blocks", {0, c / (s * s), h, s, w, s})});
@@ -265,31 +292,31 @@ class CfgDescriber {
     return add("Reshape", {value, add_integers(".channels", {0, c * s * s, h / s, w / s})});
   }
 
-  const detect::NetworkConfig& config_;
+  const NetworkConfig& config_;
+  bool batch_statistics_;
   const Array<T, 1>& parameters_;
-  std::vector<detect::FeatureShape> shapes_;
-  detect::ParameterLayout layout_;
-  detect::FeatureShape image_{};
-  std::vector<std::string> values_{};  ///< of the layers so far
+  std::vector<FeatureShape> shapes_;
+  ParameterLayout layout_;
+  FeatureShape image_{};
+  std::vector<std::string> values_{};      ///< of the layers so far
+  std::vector<std::string> statistics_{};  ///< names
   nn::NetworkDescription network_{};
 };
 
-}  // namespace tapestry::io::detail
+}  // namespace tapestry::detect::detail
 
-namespace tapestry::io {
+namespace tapestry::detect {
 
 template <std::floating_point T>
-nn::NetworkDescription network_description(const detect::NetworkConfig& config, const Array<T, 1>& parameters,
-                                           std::size_t input_height, std::size_t input_width) {
+nn::NetworkDescription network_description(const NetworkConfig& config, const Array<T, 1>& parameters,
+                                           std::size_t input_height, std::size_t input_width,
+                                           bool batch_statistics) {
   return detail::CfgDescriber<T>(config, parameters, input_height == 0 ? config.height : input_height,
-                                 input_width == 0 ? config.width : input_width)
+                                 input_width == 0 ? config.width : input_width, batch_statistics)
       .describe();
 }
 
-template nn::NetworkDescription network_description<float>(const detect::NetworkConfig&,
-                                                           const Array<float, 1>&, std::size_t, std::size_t);
-template nn::NetworkDescription network_description<double>(const detect::NetworkConfig&,
-                                                            const Array<double, 1>&, std::size_t,
-                                                            std::size_t);
+template decltype(network_description<float>) network_description<float>;
+template decltype(network_description<double>) network_description<double>;
 
-}  // namespace tapestry::io
+}  // namespace tapestry::detect

@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/detect/network/pass.hpp>
+#include <tapestry/detect/pass.hpp>
 
 namespace tapestry::detect {
 

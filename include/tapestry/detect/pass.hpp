@@ -1,0 +1,46 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/mode.hpp>
+#include <tapestry/nn/network/network_pass.hpp>
+#include <vector>
+
+namespace tapestry::detect {
+
+using nn::Mode;
+
+/// The result of one forward pass and what its adjoint needs. A pass may be used again, and then keeps its
+/// memory; two threads must not share one.
+template <class T>
+struct Pass {
+  Pass();
+  Pass(Pass&&) noexcept;
+  Pass& operator=(Pass&&) noexcept;
+  ~Pass();
+
+  /// For each head [N, A·(5+K), H, W]; see Head.
+  std::vector<Array<T, 4>> logits{};
+
+  Mode mode = Mode::inference;
+  std::size_t images = 0;
+  std::vector<nn::NetworkPass<T>> graph{};  ///< one for each image, or one for all
+  std::vector<nn::Buffer<T>> inputs{};      ///< likewise: images as the network takes them
+  std::shared_ptr<const void> ran_by{};     ///< of a Network: the graph, which must outlive the pass
+
+  /// NetworkPass::take_kinks() of each image.
+  /// \throws DomainError unless both passes are forward()'s for a gradient of the same number of images
+  template <class U>
+  void take_kinks(const Pass<U>& other) {
+    if (graph.size() != other.graph.size() || images != other.images)
+      throw DomainError("Pass::take_kinks: the passes are not both for a gradient of the same images");
+    for (std::size_t i = 0; i < graph.size(); ++i) graph[i].take_kinks(other.graph[i]);
+  }
+};
+
+extern template struct Pass<float>;
+extern template struct Pass<double>;
+
+}  // namespace tapestry::detect
