@@ -25,7 +25,7 @@ Inputs load_all(CamouflageOptions& options) {
   std::vector<std::string> layers;
   if (maps_attention(options.optimisation.method)) layers.emplace_back();  // the last that all heads see
   Inputs inputs = load_inputs(options.scene, options.detector, layers);
-  loss::require_raw_logits("camouflage", inputs.detector.network->heads());
+  loss::require_raw_logits("camouflage", inputs.detector.heads());
   inputs.ensemble =
       load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);
   (void)chosen_method(options.optimisation, inputs.car.painted, options.scene.mesh);

@@ -71,17 +71,17 @@ Array<std::uint8_t, 3> read_picture(const std::string& path) {
 }
 
 Json json_of(const std::string& path, const std::vector<detect::Detection>& detections,
-             const Detector& detector, const std::string& precision) {
+             const detect::Detector<float>& detector, const std::string& precision) {
   Json list = Json::array();
   for (const auto& d : detections)
     list.push_back({{"class", d.class_index},
-                    {"name", class_name(d.class_index, detector.names)},
+                    {"name", class_name(d.class_index, detector.names())},
                     {"confidence", d.confidence},
                     {"x", d.box.left()},
                     {"y", d.box.top()},
                     {"width", d.box.w},
                     {"height", d.box.h}});
-  Json json{{"image", path}, {"fit", image::name_of(detector.fit.kind)}, {"detections", list}};
+  Json json{{"image", path}, {"fit", image::name_of(detector.fit().kind)}, {"detections", list}};
   if (precision != "float") json["precision"] = precision;
   return json;
 }
@@ -129,7 +129,7 @@ void require_own_names(const std::string& folder, const std::vector<std::string>
 /// Detects in pictures, some at a time, and goes on after one that cannot be read or detected in.
 class Detection {
  public:
-  Detection(const Options& options, const Detector& detector)
+  Detection(const Options& options, const detect::Detector<float>& detector)
       : options_(options), detector_(detector), heat_map_(heat_map_by_name(options.heat_map_kind)) {}
 
   /// \throws Error (write) when a copy cannot be written
@@ -147,7 +147,7 @@ class Detection {
       std::cout << report_text(all_);
     else if (pictures_ > 0 && verbosity() != Verbosity::quiet)
       std::printf("fit %s, %.1f ms an image from file to result, %.0f MiB at most\n",
-                  std::string(image::name_of(detector_.fit.kind)).c_str(),
+                  std::string(image::name_of(detector_.fit().kind)).c_str(),
                   1e3 * seconds_ / static_cast<double>(pictures_), peak_mib());
     if (failures_ > 0 && failures_ + pictures_ > 1)
       std::cerr << failures_ << " of " << failures_ + pictures_ << " pictures failed\n";
@@ -191,11 +191,11 @@ class Detection {
     if (options_.json)
       all_.push_back(json_of(path, examined.found, detector_, options_.detector.precision));
     else
-      print_table(path, examined.found, detector_.names);
+      print_table(path, examined.found, detector_.names());
   }
 
   const Options& options_;
-  const Detector& detector_;
+  const detect::Detector<float>& detector_;
   HeatMap heat_map_;
   detect::PassPool<float> passes_;
   Json all_ = Json::array();
@@ -216,9 +216,10 @@ int run(const CLI::App& app, Options& options) {
   for (const char* option : {"--layer", "--heat-map-kind"})
     if (options.heat_map.empty() && app.get_option(option)->count() > 0)
       throw Error(ErrorKind::usage, std::string(option) + " needs --heat-map");
+  std::vector<std::string> warnings;
   const auto detector = load_detector(
-      settings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
-  print_warnings(detector.warnings);
+      settings, warnings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
+  print_warnings(warnings);
   const auto pictures = pictures_named(options.images);
   std::list<RunFolder> claims;  // two processes in one folder would mix their copies
   for (const auto& [folder, ending] :

@@ -102,7 +102,7 @@ void adopt_run(const CLI::App& app, Options& options) {
   const bool other_detector =
       app.get_option("--cfg")->count() > 0 ||
       (app.get_option("--weights")->count() > 0 &&
-       (is_onnx(options.detector.weights) || io::is_safetensors(options.detector.weights)));
+       (io::is_onnx(options.detector.weights) || io::is_safetensors(options.detector.weights)));
   if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
 }
 
@@ -193,10 +193,10 @@ int run(const CLI::App& app, Options& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto changed = changed_since_runs(options, inputs);
   const auto& car = inputs.car.painted;
-  const auto& network = *inputs.detector.network;
+  const auto& network = inputs.detector;
   const camouflage::ViewStore<float>::Settings store_settings{network.input_height(), network.input_width(),
                                                               options.scene.samples,  std::size_t(4) << 30U,
-                                                              inputs.detector.fit,    inputs.photo_light};
+                                                              inputs.detector.fit(),  inputs.photo_light};
   const auto loaders = frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed);
   camouflage::ViewStore<float> store(car, store_settings, loaders);
   auto usable = views_with_car(store, inputs.warnings);

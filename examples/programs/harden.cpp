@@ -1,6 +1,7 @@
 // Fine-tunes a detector against optimised car paint, and measures what that bought.
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <utility>
@@ -25,7 +26,7 @@ void require_float(const HardenOptions& options) {
 
 /// Heads that loss::yolo_training() or loss::yolox_training() teaches.
 void require_trainable_heads(const Inputs& inputs, const HardenOptions& options) {
-  const auto& heads = inputs.detector.network->heads();
+  const auto& heads = inputs.detector.heads();
   loss::require_raw_logits("harden", heads);
   for (const auto& head : heads)
     if (head.decode == detect::DecodeFamily::decoded)
@@ -37,12 +38,14 @@ void require_trainable_heads(const Inputs& inputs, const HardenOptions& options)
 
 /// The detector again, to learn.
 std::unique_ptr<LearningDetector> learning_detector(const Inputs& inputs, const DetectorSettings& settings) {
-  const detect::Detector<float>& start = *inputs.detector.network;
-  if (is_onnx(settings.weights))
-    return std::make_unique<LearningGraph>(
-        settings.weights, dynamic_cast<const detect::GraphDetector<float>&>(start), settings.size);
-  return std::make_unique<LearningNetwork>(dynamic_cast<const detect::Network<float>&>(start),
-                                           trainable_cfg(settings.cfg, settings.weights));
+  if (io::is_onnx(settings.weights))
+    return std::make_unique<LearningGraph>(settings.weights, inputs.detector, settings.size);
+  std::optional<detect::DecodeFamily> decode;
+  if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
+  const std::string cfg = trainable_cfg(settings.cfg, settings.weights);
+  return std::make_unique<LearningNetwork>(
+      io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size, decode).network,
+      cfg);
 }
 
 int run(const CLI::App& app, const char* program, HardenOptions& options) {

@@ -6,26 +6,25 @@
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
-#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour.hpp>
-#include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/read_detector.hpp>
 
 using namespace tapestry;
 
 int main() {
   const std::string assets = TAPESTRY_ASSETS "/";
-  const auto network = io::read_network<float>(assets + "detector.cfg", assets + "detector.weights").network;
+  const auto detector =
+      io::read_detector<float>({.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
   const auto photograph = image::from_bytes<float>(io::read_frame(assets + "frames/test/027.npz").image);
   Tape<float> tape;
   const auto scope = tape.activate();
-  const auto picture = tape.input(
-      image::batch_of(image::letterboxed(photograph, network.input_height(), network.input_width(), 0.5F)));
+  const auto picture = tape.input(detector.input(photograph));
   Variable<float> score = 0;  // the largest objectness · class of all candidates
-  for (const auto& head : detect::decode(network, detect::forward(network, picture))) {
+  for (const auto& head : detect::decode(detector, detect::forward(detector, picture))) {
     const ArrayVariable<float, 3> scores = detect::confidences(head);
     score = max(score, element(largest_along(largest_along(scores, 2), 1), {0}));
   }

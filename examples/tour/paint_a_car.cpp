@@ -5,14 +5,14 @@
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/camouflage/frame_light.hpp>
-#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/read_detector.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/texture_operator_variable.hpp>
@@ -22,7 +22,8 @@ using namespace tapestry;
 
 int main() {
   const std::string assets = TAPESTRY_ASSETS "/";
-  const auto network = io::read_network<float>(assets + "detector.cfg", assets + "detector.weights").network;
+  const auto detector =
+      io::read_detector<float>({.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
   raster::PaintedMesh car{io::read_obj(assets + "car_sedan.obj").mesh, {}, {}};
   car.painted = geometry::faces_by_material(car.mesh, {"body"});
   car.layout = {raster::TextureKind::atlas, 64, 128, 2};
@@ -36,7 +37,7 @@ int main() {
   for (const char* name : {"003", "027", "041", "058"}) {
     const auto frame = io::read_frame(assets + "frames/test/" + name + ".npz");
     views.push_back(std::make_shared<const raster::TextureOperator<float>>(
-        raster::texture_operator<float>(car, *frame.camera, network.input_height(), network.input_width(),
+        raster::texture_operator<float>(car, *frame.camera, detector.input_height(), detector.input_width(),
                                         camouflage::frame_light(frame, car.space))));
     backdrops.push_back({std::make_shared<const Array<float, 3>>(image::from_bytes<float>(frame.image)),
                          {views.back(), &views.back()->coverage}});
@@ -53,8 +54,8 @@ int main() {
     const ArrayVariable<float, 2> colours = (tanh(paint) + 1.0F) / 2.0F;
     const auto light = image::linearised(colours);
     const auto pictures = image::over(raster::render(views, light), backdrops, car.space);
-    const auto logits = detect::forward(network, pictures);
-    const auto found = loss::adversarial(network, logits, targets);
+    const auto logits = detect::forward(detector, pictures);
+    const auto found = loss::adversarial(detector, logits, targets);
     if (step % 20 == 0)
       std::printf("step %2d: objectness %.2f\n", step, static_cast<double>(found.objectness.value()));
     tape.reverse(found.total);

@@ -115,11 +115,10 @@
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/finite_logits.hpp>
-#include <tapestry/detect/foreign_detector.hpp>
-#include <tapestry/detect/graph_detector.hpp>
-#include <tapestry/detect/graph_detector_variable.hpp>
+#include <tapestry/detect/foreign_engine.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/detect/heat_map_variable.hpp>
@@ -236,6 +235,7 @@
 #include <tapestry/io/picture_samples.hpp>
 #include <tapestry/io/png_scan.hpp>
 #include <tapestry/io/pnm_file.hpp>
+#include <tapestry/io/read_detector.hpp>
 #include <tapestry/io/run_lock.hpp>
 #include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/safetensors_header.hpp>

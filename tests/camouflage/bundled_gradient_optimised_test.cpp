@@ -5,8 +5,8 @@
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/read_detector.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>
 
@@ -37,8 +37,9 @@ raster::PaintedMesh sedan() {
 }
 
 template <class T>
-tapestry::detect::Network<T> bundled_detector() {
-  return tapestry::io::read_network<T>(assets + "detector.cfg", assets + "detector.weights").network;
+tapestry::detect::Detector<T> bundled_detector() {
+  return tapestry::io::read_detector<T>(
+      {.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
 }
 
 template <class T>

@@ -1,5 +1,5 @@
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/batch_variable.hpp>
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
@@ -39,7 +39,7 @@ raster::PaintedMesh wall() {
           test::small_atlas};
 }
 
-Variable<double> pipeline(const raster::PaintedMesh& body, const tapestry::detect::Network<double>& network,
+Variable<double> pipeline(const raster::PaintedMesh& body, const tapestry::detect::Detector<double>& network,
                           const raster::RenderInputs<double>& inputs) {
   const Array<double, 3> background = test::random_array<double>({side, side, 3}, 5);
   const auto drawn =
@@ -58,7 +58,7 @@ template <std::size_t Rank>
 void check(const raster::RenderInputs<double>& at,
            ArrayVariable<double, Rank> raster::RenderInputs<double>::*member) {
   const auto body = wall();
-  const auto network = test::tiny_network<double>("mish");  // smooth
+  const auto network = test::tiny_detector<double>("mish");  // smooth
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   auto inputs = at;

@@ -35,7 +35,7 @@ TEST_CASE("the gradient of the whole pipeline agrees with central differences", 
   const auto kind = GENERATE(loss::AdversarialLoss::paper, loss::AdversarialLoss::as_coded,
                              loss::AdversarialLoss::max_score);
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<double>();
+  const auto network = test::tiny_detector<double>();
   const auto views = views_of<double>(car);
   camouflage::ObjectiveOptions options;
   options.kind = kind;
@@ -55,7 +55,7 @@ TEST_CASE("the gradient of the whole pipeline agrees with central differences", 
 TEST_CASE("the gradient with a non-printability score agrees with central differences",
           "[camouflage][gradient]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<double>();
+  const auto network = test::tiny_detector<double>();
   const auto views = views_of<double>(car);
   const std::size_t texels = car.layout.texel_count(car.mesh);
   camouflage::ObjectiveOptions options;
@@ -78,7 +78,7 @@ TEST_CASE("the gradient with a non-printability score agrees with central differ
 
 TEST_CASE("the gradient through a photo session agrees with central differences", "[camouflage][gradient]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<double>("mish");
+  const auto network = test::tiny_detector<double>("mish");
   const auto views = views_of<double>(car);
   tapestry::image::Conditions conditions = tapestry::image::physical_conditions;
   conditions.worst_quality = 0;  // rounding jumps, see the test of JPEG's own adjoint
@@ -95,7 +95,7 @@ TEST_CASE("the gradient through a photo session agrees with central differences"
 
 TEST_CASE("a session without conditions changes no bit", "[camouflage][gradient]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<float>();
+  const auto network = test::tiny_detector<float>();
   const auto views = views_of<float>(car);
   const auto session = camouflage::draw_session<float>(views, {}, tapestry::Random(5), true);
   CHECK_FALSE(session.print);
@@ -108,8 +108,9 @@ TEST_CASE("a session without conditions changes no bit", "[camouflage][gradient]
 TEST_CASE("the float pipeline's gradient agrees with double where no kink lies between",
           "[camouflage][gradient]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<double>("mish");  // smooth: no sign can flip between the precisions
-  const auto network_float = network.cast<float>();
+  const auto network =
+      test::tiny_detector<double>("mish");  // smooth: no sign can flip between the precisions
+  const auto network_float = test::tiny_detector<float>("mish");
   const auto views = views_of<double>(car);
   const auto views_float = views_of<float>(car);
   camouflage::Objective<double> objective(network, {});
@@ -122,7 +123,7 @@ TEST_CASE("the float pipeline's gradient agrees with double where no kink lies b
 
 TEST_CASE("the tape adds nothing of its own to the pipeline's gradient in cubes", "[camouflage][gradient]") {
   const auto car = test::tiny_car(12, tapestry::raster::TextureKind::cube);
-  const auto network = test::tiny_network<double>();
+  const auto network = test::tiny_detector<double>();
   const auto views = views_of<double>(car);
   camouflage::Objective<double> objective(network, {});
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 3, -1, 1);
@@ -142,7 +143,7 @@ TEST_CASE("the tape adds nothing of its own to the pipeline's gradient in cubes"
 
 TEST_CASE("a class that the network does not have is refused", "[camouflage]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<float>();
+  const auto network = test::tiny_detector<float>();
   camouflage::ObjectiveOptions options;
   options.class_index = 2;
   CHECK_THROWS_AS(camouflage::Objective<float>(network, options), tapestry::DomainError);
@@ -150,7 +151,7 @@ TEST_CASE("a class that the network does not have is refused", "[camouflage]") {
 
 TEST_CASE("texels that no view shows get no gradient", "[camouflage][gradient]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<float>();
+  const auto network = test::tiny_detector<float>();
   const auto views = views_of<float>(car, 1);
   camouflage::Objective<float> objective(network, {});
   const auto gradient = test::pipeline_gradient(objective, views, tapestry::zeros<float, 2>({24 * 12, 3}));
@@ -163,7 +164,7 @@ TEST_CASE("texels that no view shows get no gradient", "[camouflage][gradient]")
 
 TEST_CASE("recorded twice before one reverse, the gradient is the sum of both", "[camouflage][gradient]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<double>();
+  const auto network = test::tiny_detector<double>();
   const auto views = views_of<double>(car);
   camouflage::Objective<double> objective(network, {});
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
@@ -184,7 +185,7 @@ TEST_CASE("recorded twice before one reverse, the gradient is the sum of both", 
 
 TEST_CASE("the profile names every stage of both directions", "[camouflage]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<float>();
+  const auto network = test::tiny_detector<float>();
   camouflage::Objective<float> objective(network, {});
   const auto views = views_of<float>(car);
   (void)test::pipeline_gradient(objective, views,
@@ -199,7 +200,7 @@ TEST_CASE("the profile names every stage of both directions", "[camouflage]") {
 
 TEST_CASE("a passive texture records nothing", "[camouflage]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<float>();
+  const auto network = test::tiny_detector<float>();
   camouflage::Objective<float> objective(network, {});
   const auto views = views_of<float>(car, 1);
   tapestry::Tape<float> tape;
@@ -212,7 +213,7 @@ TEST_CASE("a passive texture records nothing", "[camouflage]") {
 TEST_CASE("the loss of an ensemble is the mean of its members', and so is the gradient",
           "[camouflage][ensemble]") {
   const auto car = test::tiny_car();
-  const auto first = test::tiny_network<double>(), second = test::tiny_network<double>("mish", 8);
+  const auto first = test::tiny_detector<double>(), second = test::tiny_detector<double>("mish", 8);
   const auto views = views_of<double>(car);
   camouflage::ObjectiveOptions options;
   options.class_index = 1;
@@ -232,9 +233,8 @@ TEST_CASE("the loss of an ensemble is the mean of its members', and so is the gr
 }
 
 TEST_CASE("an ensemble refuses what cannot look at its pictures", "[camouflage][ensemble]") {
-  const auto first = test::tiny_network<double>();
-  auto config = first.config();
-  const tapestry::detect::Network<double> larger(config, 96, 96);
+  const auto first = test::tiny_detector<double>();
+  const auto larger = test::tiny_network<double>().resized(96, 96).make_detector();
   camouflage::Objective<double> objective(first, {});
   CHECK_THROWS_WITH(objective.join(larger, 0),
                     "objective: the ensemble's detectors take pictures of different extents");
@@ -246,8 +246,9 @@ TEST_CASE("layers that the car cannot reach are kept, and change no bit of a los
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
   const auto network = test::random_detector<float>(
-      tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
-      views[0]->background.shape()[1]);
+                           tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
+                           views[0]->background.shape()[1])
+                           .make_detector();
   camouflage::Objective<float> plain(network, {}), keeping(network, {}), full(network, {});
   keeping.join(network, 0);
   plain.join(network, 0);
@@ -282,8 +283,9 @@ TEST_CASE("layers are kept of those views only whose windows leave out a share o
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
   const auto network = test::random_detector<float>(
-      tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
-      views[0]->background.shape()[1]);
+                           tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
+                           views[0]->background.shape()[1])
+                           .make_detector();
   std::vector<double> shares;
   for (const auto& view : views) shares.push_back(network.share_kept(view->window));
   std::ranges::sort(shares);

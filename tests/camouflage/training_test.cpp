@@ -25,7 +25,7 @@ using tapestry::Array;
 namespace {
 struct Fixture {
   raster::PaintedMesh car = test::tiny_car();
-  tapestry::detect::Network<float> network = test::tiny_network<float>();
+  tapestry::detect::Detector<float> network = test::tiny_detector<float>();
   camouflage::ViewStore<float> store = test::tiny_store<float>(car, 4);
   camouflage::Objective<float> objective{network, {}};
   Array<float, 2> start = tapestry::zeros<float, 2>({car.layout.texel_count(car.mesh), 3});
@@ -219,7 +219,7 @@ TEST_CASE("worst views that are none are refused, and NaN among them stops a ste
   }
   fixture.worst_share = 0.5;
   auto training = fixture.training(2);
-  for (auto& value : fixture.network.parameters()) value = std::numeric_limits<float>::quiet_NaN();
+  test::spoil(fixture.network);
   CHECK_THROWS_WITH(training.step(), contains("step 1: term"));
   CHECK(training.parameter() == fixture.start);
 }
@@ -230,7 +230,7 @@ TEST_CASE("NaN in the loss stops the training, names step and term, and keeps th
   auto training = fixture.training(2);
   training.step();
   const auto before = training.parameter();
-  for (auto& value : fixture.network.parameters()) value = std::numeric_limits<float>::quiet_NaN();
+  test::spoil(fixture.network);
   CHECK_THROWS_AS(training.step(), tapestry::NumericError);
   CHECK_THROWS_WITH(training.step(), contains("step 2: term") && contains("frame"));
   CHECK(training.parameter() == before);

@@ -1,9 +1,8 @@
-#include <tapestry/detect/foreign_detector.hpp>
+#include <tapestry/detect/detector.hpp>
 
 #include <opencv2/dnn.hpp>
 
 #include <string>
-#include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/io/onnx/onnx_writer.hpp>
 #include <utility>
 #include <vector>
@@ -14,13 +13,13 @@
 
 namespace detect = tapestry::detect;
 namespace test = tapestry::test;
-using Foreign = detect::ForeignDetector<float>;
+using Foreign = detect::Detector<float>;
 
 namespace {
 constexpr int size = 64;
 
 /// A model that OpenCV runs, as an engine; docs/EMBEDDING.md shows the same.
-Foreign::Engine opencv_engine(cv::dnn::Net net, std::vector<std::string> names) {
+detect::ForeignEngine opencv_engine(cv::dnn::Net net, std::vector<std::string> names) {
   return [net, names](const std::vector<float>& picture) mutable {
     const int extents[] = {1, 3, size, size};
     net.setInput(cv::Mat(4, extents, CV_32F, const_cast<float*>(picture.data())));
@@ -52,7 +51,7 @@ TEST_CASE("a model that OpenCV runs gives the logits of our own graph", "[detect
       {{description.outputs[0], {1, 64, 4}}, {description.outputs[1], {1, 64, 1 + test::exported_classes}}});
   const Foreign foreign(opencv_engine(cv::dnn::readNetFromONNX(folder.path("net.onnx")), description.outputs),
                         kind, size, size);
-  const detect::GraphDetector<float> own(description, kind);
+  const detect::Detector<float> own(description, kind);
   REQUIRE(foreign.heads().size() == 1);
   CHECK(foreign.heads()[0].classes == test::exported_classes);
   const auto images = test::pictures<float>(2, size);

@@ -1,4 +1,4 @@
-#include <tapestry/detect/foreign_detector.hpp>
+#include <tapestry/detect/detector.hpp>
 
 #include <tapestry/detect/box_decode.hpp>
 #include <vector>
@@ -6,7 +6,7 @@
 #include "../support/catch.hpp"
 
 namespace detect = tapestry::detect;
-using Foreign = detect::ForeignDetector<double>;
+using Foreign = detect::Detector<double>;
 using Outputs = std::vector<detect::ForeignOutput>;
 
 namespace {
@@ -76,7 +76,7 @@ TEST_CASE("what a foreign detector does not have is refused", "[detect][foreign]
   detect::Pass<double> pass;
   auto images = tapestry::zeros<double, 4>({1, 4, 6, 3});
   CHECK_THROWS_WITH(detector.forward(images, pass, detect::Mode::input_gradient),
-                    "ForeignDetector::forward: a foreign detector runs forward only and tells no layers");
+                    "Detector::forward: a foreign engine runs forward only");
   detector.forward(images, pass);
   CHECK_THROWS_AS(detector.input_adjoint(pass, {pass.logits[0]}, images), tapestry::DomainError);
   CHECK_THROWS_AS(detector.layer_values(pass, 0, 0), tapestry::DomainError);
@@ -121,9 +121,9 @@ TEST_CASE("outputs of a foreign engine that are not as described are refused", "
                         },
                         kind, 4, 6),
                     contains("axes of an output; expected [1, candidates, channels], found [2, 4]"));
-  CHECK_THROWS_WITH(Foreign(Foreign::Engine{}, kind, 4, 6),
-                    "ForeignDetector: the engine is an empty function");
+  CHECK_THROWS_WITH(Foreign(detect::ForeignEngine{}, kind, 4, 6),
+                    "Detector: the engine is an empty function");
   kind.head = detect::HeadKind::yolox;
   CHECK_THROWS_WITH(Foreign(red_and_blue, kind, 4, 6),
-                    "ForeignDetector: heads are yolox, expected boxes_and_scores");
+                    "Detector: heads of a foreign engine are yolox, expected boxes_and_scores");
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <tapestry/detect/graph_detector.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
@@ -30,7 +30,7 @@ struct Explained {
   detect::BestCandidate best;
   std::vector<Array<double, 4>> adjoints;
 
-  explicit Explained(const detect::GraphDetector<double>& detector, std::size_t image = 1) {
+  explicit Explained(const detect::Detector<double>& detector, std::size_t image = 1) {
     detector.forward(test::pictures<double>(2, 64), pass, detect::Mode::input_gradient);
     best = detect::best_candidate<double>(
                detector.heads(), {&pass.logits[0], &pass.logits[1], &pass.logits[2]}, image, {1}, 64, 64)
@@ -105,7 +105,7 @@ TEST_CASE("a layer's adjoint adds up to the slope by its convolution's bias",
           "[detect][heat_map][gradient]") {
   const auto network = test::yolox_like(64);
   const std::string layer = network.nodes[4].outputs.front();  // the convolution of stride 8
-  const detect::GraphDetector<double> detector(network, detect::known_description("yolox"), 0, {layer});
+  const detect::Detector<double> detector(network, detect::known_description("yolox"), 0, {layer});
   REQUIRE(detector.layer_shape(0) == nn::Shape{1, 8, 8, 8});
   Explained explained(detector);
   const auto adjoint = detector.layer_adjoint(explained.pass, explained.pointers(), 0, 1);
@@ -118,7 +118,7 @@ TEST_CASE("a layer's adjoint adds up to the slope by its convolution's bias",
       exact[channel] += step;
       bias.values = exact;
       detect::Pass<double> pass;
-      detect::GraphDetector<double>(moved, detect::known_description("yolox"))
+      detect::Detector<double>(moved, detect::known_description("yolox"))
           .forward(test::pictures<double>(2, 64), pass);
       return explained.score_of(pass);
     };
@@ -135,7 +135,7 @@ TEST_CASE("layers before and behind an activation agree by its slope, and change
           "[detect][heat_map][gradient]") {
   const auto network = test::yolox_like(64);
   const std::vector<std::string> layers{network.nodes[4].outputs.front(), network.nodes[5].outputs.front()};
-  const detect::GraphDetector<double> detector(network, detect::known_description("yolox"), 0, layers);
+  const detect::Detector<double> detector(network, detect::known_description("yolox"), 0, layers);
   Explained explained(detector, 0);
   const auto before = detector.layer_adjoint(explained.pass, explained.pointers(), 0, 0);
   const auto behind = detector.layer_adjoint(explained.pass, explained.pointers(), 1, 0);
@@ -148,7 +148,7 @@ TEST_CASE("layers before and behind an activation agree by its slope, and change
   }
   CHECK(asked > 0);
   detect::Pass<double> plain;
-  const detect::GraphDetector<double> without(network, detect::known_description("yolox"));
+  const detect::Detector<double> without(network, detect::known_description("yolox"));
   without.forward(test::pictures<double>(2, 64), plain);
   for (std::size_t h = 0; h < 3; ++h)
     CHECK(test::relative_distance(plain.logits[h], explained.pass.logits[h]) <= 1e-13);
@@ -156,8 +156,8 @@ TEST_CASE("layers before and behind an activation agree by its slope, and change
 
 TEST_CASE("a far candidate asks nothing of what it does not see", "[detect][heat_map]") {
   const auto network = test::yolox_like(64);
-  const detect::GraphDetector<double> detector(network, detect::known_description("yolox"), 0,
-                                               {network.nodes[5].outputs.front()});
+  const detect::Detector<double> detector(network, detect::known_description("yolox"), 0,
+                                          {network.nodes[5].outputs.front()});
   Explained explained(detector);
   explained.best = {0, 0, 1};  // the upper left cell of stride 8, through one convolution of 3 × 3
   explained.adjoints = detect::score_adjoint(detector.heads(), explained.pass.logits, 1, 1, explained.best);
@@ -179,7 +179,7 @@ TEST_CASE("the common layer is the last one that all heads see", "[detect][heat_
 TEST_CASE("layers that are not there or are no maps are refused", "[detect][heat_map][bad_input]") {
   const auto network = test::yolox_like(64);
   const auto with_layer = [&](const std::string& layer) {
-    return detect::GraphDetector<double>(network, detect::known_description("yolox"), 0, {layer});
+    return detect::Detector<double>(network, detect::known_description("yolox"), 0, {layer});
   };
   CHECK_THROWS_WITH(with_layer("nowhere"), contains("no node makes the layer 'nowhere'"));
   CHECK_THROWS_WITH(with_layer(network.outputs.front()), contains("maps, [1, C, H, W]"));
@@ -289,7 +289,8 @@ TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's
 
 namespace {
 /// How far pull_back_layer() is from the slopes of weights · layer by the pictures, along one direction.
-void check_pull_back_layer(const detect::Detector<double>& detector, std::size_t layer, std::size_t side) {
+template <class Detector>
+void check_pull_back_layer(const Detector& detector, std::size_t layer, std::size_t side) {
   const auto images = test::pictures<double>(2, side);
   detect::Pass<double> pass;
   detector.forward(images, pass, detect::Mode::input_gradient);
@@ -322,8 +323,8 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
           "[detect][heat_map][gradient]") {
   SECTION("of a graph") {
     const auto network = test::yolox_like(64);
-    const detect::GraphDetector<double> detector(network, detect::known_description("yolox"), 0,
-                                                 {network.nodes[4].outputs.front()});
+    const detect::Detector<double> detector(network, detect::known_description("yolox"), 0,
+                                            {network.nodes[4].outputs.front()});
     check_pull_back_layer(detector, 0, 64);
     detect::Pass<double> none;
     auto gradient = tapestry::zeros<double, 4>({1, 64, 64, 3});

@@ -1,4 +1,4 @@
-#include <tapestry/detect/graph_detector.hpp>
+#include <tapestry/detect/detector.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -65,15 +65,15 @@ Array<T, 4> network_input(const std::string& frame) {
 bool has_data() { return std::filesystem::exists(data + "detectors/yolox_nano.onnx"); }
 
 template <class T>
-detect::GraphDetector<T> load(const std::string& name) {
+detect::Detector<T> load(const std::string& name) {
   const auto network = tapestry::io::read_onnx(data + "detectors/" + name + ".onnx");
   const auto kind = detect::recognised_detector(network);
   REQUIRE(kind);
-  return detect::GraphDetector<T>(network, *kind);
+  return detect::Detector<T>(network, *kind);
 }
 
 template <class T>
-detect::Detection best_car(const detect::GraphDetector<T>& detector, const Array<T, 4>& input,
+detect::Detection best_car(const detect::Detector<T>& detector, const Array<T, 4>& input,
                            detect::Pass<T>& pass) {
   detector.forward(input, pass);
   detect::Detection best{};
@@ -181,8 +181,7 @@ CarLogit surest_car(const std::vector<Array<T, 4>>& logits) {
 }
 
 template <class T>
-Array<T, 4> gradient_of(const detect::GraphDetector<T>& detector, const Array<T, 4>& input,
-                        CarLogit car_logit) {
+Array<T, 4> gradient_of(const detect::Detector<T>& detector, const Array<T, 4>& input, CarLogit car_logit) {
   detect::Pass<T> pass;
   detector.forward(input, pass, nn::Mode::input_gradient);
   std::vector<Array<T, 4>> adjoints;

@@ -17,7 +17,7 @@ namespace {
 /// A view of the tiny car, and a network whose random weights find all sorts of things in it.
 struct Fixture {
   tapestry::raster::PaintedMesh car = test::tiny_car();
-  detect::Network<float> network = test::tiny_network<float>();
+  detect::Detector<float> network = test::tiny_detector<float>();
   tapestry::camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
 
   /// As detector programs do it, with a threshold of confidence alone.
@@ -96,7 +96,7 @@ TEST_CASE("a meter's detections are those above its confidence, the most confide
 
 TEST_CASE("a meter refuses outputs that are not finite, naming the view", "[evaluate][meter]") {
   Fixture fixture;
-  for (float& value : fixture.network.parameters()) value = std::numeric_limits<float>::quiet_NaN();
+  test::spoil(fixture.network);
   evaluate::Meter<float> meter(fixture.network, 0);
   const auto view = fixture.store.view(0);
   CHECK_THROWS_AS(meter.examine(view->background, *view), tapestry::NumericError);

@@ -20,7 +20,7 @@ namespace test = tapestry::test;
 namespace {
 struct Fixture {
   tapestry::raster::PaintedMesh car = test::tiny_car();
-  tapestry::detect::Network<float> network = test::tiny_network<float>();
+  tapestry::detect::Detector<float> network = test::tiny_detector<float>();
   camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
   std::vector<std::size_t> views{0, 2};
   evaluate::Meter<float> meter{network, 1, {0.25, 0.45, {0.01}}};

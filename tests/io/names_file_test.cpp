@@ -18,9 +18,6 @@ TEST_CASE("class names are read", "[io][names]") {
                                                        "car \r\ntraffic light\r\n\r\n\n"),
                                           2);
   CHECK(names == std::vector<std::string>{"car", "traffic light"});
-  CHECK(io::class_index(names, "traffic light") == 1);
-  check_refused(ErrorKind::mismatch, "there are car, traffic light",
-                [&] { (void)io::class_index(names, "Car"); });
 }
 
 TEST_CASE("bad lists of class names are refused", "[io][names][bad_input]") {  // G32

@@ -54,8 +54,8 @@ template <class T>
 
 /// Values of the adjoint of a kept pass that differ from those of a whole one: within the images' windows
 /// they are added, elsewhere nothing is.
-template <class T>
-[[nodiscard]] std::size_t adjoint_differences(const detect::Detector<T>& network, detect::Pass<T>& kept_pass,
+template <class Network, class T>
+[[nodiscard]] std::size_t adjoint_differences(const Network& network, detect::Pass<T>& kept_pass,
                                               detect::Pass<T>& whole_pass,
                                               const std::vector<PixelWindow>& windows, Random& random) {
   const auto weighting = weighting_of(whole_pass, random);

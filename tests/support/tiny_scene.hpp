@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/camouflage/view_store.hpp>
@@ -9,6 +10,7 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::test {
@@ -86,6 +88,18 @@ detect::Network<T> tiny_network(const std::string& activation = "leaky", std::ui
   Random random(seed);
   network.initialise(random);
   return network;
+}
+
+template <class T>
+detect::Detector<T> tiny_detector(const std::string& activation = "leaky", std::uint64_t seed = 5) {
+  return tiny_network<T>(activation, seed).make_detector();
+}
+
+/// Gives every constant of a detector the value NaN.
+template <class T>
+void spoil(detect::Detector<T>& detector) {
+  const std::size_t count = std::as_const(detector).network().constants().size();
+  detector.network().set_constants(std::vector<T>(count, std::numeric_limits<T>::quiet_NaN()));
 }
 
 template <class T>

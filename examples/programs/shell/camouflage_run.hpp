@@ -52,10 +52,10 @@ class CamouflageRun {
         train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, inputs_.mask)),
         test_(inputs_.car.painted, store_settings(),
               frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)),
-        objective_(*inputs_.detector.network, objective_options(options_.optimisation, inputs_.class_index),
+        objective_(inputs_.detector, objective_options(options_.optimisation, inputs_.class_index),
                    texels_to_smooth(options_.optimisation, inputs_.car.painted)) {
     for (const FurtherDetector& member : inputs_.ensemble)
-      objective_.join(*member.detector.network, member.class_index);
+      objective_.join(member.detector, member.class_index);
     objective_.follow(chosen_method(options_.optimisation, inputs_.car.painted, options_.scene.mesh));
     objective_.keep_layers(options_.keep_layers_mib << 20U);
     if (inputs_.palette)
@@ -110,11 +110,11 @@ class CamouflageRun {
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
-    return {inputs_.detector.network->input_height(),
-            inputs_.detector.network->input_width(),
+    return {inputs_.detector.input_height(),
+            inputs_.detector.input_width(),
             options_.scene.samples,
             options_.keep_mib << 20U,
-            inputs_.detector.fit,
+            inputs_.detector.fit(),
             inputs_.photo_light,
             moves_shape(options_.optimisation.method)};
   }
@@ -226,11 +226,11 @@ class CamouflageRun {
         throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car in its new shape");
       textures.reshaped = &reshaped->store();
     }
-    evaluate::Meter<float> meter(*inputs_.detector.network, inputs_.class_index,
+    evaluate::Meter<float> meter(inputs_.detector, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<Bitmap> before;
     std::vector<Bitmap> after;
-    const auto& network = *inputs_.detector.network;
+    const auto& network = inputs_.detector;
     SurveyWatch watch(meter, textures.pictures_a_view() * usable.size(),
                       std::max(network.input_height(), network.input_width()));
     watch.collect("clean", before, usable.size());

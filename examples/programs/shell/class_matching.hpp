@@ -48,27 +48,28 @@ inline std::string listed(const std::vector<std::string>& names) {
 }
 
 /// The detector's class of that name, or of another name for the same, that is not taken.
-inline std::optional<std::size_t> detector_class(const std::string& name, const Detector& detector,
+inline std::optional<std::size_t> detector_class(const std::string& name,
+                                                 const detect::Detector<float>& detector,
                                                  const ClassMatching& matching) {
   for (const bool is_exact : {true, false})
-    for (std::size_t i = 0; i < detector.names.size(); ++i)
+    for (std::size_t i = 0; i < detector.names().size(); ++i)
       if (!matching.of_detector[i] &&
-          (is_exact ? detector.names[i] == name : coco_name(detector.names[i]) == coco_name(name)))
+          (is_exact ? detector.names()[i] == name : coco_name(detector.names()[i]) == coco_name(name)))
         return i;
   return std::nullopt;
 }
 
 /// Says what is unmatched.
 inline void warn_of_unmatched(const std::string& dataset_path, const io::Dataset& dataset,
-                              const Detector& detector, ClassMatching& matching) {
+                              const detect::Detector<float>& detector, ClassMatching& matching) {
   std::vector<std::string> left_out, unasked;
   for (std::size_t k = 0; k < dataset.class_names.size(); ++k)
     if (!matching.of_dataset[k]) left_out.push_back(dataset.class_names[k]);
-  for (std::size_t i = 0; i < detector.names.size(); ++i)
-    if (!matching.of_detector[i]) unasked.push_back(detector.names[i]);
+  for (std::size_t i = 0; i < detector.names().size(); ++i)
+    if (!matching.of_detector[i]) unasked.push_back(detector.names()[i]);
   if (matching.names.empty())
     throw FileError(ErrorKind::mismatch, {dataset_path, "", "no class has a name that the detector knows",
-                                          listed(detector.names), listed(left_out)});
+                                          listed(detector.names()), listed(left_out)});
   if (!left_out.empty())
     matching.warnings.push_back(dataset_path +
                                 ": the detector does not know these classes, left out: " + listed(left_out));
@@ -83,20 +84,20 @@ inline void warn_of_unmatched(const std::string& dataset_path, const io::Dataset
 /// Pascal VOC for six of COCO's classes, which Darknet's lists have too, are taken for the same.
 /// \throws Error (usage) if only the data set names its classes, FileError (mismatch) if they share none
 inline ClassMatching match_classes(const std::string& dataset_path, const io::Dataset& dataset,
-                                   const Detector& detector) {
-  const std::size_t count = detector.network->heads().front().classes;
+                                   const detect::Detector<float>& detector) {
+  const std::size_t count = detector.heads().front().classes;
   ClassMatching matching;
   matching.of_detector.resize(count);
   if (dataset.class_names.empty()) {
     for (std::size_t i = 0; i < count; ++i) {
       matching.of_detector[i] = i;
-      matching.names.push_back(i < detector.names.size() ? detector.names[i] : std::to_string(i));
+      matching.names.push_back(i < detector.names().size() ? detector.names()[i] : std::to_string(i));
       matching.ids.push_back(i);
     }
     matching.of_dataset = matching.of_detector;
     return matching;
   }
-  if (detector.names.empty())
+  if (detector.names().empty())
     throw Error(ErrorKind::usage,
                 "--names is missing: " + dataset_path + " names its classes, the detector does not");
   matching.of_dataset.resize(dataset.class_names.size());

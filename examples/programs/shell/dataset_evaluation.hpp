@@ -102,10 +102,10 @@ inline io::Dataset read_labels(const DatasetSettings& s, std::size_t class_count
                              : io::read_darknet_list(s.dataset, class_count);
 }
 
-inline io::Dataset read_dataset(const DatasetSettings& s, const Detector& detector) {
+inline io::Dataset read_dataset(const DatasetSettings& s, const detect::Detector<float>& detector) {
   std::vector<std::string> names;
   if (!s.class_names.empty()) names = io::read_class_names(s.class_names);
-  const std::size_t count = names.empty() ? detector.network->heads().front().classes : names.size();
+  const std::size_t count = names.empty() ? detector.heads().front().classes : names.size();
   io::Dataset dataset = read_labels(s, count);
   for (std::size_t k = 0; k < names.size(); ++k) dataset.class_ids.push_back(k);
   if (!names.empty()) dataset.class_names = std::move(names);
@@ -120,7 +120,7 @@ struct DatasetFindings {
 
 /// What is in a picture and what is found there, most confident first, cut to the picture.
 inline DatasetFindings findings_in(const io::LabelledPicture& labelled, std::size_t index, std::size_t most,
-                                   const DetectorSettings& settings, const Detector& detector,
+                                   const DetectorSettings& settings, const detect::Detector<float>& detector,
                                    const ClassMatching& matching, detect::PassPool<float>& passes) {
   DatasetFindings findings;
   const auto picture = io::read_image(labelled.path);
@@ -168,10 +168,11 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   if (app.get_option("--confidence")->count() == 0) settings.confidence = dataset_confidence;
   if (threads > 0) limit_threads(threads);
   fill_in_bundled(settings);
-  const Detector detector = load_detector(settings);
+  std::vector<std::string> remarks;
+  const auto detector = load_detector(settings, remarks);
   const io::Dataset dataset = detail::read_dataset(s, detector);
   const ClassMatching matching = match_classes(s.dataset, dataset, detector);
-  for (const auto* warnings : {&detector.warnings, &dataset.warnings, &matching.warnings})
+  for (const auto* warnings : {&std::as_const(remarks), &dataset.warnings, &matching.warnings})
     print_warnings(*warnings);
   for (const auto& path : {s.results, s.csv, s.json})
     if (!path.empty()) require_writable_file(path);
@@ -190,7 +191,7 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   const auto precision =
       evaluate::average_precision(findings.truths, findings.detections, matching.names.size());
   std::printf("pictures: %zu, fit %s, confidence above %g, suppression at IoU %g\n%s",
-              dataset.pictures.size(), std::string(image::name_of(detector.fit.kind)).c_str(),
+              dataset.pictures.size(), std::string(image::name_of(detector.fit().kind)).c_str(),
               settings.confidence, settings.nms, precision_text(precision, matching.names).c_str());
   if (!s.results.empty()) write_text(s.results, detail::results_text(dataset, matching, findings.detections));
   if (!s.csv.empty()) write_text(s.csv, precision_csv(precision, matching.names));

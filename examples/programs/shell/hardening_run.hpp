@@ -43,7 +43,7 @@ class HardeningRun {
       : options_(std::move(options)),
         inputs_(std::move(inputs)),
         resume_command_(std::move(resume_command)),
-        undefended_(*inputs_.detector.network),
+        undefended_(inputs_.detector),
         hardened_(std::move(hardened)),
         train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, inputs_.mask)),
         test_(inputs_.car.painted, store_settings(),
@@ -82,7 +82,7 @@ class HardeningRun {
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
     return {undefended_.input_height(), undefended_.input_width(), options_.scene.samples,
-            options_.keep_mib << 20U,   inputs_.detector.fit,      inputs_.photo_light};
+            options_.keep_mib << 20U,   inputs_.detector.fit(),    inputs_.photo_light};
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
@@ -104,7 +104,7 @@ class HardeningRun {
 
   /// Drawn scenes have labels for these classes only.
   [[nodiscard]] bool knows_scenes() const {
-    return inputs_.detector.names == std::vector<std::string>{"car", "van", "clutter"} &&
+    return inputs_.detector.names() == std::vector<std::string>{"car", "van", "clutter"} &&
            undefended_.input_height() == undefended_.input_width();
   }
 

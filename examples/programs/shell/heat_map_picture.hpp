@@ -44,21 +44,20 @@ inline HeatMap heat_map_by_name(const std::string& name) {
 /// \param input     [H, W, 3], as the network takes it
 /// \param heat_map  one of heat_maps. Those that weigh whole channels say of a detector, whose score belongs
 ///                  to a place, more about the channels than about the place
-inline Array<float, 2> heat_of_input(const Array<float, 3>& input, const Detector& detector,
+inline Array<float, 2> heat_of_input(const Array<float, 3>& input, const detect::Detector<float>& detector,
                                      std::size_t class_index, HeatMap heat_map) {
-  const auto& network = *detector.network;
-  const std::size_t height = network.input_height(), width = network.input_width();
+  const std::size_t height = detector.input_height(), width = detector.input_width();
   detect::Pass<float> pass;
-  network.forward(image::batch_of(input), pass, detect::Mode::input_gradient);
+  detector.forward(image::batch_of(input), pass, detect::Mode::input_gradient);
   std::vector<const Array<float, 4>*> logits;
   for (const auto& of_head : pass.logits) logits.push_back(&of_head);
   auto heat = zeros<float, 2>({height, width});
-  const auto best = detect::best_candidate(network.heads(), logits, 0, {class_index}, height, width);
+  const auto best = detect::best_candidate(detector.heads(), logits, 0, {class_index}, height, width);
   if (!best) return heat;
-  const auto adjoints = detect::score_adjoint(network.heads(), pass.logits, 0, class_index, *best);
+  const auto adjoints = detect::score_adjoint(detector.heads(), pass.logits, 0, class_index, *best);
   std::vector<const Array<float, 4>*> pointers;
   for (const auto& of_head : adjoints) pointers.push_back(&of_head);
-  const auto map = heat_map(network.layer_values(pass, 0, 0), network.layer_adjoint(pass, pointers, 0, 0));
+  const auto map = heat_map(detector.layer_values(pass, 0, 0), detector.layer_adjoint(pass, pointers, 0, 0));
   Array<float, 3> single(Extents<3>{map.shape(0), map.shape(1), 1});
   std::copy_n(map.data(), map.size(), single.data());
   const auto spread = image::resize_bilinear(single, height, width);
@@ -82,15 +81,15 @@ inline Bitmap heated(Array<float, 3> picture, const Array<float, 2>& heat) {
 }
 
 /// A picture of any extents with heat_of_input() laid over it.
-inline Bitmap heat_map_picture(const Bitmap& picture, const Detector& detector, std::size_t class_index,
-                               HeatMap heat_map) {
-  const std::size_t height = detector.network->input_height(), width = detector.network->input_width();
+inline Bitmap heat_map_picture(const Bitmap& picture, const detect::Detector<float>& detector,
+                               std::size_t class_index, HeatMap heat_map) {
+  const std::size_t height = detector.input_height(), width = detector.input_width();
   auto shown = image::from_bytes<float>(picture);
   const auto heat =
-      heat_of_input(image::fitted(shown, height, width, detector.fit), detector, class_index, heat_map);
+      heat_of_input(image::fitted(shown, height, width, detector.fit()), detector, class_index, heat_map);
   Array<float, 3> single(Extents<3>{height, width, 1});
   std::copy_n(heat.data(), heat.size(), single.data());
-  const auto place = image::placement(picture.shape(0), picture.shape(1), height, width, detector.fit.kind);
+  const auto place = image::placement(picture.shape(0), picture.shape(1), height, width, detector.fit().kind);
   const auto of_picture =
       image::resize_bilinear(image::crop(single, {place.top, place.left, place.height, place.width}),
                              picture.shape(0), picture.shape(1));

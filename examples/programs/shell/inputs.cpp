@@ -40,11 +40,12 @@ void check_detector(DetectorSettings settings, ProblemList& list, std::vector<st
   if (settings.weights.empty()) return;
   bool is_sound = false;
   list.attempt([&] {
-    const auto loaded = load_detector(settings);
+    std::vector<std::string> remarks;
+    const auto loaded = load_detector(settings, remarks);
     is_sound = true;
-    warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-    loss::require_raw_logits("camouflage", loaded.network->heads());
-    (void)class_index_of(settings, loaded);
+    warnings.insert(warnings.end(), remarks.begin(), remarks.end());
+    loss::require_raw_logits("camouflage", loaded.heads());
+    (void)loaded.class_index(settings.class_name);
   });
   if (is_sound) return;
   const std::string found = list.problems().back().what();
@@ -103,6 +104,7 @@ void fill_in_bundled(DetectorSettings& detector) {
     detector.weights = bundled.weights();
     if (detector.names.empty()) detector.names = bundled.names();
   }
+  if (detector.detector.empty()) detector.detector = io::description_beside(detector.weights);
 }
 
 Car load_car(const SceneSettings& settings) {
@@ -201,9 +203,14 @@ std::vector<std::string> warnings_about(const SceneSettings& scene) {
 Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::vector<std::string>& layers) {
   fill_in_bundled(scene);
   fill_in_bundled(detector);
-  Inputs inputs{
-      load_detector(detector, layers), 0, {}, load_car(scene), find_frames(scene), warnings_about(scene)};
-  inputs.class_index = class_index_of(detector, inputs.detector);
+  std::vector<std::string> warnings;
+  Inputs inputs{load_detector(detector, warnings, layers),
+                0,
+                {},
+                load_car(scene),
+                find_frames(scene),
+                warnings_about(scene)};
+  inputs.class_index = inputs.detector.class_index(detector.class_name);
   inputs.mask = load_mask_rule(scene);
   inputs.frames.posed = is_posed(inputs.frames.test.front());
   if (inputs.frames.posed)
@@ -211,42 +218,45 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
   if (scene.light == "photo")
     inputs.photo_light = camouflage::PhotoLight{
         std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(inputs.car.painted.mesh))};
-  for (const auto* more : {&inputs.detector.warnings, &inputs.car.warnings})
+  for (const auto* more : {&warnings, &inputs.car.warnings})
     inputs.warnings.insert(inputs.warnings.end(), more->begin(), more->end());
   return inputs;
 }
 
 FurtherDetector load_further_detector(const std::string& option, const std::string& path,
-                                      DetectorSettings settings, const std::vector<std::string>& layers) {
-  if (!is_onnx(path) && !io::is_safetensors(path))
+                                      DetectorSettings settings, std::vector<std::string>& warnings,
+                                      const std::vector<std::string>& layers) {
+  if (!io::is_onnx(path) && !io::is_safetensors(path))
     throw Error(ErrorKind::usage,
                 option + ": " + path + " is neither an .onnx model nor a detector that convert_weights made");
-  settings.cfg = settings.decode = settings.detector = settings.fit = "";
+  settings.cfg = settings.decode = settings.fit = "";
   settings.weights = path;
-  FurtherDetector further{load_detector(settings, layers)};
-  further.class_index = class_index_of(settings, further.detector);
+  settings.detector = io::description_beside(path);
+  FurtherDetector further{load_detector(settings, warnings, layers)};
+  further.class_index = further.detector.class_index(settings.class_name);
   return further;
 }
 
 std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths,
-                                           const DetectorSettings& settings, const Detector& first,
+                                           const DetectorSettings& settings,
+                                           const detect::Detector<float>& first,
                                            std::vector<std::string>& warnings) {
   std::vector<FurtherDetector> members;
   for (const std::string& path : paths) {
-    FurtherDetector member = load_further_detector("--ensemble", path, settings);
-    loss::require_raw_logits("camouflage", member.detector.network->heads());
-    const auto& network = *member.detector.network;
-    const std::size_t height = first.network->input_height(), width = first.network->input_width();
+    FurtherDetector member = load_further_detector("--ensemble", path, settings, warnings);
+    loss::require_raw_logits("camouflage", member.detector.heads());
+    const auto& network = member.detector;
+    const std::size_t height = first.input_height(), width = first.input_width();
     if (network.input_height() != height || network.input_width() != width)
       throw FileError(
           ErrorKind::mismatch,
           {path, "", "an input of another size than the first detector's; --size chooses one for all",
            std::to_string(width) + "x" + std::to_string(height),
            std::to_string(network.input_width()) + "x" + std::to_string(network.input_height())});
-    if (member.detector.fit.kind != first.fit.kind)
-      warnings.push_back(path + " gets its pictures by --fit " + std::string(image::name_of(first.fit.kind)) +
-                         ", as the first detector, not by " +
-                         std::string(image::name_of(member.detector.fit.kind)));
+    if (member.detector.fit().kind != first.fit().kind)
+      warnings.push_back(path + " gets its pictures by --fit " +
+                         std::string(image::name_of(first.fit().kind)) + ", as the first detector, not by " +
+                         std::string(image::name_of(member.detector.fit().kind)));
     members.push_back(std::move(member));
   }
   return members;

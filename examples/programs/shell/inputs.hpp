@@ -60,13 +60,13 @@ FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask);
 
 /// A detector beside the first one.
 struct FurtherDetector {
-  Detector detector;
+  detect::Detector<float> detector;
   std::size_t class_index = 0;
 };
 
 /// Everything a run reads, checked.
 struct Inputs {
-  Detector detector;
+  detect::Detector<float> detector;
   std::size_t class_index = 0;
   std::vector<FurtherDetector> ensemble{};  ///< what else is optimised against
   Car car;
@@ -93,13 +93,15 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector,
 /// \param settings  of the first one: names, class and size are those of all
 /// \param layers    as for load_detector()
 FurtherDetector load_further_detector(const std::string& option, const std::string& path,
-                                      DetectorSettings settings, const std::vector<std::string>& layers = {});
+                                      DetectorSettings settings, std::vector<std::string>& warnings,
+                                      const std::vector<std::string>& layers = {});
 
 /// Detectors of an ensemble beside `first`, each from one file, and warnings about those that would take
 /// pictures in another way.
 /// \param settings  of the first one: names, class and size are those of all
 std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths,
-                                           const DetectorSettings& settings, const Detector& first,
+                                           const DetectorSettings& settings,
+                                           const detect::Detector<float>& first,
                                            std::vector<std::string>& warnings);
 
 /// Checks every input and adds all problems found, and what is no problem but to be known. The settings

@@ -6,7 +6,7 @@
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/batch_norm_folding_variable.hpp>
-#include <tapestry/detect/graph_detector_variable.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/network_variable.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
@@ -25,6 +25,7 @@ class LearningDetector {
   LearningDetector(const LearningDetector&) = delete;
   LearningDetector& operator=(const LearningDetector&) = delete;
 
+  /// The same object at any time, of the parameters as they are.
   [[nodiscard]] virtual const detect::Detector<float>& detector() const = 0;
   /// Everything that learning changes, and perhaps constants that no gradient reaches.
   [[nodiscard]] virtual Array<float, 1> parameters() const = 0;
@@ -49,17 +50,20 @@ class LearningDetector {
 class LearningNetwork final : public LearningDetector {
  public:
   /// \param cfg  text that it is written with
-  LearningNetwork(const detect::Network<float>& start, std::string cfg)
-      : network_(start.cast<float>()),
-        folded_(detect::without_batch_norm(start.config()), start.input_height(), start.input_width()),
+  LearningNetwork(detect::Network<float> start, std::string cfg)
+      : network_(std::move(start)),
+        folded_(detect::without_batch_norm(network_.config()), network_.input_height(),
+                network_.input_width()),
+        detector_(network_.make_detector()),
         cfg_(std::move(cfg)),
-        seen_before_(start.images_seen()) {
-    network_.set_images_seen(seen_before_);
-  }
+        seen_before_(network_.images_seen()) {}
 
-  [[nodiscard]] const detect::Detector<float>& detector() const override { return network_; }
+  [[nodiscard]] const detect::Detector<float>& detector() const override { return detector_; }
   [[nodiscard]] Array<float, 1> parameters() const override { return network_.parameters(); }
-  void set_parameters(const Array<float, 1>& parameters) override { network_.parameters() = parameters; }
+  void set_parameters(const Array<float, 1>& parameters) override {
+    network_.parameters() = parameters;
+    detector_ = network_.make_detector();
+  }
   [[nodiscard]] std::vector<ArrayVariable<float, 4>> forward(
       const ArrayVariable<float, 4>& images, const ArrayVariable<float, 1>& parameters) override {
     return detect::forward(folded_, images,
@@ -72,6 +76,7 @@ class LearningNetwork final : public LearningDetector {
  private:
   detect::Network<float> network_;
   detect::Network<float> folded_;  ///< what learns: the same function without batch normalisation
+  detect::Detector<float> detector_;
   std::string cfg_;
   std::uint64_t seen_before_;
 };
@@ -83,18 +88,18 @@ class LearningNetwork final : public LearningDetector {
 class LearningGraph final : public LearningDetector {
  public:
   /// \param start  read from this file
-  /// \param size   as of detect::GraphDetector
+  /// \param size   as of detect::Detector
   /// \throws FileError (mismatch) if weights are not numbers that can be replaced in the file, or if the file
   ///         would then be another network
-  LearningGraph(const std::string& path, const detect::GraphDetector<float>& start, std::size_t size)
+  LearningGraph(const std::string& path, const detect::Detector<float>& start, std::size_t size)
       : path_(path), bytes_(io::read_text_file(path)) {
     const auto description = io::parse_onnx(bytes_, path);
     const auto is_own = [&](const nn::WeightBlock& weight) {
       return description.constants.contains(weight.name);
     };
     const bool may_simplify = std::ranges::all_of(start.network().weights(), is_own);
-    graph_ = std::make_unique<detect::GraphDetector<float>>(description, start.description(), size,
-                                                            std::vector<std::string>{}, may_simplify);
+    graph_ = std::make_unique<detect::Detector<float>>(description, start.description(), size,
+                                                       std::vector<std::string>{}, may_simplify);
     for (const nn::WeightBlock& weight : graph_->network().weights())
       if (!is_own(weight) || extents(weight.shape) != extents(description.constants.at(weight.name).shape))
         throw FileError(ErrorKind::mismatch, {path, "", "weights " + in_quotes(weight.name) + " cannot learn",
@@ -134,8 +139,8 @@ class LearningGraph final : public LearningDetector {
       for (std::size_t i = 0; i < nn::size_of(weight.shape); ++i) moved(weight.offset + i) *= share;
     }
     set_parameters(moved);
-    const detect::GraphDetector<float> read(io::parse_onnx(written(), path_), graph_->description(), size,
-                                            std::vector<std::string>{}, may_simplify);
+    const detect::Detector<float> read(io::parse_onnx(written(), path_), graph_->description(), size,
+                                       std::vector<std::string>{}, may_simplify);
     Array<float, 4> picture(Extents<4>{1, graph_->input_height(), graph_->input_width(), 3});
     Random random(1);
     for (float& value : picture.storage()) value = static_cast<float>(random.uniform());
@@ -167,7 +172,7 @@ class LearningGraph final : public LearningDetector {
   }
 
   std::string path_, bytes_;
-  std::unique_ptr<detect::GraphDetector<float>> graph_;
+  std::unique_ptr<detect::Detector<float>> graph_;
 };
 
 }  // namespace tapestry::shell

@@ -11,8 +11,8 @@
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/view.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/heat_map_variable.hpp>
-#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over_variable.hpp>

@@ -1,14 +1,25 @@
 #pragma once
+#include <array>
 #include <concepts>
 #include <cstddef>
+#include <map>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/detector_description.hpp>
+#include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/foreign_engine.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/suppression_measure.hpp>
+#include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/pixel_window.hpp>
+#include <tapestry/nn/network/network.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::detect {
@@ -17,20 +28,75 @@ template <std::floating_point T>
 class KeptPicture;
 
 /// What finds objects in pictures: a network whose results are the raw logits of heads, forward and backward,
-/// whatever kind of file it came from. Results are the same bits for any number of threads.
+/// with how a picture goes in and the names of its classes, whatever file they came from; see
+/// io::read_detector(). Results are the same bits for any number of threads.
+///
+/// The heads of an export are read before the logistic function that it ends with, so that losses get raw
+/// logits, but for those of boxes_and_scores, see DecodedOutputs. Pictures of a batch run one after another,
+/// each with all threads: a batch costs no more a picture than one. Only where the network takes the
+/// statistics of a batch they train together.
 template <std::floating_point T>
 class Detector {
  public:
-  virtual ~Detector() = default;
+  /// \param network  of one input [1, 3, H, W]
+  /// \param kind     how pictures go in and what the outputs mean
+  /// \param size     side of the square input, pixels; 0: as the network says
+  /// \param layers   names of values within the network that layer_values() and layer_adjoint() give
+  /// \param simplifies  as of nn::Network; without, weights have the names of the file's values
+  /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind, or a
+  /// layer is
+  ///         not one of its maps
+  Detector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0,
+           const std::vector<std::string>& layers = {}, bool simplifies = true);
+
+  /// A network of pictures in RGB from 0 to 1, whose first outputs are the raw logits of these heads, in
+  /// their order. Without heads its first output, [1, C, H, W], is handed out in the place of logits. \throws
+  /// FileError as above; ShapeError unless the outputs have the heads' extents
+  Detector(const nn::NetworkDescription& network, std::vector<Head> heads,
+           const std::vector<std::string>& layers = {}, bool simplifies = true);
+
+  /// A model that another library runs, which has no gradients and no layers: who asks for them is refused.
+  /// The engine runs once, to know its outputs. \param kind           of boxes_and_scores \param height,
+  /// width  of the model's input, pixels \throws DomainError for heads of another kind; FileError (mismatch)
+  /// as above
+  Detector(const ForeignEngine& engine, DetectorDescription kind, std::size_t height, std::size_t width);
+
+  Detector(Detector&&) noexcept;
+  Detector& operator=(Detector&&) noexcept;
+  ~Detector();
 
   /// Of the pictures that it takes, in pixels.
-  [[nodiscard]] virtual std::size_t input_height() const = 0;
-  [[nodiscard]] virtual std::size_t input_width() const = 0;
-  [[nodiscard]] virtual std::size_t input_channels() const { return 3; }
+  [[nodiscard]] std::size_t input_height() const { return height_; }
+  [[nodiscard]] std::size_t input_width() const { return width_; }
+  [[nodiscard]] std::size_t input_channels() const { return foreign_ ? 3 : network_.input_shape(0)[3]; }
   /// In the order of the logits that forward() gives.
-  [[nodiscard]] virtual const std::vector<Head>& heads() const = 0;
-  /// By which its detections are meant to suppress each other.
-  [[nodiscard]] virtual SuppressionMeasure suppression_measure() const { return {}; }
+  [[nodiscard]] const std::vector<Head>& heads() const { return heads_.heads; }
+  [[nodiscard]] const DetectorDescription& description() const { return kind_; }
+
+  /// How a photograph goes onto the input.
+  [[nodiscard]] const image::Fit& fit() const { return kind_.fit; }
+  void set_fit(const image::Fit& fit) { kind_.fit = fit; }
+  /// Overlap measure for non-maximum suppression.
+  [[nodiscard]] const SuppressionMeasure& suppression_measure() const { return measure_; }
+  void set_suppression_measure(const SuppressionMeasure& measure) { measure_ = measure; }
+  /// Of the classes, in their order; empty where they are known by number only.
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  void set_names(std::vector<std::string> names) { names_ = std::move(names); }
+  /// The class of a name or, without names, of a number.
+  /// \throws Error (mismatch) listing the names there are, or if there are not so many classes; (usage) for a
+  /// name
+  ///         where there are none
+  [[nodiscard]] std::size_t class_index(std::string_view name) const;
+
+  void set_engine(nn::Engine engine) { network_.set_engine(engine); }
+
+  /// The network's constants, and which of them are weights.
+  [[nodiscard]] const nn::Network<T>& network() const { return network_; }
+  [[nodiscard]] nn::Network<T>& network() { return network_; }
+
+  /// A photograph, [h, w, 3] of any extents, RGB in [0, 1], as a batch of one picture that forward() takes.
+  /// \throws DomainError if an extent is 0
+  [[nodiscard]] Array<T, 4> input(const Array<T, 3>& photograph) const;
 
   /// Logits of every head for a batch of pictures.
   ///
@@ -38,97 +104,171 @@ class Detector {
   ///                other. What else a network wants of its input, it makes of them itself.
   /// \param pass    takes the logits, and what `mode` says is kept
   /// \throws ShapeError unless images have the network's extents
-  virtual void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const = 0;
+  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 
   /// forward() of pictures that change from call to call within a window each, with the same bits. Where a
-  /// network's layers are not reached by the window they may be taken from `kept` instead of being computed,
+  /// network's layers are not reached by the window they are taken from `kept` instead of being computed,
   /// and pull_back() may add to the windows only. The first call with a kept picture computes everything, and
   /// so does every call before which the rest of the picture, the weights or the mode have changed.
   ///
-  /// \param kept  for each image, or null for one of which everything is computed; a detector that keeps
-  ///              nothing leaves them as they are
+  /// \param kept  for each image, or null for one of which everything is computed
   /// \throws ShapeError as forward(), unless there are as many of them as images, and for windows that leave
   ///         the picture
-  virtual void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
-                              Pass<T>& pass, Mode mode = Mode::inference) const {
-    static_cast<void>(kept);
-    forward(images, pass, mode);
-  }
+  void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
+                      Mode mode = Mode::inference) const;
 
   /// Share of a whole pass's multiply-adds, from 0 to 1, that forward_within() leaves out for a picture that
   /// changes within a window; 0 where nothing is kept. A small share is not worth the memory of what is kept.
   /// \throws ShapeError if the window leaves the picture
-  [[nodiscard]] virtual double share_kept(const image::PixelWindow& window) const {
-    static_cast<void>(window);
-    return 0;
+  [[nodiscard]] double share_kept(const image::PixelWindow& window) const;
+
+  /// What is found in one image of the batch: decode(), then suppress() within each class, most confident
+  /// first.
+  ///
+  /// \param logits      of forward()
+  /// \param confidence  above which a box counts
+  /// \param overlap     above which the surer of two boxes of a class suppresses the other
+  /// \returns boxes in pixels of the input; see in_photograph()
+  /// \throws as decode() and suppress()
+  [[nodiscard]] std::vector<Detection> detections(const std::vector<Array<T, 4>>& logits,
+                                                  std::size_t image = 0, double confidence = 0.25,
+                                                  double overlap = 0.45) const;
+
+  /// The same boxes in pixels of the photograph that input() put in.
+  [[nodiscard]] std::vector<Detection> in_photograph(std::vector<Detection> detections, std::size_t height,
+                                                     std::size_t width) const;
+
+  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the like for the constants, each unless
+  /// null; null for a head stands for zeros.
+  /// \param pass  of forward() or forward_within() in another mode than inference, for constants in
+  ///              Mode::training; may be used again
+  /// \param constants_adjoint  in the order of network().constants(); only its weights are added to
+  /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
+  void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
+                 Array<T, 4>* images_adjoint, Array<T, 1>* constants_adjoint = nullptr) const;
+
+  /// pull_back() to the images alone.
+  void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
+                     Array<T, 4>& images_adjoint) const;
+
+  /// Of the layers that were named, [1, C, H, W].
+  [[nodiscard]] const nn::Shape& layer_shape(std::size_t layer) const {
+    return network_.output_shape(head_output_count() + layer);
   }
 
-  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the like for the parameters, each unless
-  /// null; null for a head stands for zeros.
-  /// \param pass  of forward() or forward_within() in another mode than inference, for parameters in
-  ///              Mode::training; may be used again
-  /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
-  virtual void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                         Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const = 0;
-
-  /// What one of the layers that the detector tells holds for one image of a pass, [C, H, W].
+  /// Activations of an observed layer for one image, [C, H, W].
   ///
   /// \param pass   of forward() in another mode than inference
-  /// \param layer  its place among those named for this, see Network::tell_layers() and GraphDetector
-  /// \throws DomainError or std::out_of_range if there is no such layer or image
-  [[nodiscard]] virtual Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer,
-                                                 std::size_t image) const = 0;
+  /// \param layer  its place among those that were named
+  /// \throws DomainError if there is no such layer or image, or the pass kept nothing or only windows
+  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer, std::size_t image) const;
 
-  /// What logits_adjoint asks of such a layer for one image, [C, H, W]; parameters and errors as for
+  /// Gradient of the loss with respect to such a layer for one image, [C, H, W]; parameters and errors as for
   /// pull_back() and layer_values().
-  [[nodiscard]] virtual Array<T, 3> layer_adjoint(Pass<T>& pass,
-                                                  const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                                  std::size_t layer, std::size_t image) const = 0;
+  [[nodiscard]] Array<T, 3> layer_adjoint(Pass<T>& pass,
+                                          const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                          std::size_t layer, std::size_t image) const;
 
-  /// Adds (∂layer/∂images)ᵀ · layer_adjoint, of what such a layer holds for one image, to images_adjoint.
+  /// Adds (∂layer/∂images)ᵀ · layer_adjoint, for such a layer of one image, to images_adjoint.
   ///
   /// \param layer_adjoint   [C, H, W], as layer_values()
   /// \param images_adjoint  [N, H, W, 3], of all images of the pass
   /// \throws ShapeError for extents that do not fit; otherwise as layer_adjoint()
-  virtual void pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image,
-                               const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) const = 0;
-
-  /// pull_back() to the images alone.
-  void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
-                     Array<T, 4>& images_adjoint) const {
-    std::vector<const Array<T, 4>*> pointers;
-    for (const auto& array : logits_adjoint) pointers.push_back(&array);
-    pull_back(pass, pointers, &images_adjoint);
-  }
+  void pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image, const Array<T, 3>& layer_adjoint,
+                       Array<T, 4>& images_adjoint) const;
 
   /// \throws ShapeError unless images are [N, H, W, 3] of the network's extents, N at least 1
-  void require_images(const Array<T, 4>& images) const {
-    if (images.shape(0) == 0) throw ShapeError("Detector::forward: a batch of no images");
-    require_shape("Detector::forward", "images", images,
-                  {images.shape(0), input_height(), input_width(), input_channels()});
+  void require_images(const Array<T, 4>& images) const;
+
+ private:
+  struct Foreign;
+
+  [[nodiscard]] static std::map<std::string, nn::Shape> sizes(const nn::NetworkDescription& network,
+                                                              std::size_t size);
+
+  static void require_value(const nn::NetworkDescription& network, const std::string& what,
+                            const std::string& name);
+
+  /// The network with other outputs: what the heads are made of, then the layers.
+  [[nodiscard]] static nn::NetworkDescription showing_heads(const nn::NetworkDescription& network,
+                                                            const DetectorDescription& kind, std::size_t size,
+                                                            const std::vector<std::string>& layers);
+
+  [[nodiscard]] std::size_t head_output_count() const { return network_.output_count() - layer_count_; }
+
+  [[nodiscard]] std::vector<nn::Shape> output_shapes() const;
+
+  /// Adjoints of the network's outputs for one pass, and what they point to.
+  struct OutputAdjoints {
+    std::vector<const T*> of_outputs{};
+    std::vector<std::vector<T>> joined{};  ///< of a pass with several images
+  };
+  [[nodiscard]] OutputAdjoints output_adjoints(const Pass<T>& pass, std::size_t n,
+                                               const std::vector<const Array<T, 4>*>& logits_adjoint) const;
+
+  /// Adds the pullback of one pass to the images that it ran.
+  /// \param gathered  as outputs_gathered of nn::Network::adjoint()
+  void pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
+                     Array<T, 4>* images_adjoint, T* constants_adjoint,
+                     const std::vector<T*>& gathered = {}) const;
+
+  [[nodiscard]] std::size_t image_size() const { return input_channels() * height_ * width_; }
+
+  /// Images that a pass of the network runs together.
+  [[nodiscard]] static std::size_t images_a_pass(const Pass<T>& pass) {
+    return pass.images / pass.graph.size();
   }
 
- protected:
-  Detector() = default;
-  Detector(const Detector&) = default;
-  Detector(Detector&&) = default;
-  Detector& operator=(const Detector&) = default;
-  Detector& operator=(Detector&&) = default;
+  /// \throws FileError (mismatch) unless all layers are maps
+  void require_layers(const std::string& path, const std::vector<std::string>& layers) const;
+
+  /// \throws DomainError if there is no such layer or image
+  void require_layer(const char* operation, const Pass<T>& pass, std::size_t layer, std::size_t image) const;
+
+  /// Extents of a head's logits for one image, or of what stands in their place.
+  [[nodiscard]] std::array<std::size_t, 3> logits_extents(std::size_t head) const;
+  [[nodiscard]] std::size_t logits_count() const { return heads_.pieces.back().head + 1; }
+
+  /// \param kept  one an image, null where everything is computed
+  void run(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
+           Mode mode) const;
+
+  void run_foreign(const Array<T, 4>& images, Pass<T>& pass) const;
+
+  /// \throws DomainError for a pass that kept nothing, or only windows
+  static void require_whole(const char* operation, const Pass<T>& pass);
 
   /// \throws DomainError if the pass kept nothing; ShapeError if the adjoints are not those of its logits
-  static void require_logits_adjoint(const char* operation, const Pass<T>& pass, bool kept_something,
-                                     const std::vector<const Array<T, 4>*>& logits_adjoint) {
-    if (pass.mode == Mode::inference || !kept_something)
-      throw DomainError(std::string(operation) +
-                        ": the pass kept nothing; run forward() for a gradient first");
-    if (logits_adjoint.size() != pass.logits.size())
-      throw ShapeError(std::string(operation) + ": logits_adjoint has " +
-                       std::to_string(logits_adjoint.size()) + " arrays, expected " +
-                       std::to_string(pass.logits.size()));
-    for (std::size_t h = 0; h < logits_adjoint.size(); ++h)
-      if (logits_adjoint[h] != nullptr)
-        require_shape(operation, "logits_adjoint", *logits_adjoint[h], pass.logits[h].shape());
+  static void require_logits_adjoint(const char* operation, const Pass<T>& pass,
+                                     const std::vector<const Array<T, 4>*>& logits_adjoint);
+
+  /// Where a piece of image n begins within its head's logits.
+  template <class Logits>
+  [[nodiscard]] static auto* at(const HeadPiece& piece, Logits& logits, std::size_t n) {
+    const std::size_t cells = logits.shape(2) * logits.shape(3);
+    return logits.data() + (n * logits.shape(1) + piece.first_channel) * cells;
   }
+
+  DetectorDescription kind_;
+  std::unique_ptr<Foreign> foreign_;  ///< null if the network is ours
+  std::size_t layer_count_ = 0;
+  nn::Network<T> network_;  ///< of a foreign engine the one that makes logits of its outputs
+  std::size_t height_ = 0, width_ = 0;
+  ExportedHeads heads_;
+  bool trains_together_ = false;
+  SuppressionMeasure measure_{};
+  std::vector<std::string> names_{};
 };
+
+/// Logits of every head for a batch of pictures, [N, H, W, 3], RGB in [0, 1]; errors as Detector::forward().
+template <std::floating_point T>
+[[nodiscard]] std::vector<Array<T, 4>> forward(const Detector<T>& detector, const Array<T, 4>& images) {
+  Pass<T> pass;
+  detector.forward(images, pass);
+  return std::move(pass.logits);
+}
+
+extern template class Detector<float>;
+extern template class Detector<double>;
 
 }  // namespace tapestry::detect

@@ -7,11 +7,10 @@
 #include <tapestry/detect/implementation/box_decode.hpp>
 #include <tapestry/detect/implementation/box_decode_variable.hpp>
 #include <tapestry/detect/implementation/decoded_outputs.hpp>
+#include <tapestry/detect/implementation/detector.hpp>
 #include <tapestry/detect/implementation/detector_description.hpp>
+#include <tapestry/detect/implementation/detector_variable.hpp>
 #include <tapestry/detect/implementation/exported_heads.hpp>
-#include <tapestry/detect/implementation/foreign_detector.hpp>
-#include <tapestry/detect/implementation/graph_detector.hpp>
-#include <tapestry/detect/implementation/graph_detector_variable.hpp>
 #include <tapestry/detect/implementation/heat_map.hpp>
 #include <tapestry/detect/implementation/heat_map_variable.hpp>
 #include <tapestry/detect/implementation/input_encoding.hpp>

@@ -10,7 +10,6 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
@@ -46,8 +45,8 @@ class GraphCache {
   /// \param make    makes the graph of the parameters
   /// \param update  gives a graph of older parameters these
   template <class Make, class Update>
-  [[nodiscard]] std::shared_ptr<const GraphDetector<T>> get(bool is_training, const Array<T, 1>& parameters,
-                                                            Make make, Update update) {
+  [[nodiscard]] std::shared_ptr<const Detector<T>> get(bool is_training, const Array<T, 1>& parameters,
+                                                       Make make, Update update) {
     const std::lock_guard<std::mutex> lock(mutex_);
     compare(parameters);
     if (!is_training) {
@@ -74,7 +73,7 @@ class GraphCache {
   bool is_watched_ = false;
   bool is_stale_ = false;  ///< training_ has other parameters
   Array<T, 1> made_from_;
-  std::shared_ptr<GraphDetector<T>> running_, training_;
+  std::shared_ptr<Detector<T>> running_, training_;
 };
 
 }  // namespace detail
@@ -86,7 +85,7 @@ class GraphCache {
 /// out its last layer's output, [N, C, H, W], in their place: the only entry of Pass::logits, be it logits or
 /// behind a softmax. Results are the same bits for any number of threads.
 template <std::floating_point T>
-class Network final : public Detector<T> {
+class Network {
  public:
   /// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
   /// \param input_width   likewise
@@ -101,14 +100,14 @@ class Network final : public Detector<T> {
   Network(Network&&) noexcept;
   Network& operator=(const Network&);
   Network& operator=(Network&&) noexcept;
-  ~Network() override;
+  ~Network();
 
-  [[nodiscard]] std::size_t input_height() const override { return height_; }
-  [[nodiscard]] std::size_t input_width() const override { return width_; }
-  [[nodiscard]] std::size_t input_channels() const override { return config_.channels; }
-  [[nodiscard]] const std::vector<Head>& heads() const override { return heads_; }
+  [[nodiscard]] std::size_t input_height() const { return height_; }
+  [[nodiscard]] std::size_t input_width() const { return width_; }
+  [[nodiscard]] std::size_t input_channels() const { return config_.channels; }
+  [[nodiscard]] const std::vector<Head>& heads() const { return heads_; }
   /// As nms_kind and beta_nms of the last head say, which is the one that Darknet asks.
-  [[nodiscard]] SuppressionMeasure suppression_measure() const override;
+  [[nodiscard]] SuppressionMeasure suppression_measure() const;
   [[nodiscard]] const NetworkConfig& config() const { return config_; }
   /// Where each layer's parameters lie.
   [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
@@ -124,16 +123,15 @@ class Network final : public Detector<T> {
   /// The last layer of which all heads are computed; nothing if there is none.
   [[nodiscard]] std::optional<std::size_t> common_layer() const;
 
-  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer,
-                                         std::size_t image) const override;
+  [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer, std::size_t image) const;
   /// \throws DomainError also for a pass of forward_within()
   [[nodiscard]] Array<T, 3> layer_adjoint(Pass<T>& pass,
                                           const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                          std::size_t layer, std::size_t image) const override;
+                                          std::size_t layer, std::size_t image) const;
 
   /// \throws DomainError also for a pass of forward_within()
   void pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t image, const Array<T, 3>& layer_adjoint,
-                       Array<T, 4>& images_adjoint) const override;
+                       Array<T, 4>& images_adjoint) const;
 
   [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }
   void set_images_seen(std::uint64_t count) { images_seen_ = count; }
@@ -160,14 +158,21 @@ class Network final : public Detector<T> {
   /// The same network for pictures of another size; errors as the constructor.
   [[nodiscard]] Network resized(std::size_t input_height, std::size_t input_width) const;
 
-  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const override;
+  /// The detector of the parameters as they are, for passes of a mode: with their statistics and simplified
+  /// or, for training, as the cfg has it and with the statistics of the batch.
+  [[nodiscard]] std::shared_ptr<const Detector<T>> detector(Mode mode = Mode::inference) const;
+  /// A detector of its own.
+  [[nodiscard]] Detector<T> make_detector() const { return std::move(*make_graph(false)); }
+
+  // As the like of Detector:
+  void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 
   /// The layers' windows are their receptive fields, and where convolutions round by tiles all on which a bit
   /// depends. In Mode::training everything is computed.
   void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
-                      Mode mode = Mode::inference) const override;
+                      Mode mode = Mode::inference) const;
 
-  [[nodiscard]] double share_kept(const image::PixelWindow& window) const override;
+  [[nodiscard]] double share_kept(const image::PixelWindow& window) const;
 
   /// Adds (∂logits/∂parameters)ᵀ · logits_adjoint to parameters_adjoint, in the order of layout(); nothing
   /// is added for running statistics.
@@ -176,7 +181,9 @@ class Network final : public Detector<T> {
                          Array<T, 1>& parameters_adjoint) const;
 
   void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const override;
+                 Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint = nullptr) const;
+  void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
+                     Array<T, 4>& images_adjoint) const;
 
   /// Moves running means and variances a part of the way to those of a training pass:
   /// running ← (1 − momentum)·running + momentum·batch, the variance unbiased.
@@ -190,16 +197,14 @@ class Network final : public Detector<T> {
     for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
   }
 
-  /// The graph for passes of this mode, of the parameters as they are.
-  [[nodiscard]] std::shared_ptr<const GraphDetector<T>> graph(Mode mode) const;
-  [[nodiscard]] std::unique_ptr<GraphDetector<T>> make_graph(bool is_training) const;
+  [[nodiscard]] std::unique_ptr<Detector<T>> make_graph(bool is_training) const;
 
   /// The graph that ran a pass. \throws DomainError if none of this library's networks did
-  [[nodiscard]] static const GraphDetector<T>& graph_of(const char* operation, const Pass<T>& pass);
+  [[nodiscard]] static const Detector<T>& graph_of(const char* operation, const Pass<T>& pass);
 
   /// Calls body(offset among the graph's constants, block) for each block of parameters that learn.
   template <class Body>
-  void for_each_weight(const GraphDetector<T>& graph, Body body) const;
+  void for_each_weight(const Detector<T>& graph, Body body) const;
 
   NetworkConfig config_;
   std::size_t height_ = 0, width_ = 0;

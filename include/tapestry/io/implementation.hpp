@@ -34,6 +34,7 @@
 #include <tapestry/io/implementation/onnx/onnx_writer.hpp>
 #include <tapestry/io/implementation/onnx/weight_replacement.hpp>
 #include <tapestry/io/implementation/palette_file.hpp>
+#include <tapestry/io/implementation/read_detector.hpp>
 #include <tapestry/io/implementation/run_lock.hpp>
 #include <tapestry/io/implementation/safetensors.hpp>
 #include <tapestry/io/implementation/safetensors_file.hpp>

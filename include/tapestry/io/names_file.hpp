@@ -1,7 +1,6 @@
 #pragma once
 #include <cstddef>
 #include <string>
-#include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
@@ -15,9 +14,5 @@ namespace tapestry::io {
 /// \throws FileError: malformed (an empty line between names, no name), mismatch (another number of names, or
 ///         a name twice)
 [[nodiscard]] std::vector<std::string> read_class_names(const std::string& path, std::size_t class_count = 0);
-
-/// Position of a class among the names.
-/// \throws Error (mismatch) listing the names there are
-[[nodiscard]] std::size_t class_index(const std::vector<std::string>& names, std::string_view wanted);
 
 }  // namespace tapestry::io

@@ -22,8 +22,9 @@ TEST_CASE("the gradient through every method agrees with central differences",
                                     std::string("das"), std::string("das_full"), std::string("solid"));
   const auto method = camouflage::method_by_name<double>(name, car, 1);
   // What a score asks of a layer is constant only in a network that is piecewise linear above it.
-  auto network = test::tiny_network<double>(method.attention > 0 ? "leaky" : "mish");
-  network.tell_layers({network.common_layer().value()});
+  auto layers = test::tiny_network<double>(method.attention > 0 ? "leaky" : "mish");
+  layers.tell_layers({layers.common_layer().value()});
+  const auto network = layers.make_detector();
   camouflage::Objective<double> objective(network, {});
   objective.follow(method);
   std::vector<std::shared_ptr<const camouflage::View<double>>> views;
@@ -46,7 +47,7 @@ TEST_CASE("the gradient through every method agrees with central differences",
 TEST_CASE("a detector that tells no layer cannot be asked for its attention",
           "[camouflage][method][bad_input]") {
   const auto car = test::stepped_car();
-  const auto network = test::tiny_network<double>();
+  const auto network = test::tiny_detector<double>();
   camouflage::Objective<double> objective(network, {});
   objective.follow(camouflage::das_full<double>());
   const std::vector<std::shared_ptr<const camouflage::View<double>>> views{
@@ -62,8 +63,9 @@ TEST_CASE("a method trains to the same bits with one and two threads, and goes o
   const auto car = test::stepped_car();
   const std::string name = GENERATE(std::string("planar_patch"), std::string("camou"), std::string("upc"),
                                     std::string("das"), std::string("solid"), std::string("random"));
-  auto network = test::tiny_network<float>();
-  network.tell_layers({network.common_layer().value()});
+  auto layers = test::tiny_network<float>();
+  layers.tell_layers({layers.common_layer().value()});
+  const auto network = layers.make_detector();
   auto store = test::tiny_store<float>(car, 3);
   camouflage::Objective<float> objective(network, {});
   objective.follow(camouflage::method_by_name<float>(name, car, 1));

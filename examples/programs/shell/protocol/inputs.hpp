@@ -99,20 +99,23 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     inputs.mask = std::move(loaded.mask);
     inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
-    for (const auto& path : settings.further_weights) {
-      inputs.detectors.push_back(load_further_detector("--further-weights", path, request.detector, layers));
-      print_warnings(inputs.detectors.back().detector.warnings);
-    }
+    std::vector<std::string> warnings;
+    for (const auto& path : settings.further_weights)
+      inputs.detectors.push_back(
+          load_further_detector("--further-weights", path, request.detector, warnings, layers));
+    print_warnings(warnings);
     return;
   }
   fill_in_bundled(request.scene);
   fill_in_bundled(request.detector);
-  inputs.detectors.push_back({load_detector(request.detector)});
-  inputs.detectors.back().class_index = class_index_of(request.detector, inputs.detectors.back().detector);
+  std::vector<std::string> warnings;
+  inputs.detectors.push_back({load_detector(request.detector, warnings)});
+  FurtherDetector& first = inputs.detectors.back();
+  first.class_index = first.detector.class_index(request.detector.class_name);
   inputs.car = load_car(request.scene);
   inputs.changed = require_run_inputs(request.run_inputs, request.scene, inputs.car, request.detector, {},
                                       inputs.car.warnings);
-  print_warnings(inputs.detectors.back().detector.warnings);
+  print_warnings(warnings);
   print_warnings(inputs.car.warnings);
   inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
 }

@@ -76,8 +76,8 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
     notes.push_back("Intervals by bootstrap of fewer than 20 frames are too narrow.");
   std::string input = "Input";
   for (const auto& [detector, class_index] : inputs.detectors)
-    input += (input == "Input" ? " " : ", ") + std::to_string(detector.network->input_width()) + "x" +
-             std::to_string(detector.network->input_height());
+    input += (input == "Input" ? " " : ", ") + std::to_string(detector.input_width()) + "x" +
+             std::to_string(detector.input_height());
   input += " pixels, " + std::to_string(request.scene.samples) + "x" + std::to_string(request.scene.samples) +
            " samples a pixel";
   if (is_before_plain_background(protocol.name))

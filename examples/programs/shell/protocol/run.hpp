@@ -135,12 +135,13 @@ inline void tell_cost(const std::string& folder, double seconds, const ProtocolM
                                                  {"threads", thread_count()}}));
 }
 
-inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request, const Detector& detector) {
+inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request,
+                                            const detect::Detector<float>& detector) {
   const auto& background = request.settings.background;
-  return {detector.network->input_height(),
-          detector.network->input_width(),
+  return {detector.input_height(),
+          detector.input_width(),
           request.scene.samples,
-          detector.fit,
+          detector.fit(),
           {background[0], background[1], background[2]}};
 }
 
@@ -161,18 +162,18 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
       const auto& detector = inputs.detectors[protocol.frames[frame].column].detector;
       const auto& path = inputs.photographs[frame % inputs.photographs.size()];
       return camouflage::make_view<float>(load_frame(path, inputs.mask, inputs.posed), inputs.car.painted,
-                                          detector.network->input_height(), detector.network->input_width(),
-                                          request.scene.samples, detector.fit, inputs.photo_light);
+                                          detector.input_height(), detector.input_width(),
+                                          request.scene.samples, detector.fit(), inputs.photo_light);
     };
   else if (protocol.street)
     source.view = [&, vehicle = scenes::stand_on_ground(inputs.car.painted.mesh, inputs.car.painted.painted,
                                                         street_car_length_m)](std::size_t frame) {
       const auto& detector = inputs.detectors.front().detector;
-      const std::size_t height = detector.network->input_height(), width = detector.network->input_width();
+      const std::size_t height = detector.input_height(), width = detector.input_width();
       auto street = protocol.street(vehicle, frame, std::max(height, width));
       street.camera = scenes::camera_of_mesh(vehicle, *street.camera);
       return camouflage::make_view<float>(street, inputs.car.painted, height, width, request.scene.samples,
-                                          detector.fit);
+                                          detector.fit());
     };
   else
     source.view = [&](std::size_t frame) {
@@ -219,7 +220,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   std::vector<evaluate::Meter<float>> meters;
   for (const auto& [detector, class_index] : inputs.detectors)
     meters.emplace_back(
-        *detector.network, class_index,
+        detector, class_index,
         evaluate::MeterSettings{request.detector.confidence, request.detector.nms, swept_thresholds});
   const Json settings = detail::settings_of(request, inputs);
   if (protocol.on_photographs && !request.run.empty())

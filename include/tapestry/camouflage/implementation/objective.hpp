@@ -15,8 +15,8 @@
 #include <tapestry/camouflage/redrawn_view.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/heat_map_variable.hpp>
-#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/pass_pool.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over_variable.hpp>

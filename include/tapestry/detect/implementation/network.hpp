@@ -13,7 +13,6 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/detect/graph_detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
@@ -143,21 +142,23 @@ std::optional<std::size_t> Network<T>::common_layer() const {
 }
 
 template <std::floating_point T>
-std::unique_ptr<GraphDetector<T>> Network<T>::make_graph(bool is_training) const {
+std::unique_ptr<Detector<T>> Network<T>::make_graph(bool is_training) const {
   std::vector<std::string> layers;
   for (const std::size_t layer : layers_) layers.push_back("layer_" + std::to_string(layer));
-  auto graph = std::make_unique<GraphDetector<T>>(
+  auto graph = std::make_unique<Detector<T>>(
       network_description(config_, parameters_, height_, width_, is_training), heads_, layers, !is_training);
   graph->set_engine(engine_);
+  graph->set_fit(fit_of(config_));
+  graph->set_suppression_measure(suppression_measure());
   return graph;
 }
 
 template <std::floating_point T>
-std::shared_ptr<const GraphDetector<T>> Network<T>::graph(Mode mode) const {
+std::shared_ptr<const Detector<T>> Network<T>::detector(Mode mode) const {
   const bool is_training = mode == Mode::training;
   return graphs_.get(
       is_training, parameters_, [&] { return make_graph(is_training); },
-      [&](GraphDetector<T>& graph) {
+      [&](Detector<T>& graph) {
         auto constants = graph.network().constants();
         for_each_weight(graph, [&](std::size_t offset, const ParameterBlock& block) {
           std::copy_n(parameters_.data() + block.offset, block.count, constants.data() + offset);
@@ -168,7 +169,7 @@ std::shared_ptr<const GraphDetector<T>> Network<T>::graph(Mode mode) const {
 
 template <std::floating_point T>
 template <class Body>
-void Network<T>::for_each_weight(const GraphDetector<T>& graph, Body body) const {
+void Network<T>::for_each_weight(const Detector<T>& graph, Body body) const {
   std::map<std::string_view, std::size_t> offsets;
   for (const nn::WeightBlock& weight : graph.network().weights()) offsets[weight.name] = weight.offset;
   for (const ParameterBlock& block : layout_.blocks)
@@ -177,16 +178,15 @@ void Network<T>::for_each_weight(const GraphDetector<T>& graph, Body body) const
 }
 
 template <std::floating_point T>
-const GraphDetector<T>& Network<T>::graph_of(const char* operation, const Pass<T>& pass) {
+const Detector<T>& Network<T>::graph_of(const char* operation, const Pass<T>& pass) {
   if (!pass.ran_by)
     throw DomainError(std::string(operation) + ": the pass kept nothing; run forward() for a gradient first");
-  return *static_cast<const GraphDetector<T>*>(pass.ran_by.get());
+  return *static_cast<const Detector<T>*>(pass.ran_by.get());
 }
 
 template <std::floating_point T>
 void Network<T>::forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode) const {
-  this->require_images(images);
-  const auto graph = this->graph(mode);
+  const auto graph = detector(mode);
   graph->forward(images, pass, mode);
   pass.ran_by = graph;
 }
@@ -194,15 +194,14 @@ void Network<T>::forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode) co
 template <std::floating_point T>
 void Network<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
                                 Pass<T>& pass, Mode mode) const {
-  this->require_images(images);
-  const auto graph = this->graph(mode);
+  const auto graph = detector(mode);
   graph->forward_within(images, kept, pass, mode);
   pass.ran_by = graph;
 }
 
 template <std::floating_point T>
 double Network<T>::share_kept(const image::PixelWindow& window) const {
-  return graph(Mode::input_gradient)->share_kept(window);
+  return detector()->share_kept(window);
 }
 
 template <std::floating_point T>
@@ -226,7 +225,7 @@ void Network<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t i
 template <std::floating_point T>
 void Network<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
                            Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) const {
-  const GraphDetector<T>& graph = graph_of("Detector::pull_back", pass);
+  const Detector<T>& graph = graph_of("Detector::pull_back", pass);
   if (parameters_adjoint == nullptr) return graph.pull_back(pass, logits_adjoint, images_adjoint);
   if (pass.mode != Mode::training) throw DomainError("Detector::pull_back: the pass was not for training");
   require_shape("Detector::pull_back", "parameters_adjoint", *parameters_adjoint, {layout_.count});
@@ -236,6 +235,12 @@ void Network<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>&
     for (std::size_t i = 0; i < block.count; ++i)
       (*parameters_adjoint)[block.offset + i] += constants_adjoint[offset + i];
   });
+}
+
+template <std::floating_point T>
+void Network<T>::input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
+                               Array<T, 4>& images_adjoint) const {
+  graph_of("Detector::pull_back", pass).input_adjoint(pass, logits_adjoint, images_adjoint);
 }
 
 template <std::floating_point T>

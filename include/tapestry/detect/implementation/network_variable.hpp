@@ -3,58 +3,42 @@
 #include <concepts>
 #include <memory>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/network_variable.hpp>
+#include <utility>
 #include <vector>
-
-namespace tapestry::detect::detail {
-
-template <class T>
-std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(const std::shared_ptr<Pass<T>>& pass) {
-  std::vector<std::shared_ptr<const Array<T, 4>>> logits;
-  for (const auto& head : pass->logits) logits.emplace_back(pass, &head);
-  return logits;
-}
-
-template <class T>
-std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
-                                               const std::shared_ptr<Pass<T>>& pass,
-                                               const ArrayVariable<T, 4>& images) {
-  const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                          Array<T, 4>* images_adjoint) {
-    detector.pull_back(*pass, logits_adjoint, images_adjoint);
-  };
-  return record_shared_arrays<T, 4>(shared_logits(pass), pullback, images);
-}
-
-}  // namespace tapestry::detect::detail
 
 namespace tapestry::detect {
 
 template <std::floating_point T>
-std::vector<ArrayVariable<T, 4>> forward(const Detector<T>& detector, const ArrayVariable<T, 4>& images,
+std::vector<ArrayVariable<T, 4>> forward(const Network<T>& network, const ArrayVariable<T, 4>& images,
                                          std::shared_ptr<Pass<T>> pass) {
   if (!pass) pass = std::make_shared<Pass<T>>();
-  detector.forward(images.value(), *pass, images.is_active() ? Mode::input_gradient : Mode::inference);
-  return detail::record_logits(detector, pass, images);
+  const auto detector = network.detector();
+  auto logits = forward(*detector, images, pass);
+  pass->ran_by = detector;  // which the record needs
+  return logits;
 }
 
 template <std::floating_point T>
-std::vector<ArrayVariable<T, 4>> forward_within(const Detector<T>& detector,
-                                                const ArrayVariable<T, 4>& images,
+std::vector<ArrayVariable<T, 4>> forward_within(const Network<T>& network, const ArrayVariable<T, 4>& images,
                                                 const std::vector<KeptPicture<T>*>& kept,
                                                 std::shared_ptr<Pass<T>> pass) {
   if (!pass) pass = std::make_shared<Pass<T>>();
-  detector.forward_within(images.value(), kept, *pass, Mode::input_gradient);
-  return detail::record_logits(detector, pass, images);
+  const auto detector = network.detector();
+  auto logits = forward_within(*detector, images, kept, pass);
+  pass->ran_by = detector;
+  return logits;
 }
 
 template <std::floating_point T>
 std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& images,
                                          const ArrayVariable<T, 1>& parameters,
                                          std::shared_ptr<Pass<T>> pass) {
-  network.require_images(images.value());
+  require_shape("Detector::forward", "images", images.value(),
+                {std::max<std::size_t>(1, images.value().shape(0)), network.input_height(),
+                 network.input_width(), network.input_channels()});
   require_shape("forward", "parameters", parameters.value(), {network.layout().count});
   tapestry::detail::require_recordable<T>(images.link(), parameters.link());
   T* const own = network.parameters().data();
@@ -71,34 +55,25 @@ std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariabl
   return record_shared_arrays<T, 4>(std::move(logits), pullback, images, parameters);
 }
 
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-template decltype(shared_logits<float>) shared_logits<float>;
-template decltype(shared_logits<double>) shared_logits<double>;
-template decltype(record_logits<float>) record_logits<float>;
-template decltype(record_logits<double>) record_logits<double>;
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
-
-template std::vector<ArrayVariable<float, 4>> forward<float>(const Detector<float>& detector,
-                                                             const ArrayVariable<float, 4>& images,
-                                                             std::shared_ptr<Pass<float>> pass);
-template std::vector<ArrayVariable<double, 4>> forward<double>(const Detector<double>& detector,
-                                                               const ArrayVariable<double, 4>& images,
-                                                               std::shared_ptr<Pass<double>> pass);
-template decltype(forward_within<float>) forward_within<float>;
-template decltype(forward_within<double>) forward_within<double>;
-template std::vector<ArrayVariable<float, 4>> forward<float>(Network<float>& network,
-                                                             const ArrayVariable<float, 4>& images,
-                                                             const ArrayVariable<float, 1>& parameters,
-                                                             std::shared_ptr<Pass<float>> pass);
-template std::vector<ArrayVariable<double, 4>> forward<double>(Network<double>& network,
-                                                               const ArrayVariable<double, 4>& images,
-                                                               const ArrayVariable<double, 1>& parameters,
-                                                               std::shared_ptr<Pass<double>> pass);
+template std::vector<ArrayVariable<float, 4>> forward<float>(const Network<float>&,
+                                                             const ArrayVariable<float, 4>&,
+                                                             std::shared_ptr<Pass<float>>);
+template std::vector<ArrayVariable<double, 4>> forward<double>(const Network<double>&,
+                                                               const ArrayVariable<double, 4>&,
+                                                               std::shared_ptr<Pass<double>>);
+template std::vector<ArrayVariable<float, 4>> forward_within<float>(const Network<float>&,
+                                                                    const ArrayVariable<float, 4>&,
+                                                                    const std::vector<KeptPicture<float>*>&,
+                                                                    std::shared_ptr<Pass<float>>);
+template std::vector<ArrayVariable<double, 4>> forward_within<double>(
+    const Network<double>&, const ArrayVariable<double, 4>&, const std::vector<KeptPicture<double>*>&,
+    std::shared_ptr<Pass<double>>);
+template std::vector<ArrayVariable<float, 4>> forward<float>(Network<float>&, const ArrayVariable<float, 4>&,
+                                                             const ArrayVariable<float, 1>&,
+                                                             std::shared_ptr<Pass<float>>);
+template std::vector<ArrayVariable<double, 4>> forward<double>(Network<double>&,
+                                                               const ArrayVariable<double, 4>&,
+                                                               const ArrayVariable<double, 1>&,
+                                                               std::shared_ptr<Pass<double>>);
 
 }  // namespace tapestry::detect

@@ -40,14 +40,4 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
   return names;
 }
 
-std::size_t class_index(const std::vector<std::string>& names, std::string_view wanted) {
-  const auto found = std::find(names.begin(), names.end(), wanted);
-  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  std::string list;
-  for (std::size_t i = 0; i < std::min<std::size_t>(names.size(), 20); ++i)
-    list += (i > 0 ? ", " : "") + names[i];
-  if (names.size() > 20) list += ", … (" + std::to_string(names.size()) + " in all)";
-  throw Error(ErrorKind::mismatch, "no class is named " + in_quotes(wanted) + "; there are " + list);
-}
-
 }  // namespace tapestry::io

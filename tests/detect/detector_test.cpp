@@ -1,11 +1,10 @@
-#include <tapestry/detect/graph_detector.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 
 #include <cmath>
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
 #include <vector>
@@ -30,7 +29,7 @@ constexpr std::size_t classes = tapestry::test::exported_classes;
 TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores",
           "[detect][graph_detector]") {
   const auto description = yolox_like(64);
-  const detect::GraphDetector<double> detector(description, detect::known_description("yolox"));
+  const detect::Detector<double> detector(description, detect::known_description("yolox"));
   REQUIRE(detector.heads().size() == 3);
   CHECK(detector.heads()[0].classes == classes);
   CHECK(detector.heads()[2].grid_width == 2);
@@ -71,8 +70,8 @@ TEST_CASE("a picture that changes within a window has the bits of a whole pass t
                                                                         {"nanodet", {90, 0, 6, 96}}}));
   CAPTURE(name, window.top, window.left, window.height, window.width);
   const bool is_yolox = std::string(name) == "yolox";
-  const detect::GraphDetector<float> detector(is_yolox ? yolox_like(64) : nanodet_like(96),
-                                              detect::known_description(name));
+  const detect::Detector<float> detector(is_yolox ? yolox_like(64) : nanodet_like(96),
+                                         detect::known_description(name));
   auto images = pictures<float>(2, detector.input_height());
   tapestry::Random random(4);
   const PixelWindow everything{0, 0, detector.input_height(), detector.input_width()};
@@ -95,7 +94,7 @@ TEST_CASE("a picture that changes within a window has the bits of a whole pass t
 
 TEST_CASE("kept pictures of an export hold until weights or mode change, and need windows inside",
           "[detect][graph_detector][kept][bad_input]") {
-  detect::GraphDetector<double> detector(yolox_like(64), detect::known_description("yolox"));
+  detect::Detector<double> detector(yolox_like(64), detect::known_description("yolox"));
   const auto images = pictures<double>(1, 64);
   detect::KeptPicture<double> picture({20, 24, 12, 16}), outside({60, 0, 5, 5});
   detect::Pass<double> kept, whole;
@@ -123,7 +122,7 @@ TEST_CASE("kept pictures of an export hold until weights or mode change, and nee
 }
 
 TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detect][graph_detector]") {
-  const detect::GraphDetector<float> detector(nanodet_like(96), detect::known_description("nanodet"));
+  const detect::Detector<float> detector(nanodet_like(96), detect::known_description("nanodet"));
   REQUIRE(detector.heads().size() == 3);
   CHECK(detector.heads()[0].channel_count() == classes + 32);
   detect::Pass<float> pass;
@@ -135,7 +134,7 @@ TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detec
 TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][graph_detector]") {
   const auto kind = detect::known_description("yolov5");
   const auto description = tapestry::test::yolov5_like(64, kind.anchors);
-  const detect::GraphDetector<double> detector(description, kind);
+  const detect::Detector<double> detector(description, kind);
   REQUIRE(detector.heads().size() == 3);
   CHECK(detector.heads()[0].classes == classes);
   CHECK(detector.heads()[2].anchors == kind.anchors[2]);
@@ -173,11 +172,11 @@ TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][gr
 TEST_CASE("boxes and scores of an export are those of its logits", "[detect][graph_detector][decoded]") {
   const auto kind = detect::known_description("yolov5");
   const auto description = tapestry::test::yolov5_like(64, kind.anchors);
-  const detect::GraphDetector<double> raw(description, kind);
+  const detect::Detector<double> raw(description, kind);
   auto decoded_kind = detect::DetectorDescription{{}, kind.fit, detect::HeadKind::boxes_and_scores};
   decoded_kind.decoded.boxes = decoded_kind.decoded.scores = description.outputs.front();
   decoded_kind.decoded.has_objectness = true;
-  const detect::GraphDetector<double> decoded(description, decoded_kind);
+  const detect::Detector<double> decoded(description, decoded_kind);
   REQUIRE(decoded.heads().size() == 1);
   CHECK(decoded.heads()[0].classes == classes);
   CHECK(decoded.heads()[0].candidate_count() == 252);
@@ -250,8 +249,8 @@ TEST_CASE("decoded outputs may be described in every form", "[detect][graph_dete
                        {"", "Mul", {"most", "nothing"}, {"none"}},
                        {"", "Add", {"rows", "none"}, {"o"}}};
   description.outputs = {"o"};
-  const detect::GraphDetector<double> detector(
-      description, {{}, {}, detect::HeadKind::boxes_and_scores, {}, {}, form.outputs});
+  const detect::Detector<double> detector(description,
+                                          {{}, {}, detect::HeadKind::boxes_and_scores, {}, {}, form.outputs});
   detect::Pass<double> pass;
   detector.forward(pictures<double>(1, 64), pass);
   REQUIRE(detector.heads()[0].classes == 2);
@@ -271,7 +270,7 @@ TEST_CASE("the loss as coded asks for cells, which decoded outputs lack",
   const auto description = tapestry::test::yolov5_like(64, kind5.anchors);
   detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
   kind.decoded.boxes = kind.decoded.scores = description.outputs.front();
-  const detect::GraphDetector<double> detector(description, kind);
+  const detect::Detector<double> detector(description, kind);
   const tapestry::ArrayVariable<double, 4> images = pictures<double>(1, 64);
   const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}};
   CHECK_THROWS_WITH(
@@ -291,7 +290,7 @@ TEST_CASE("boxes as shares of corners, and a softmax with a background, are read
   kind.decoded.relative = true;
   kind.decoded.score_form = detect::ScoreForm::softmax;
   kind.decoded.background = GENERATE(detect::Background::first, detect::Background::last);
-  const detect::GraphDetector<double> detector(description, kind);
+  const detect::Detector<double> detector(description, kind);
   const auto images = pictures<double>(1, 64);
   detect::Pass<double> pass;
   detector.forward(images, pass);
@@ -322,13 +321,13 @@ TEST_CASE("decoded outputs that are not there, or no boxes, are refused",
   detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
   kind.decoded.boxes = "nowhere";
   kind.decoded.scores = description.outputs[1];
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, kind),
+  CHECK_THROWS_WITH(detect::Detector<float>(description, kind),
                     contains("net.onnx: no node makes the output 'nowhere'"));
   kind.decoded.boxes = description.outputs[1];  // six numbers, not four
   kind.decoded.scores = description.outputs[0];
-  CHECK_THROWS_AS(detect::GraphDetector<float>(description, kind), tapestry::FileError);
+  CHECK_THROWS_AS(detect::Detector<float>(description, kind), tapestry::FileError);
   kind.decoded.boxes = kind.decoded.scores = description.outputs[0];  // a box and no class
-  CHECK_THROWS_AS(detect::GraphDetector<float>(description, kind), tapestry::FileError);
+  CHECK_THROWS_AS(detect::Detector<float>(description, kind), tapestry::FileError);
 }
 
 TEST_CASE("the loss of a graph detector is differentiable to its pictures",
@@ -343,11 +342,11 @@ TEST_CASE("the loss of a graph detector is differentiable to its pictures",
           tapestry::test::yolov5_like(64, kind.anchors).outputs.front();
       kind.decoded.has_objectness = true;
     }
-    const detect::GraphDetector<double> detector(kind.head == detect::HeadKind::yolox ? yolox_like(64)
-                                                 : kind.head == detect::HeadKind::nanodet
-                                                     ? nanodet_like(64)
-                                                     : tapestry::test::yolov5_like(64, kind.anchors),
-                                                 kind);
+    const detect::Detector<double> detector(kind.head == detect::HeadKind::yolox ? yolox_like(64)
+                                            : kind.head == detect::HeadKind::nanodet
+                                                ? nanodet_like(64)
+                                                : tapestry::test::yolov5_like(64, kind.anchors),
+                                            kind);
     const auto images = pictures<double>(2, 64);
     const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}, {3, {40, 20, 30, 30}}};
     const auto value = [&](const Array<double, 4>& at) {
@@ -372,7 +371,7 @@ TEST_CASE("the loss of a graph detector is differentiable to its pictures",
 }
 
 TEST_CASE("weights of a graph detector get their gradient", "[detect][graph_detector][gradient]") {
-  detect::GraphDetector<double> detector(yolox_like(64), detect::known_description("yolox"));
+  detect::Detector<double> detector(yolox_like(64), detect::known_description("yolox"));
   const auto images = pictures<double>(1, 64);
   detect::Pass<double> pass;
   detector.forward(images, pass, detect::Mode::training);
@@ -419,28 +418,28 @@ TEST_CASE("detectors that are known are recognised by what is behind their outpu
 
 TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector]") {
   const auto yolox = detect::known_description("yolox");
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), detect::known_description("nanodet")),
+  CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), detect::known_description("nanodet")),
                     contains("net.onnx: ") && contains("outputs of 10 channels"));
   auto two = yolox;
   two.strides = {8, 16};
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), two), contains("expected 2, found 3"));
+  CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), two), contains("expected 2, found 3"));
   auto yolov5 = detect::known_description("yolov5");
   const auto export5 = tapestry::test::yolov5_like(64, yolov5.anchors);
   yolov5.anchors[1].pop_back();
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(export5, yolov5),
+  CHECK_THROWS_WITH(detect::Detector<float>(export5, yolov5),
                     contains("channels at stride 16") && contains("expected 20, found 30"));
   yolov5.anchors[0].assign(4, {8, 8});
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(export5, yolov5),
+  CHECK_THROWS_WITH(detect::Detector<float>(export5, yolov5),
                     contains("outputs of 30 channels, expected more than 20 and a multiple of 4"));
   yolov5 = detect::known_description("yolov5");
   yolov5.anchors.assign(3, {{8, 8}});
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(yolox_like(64), yolov5),
+  CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), yolov5),
                     contains("outputs of stride 8, whose anchors stand side by side; expected 1, found 3"));
   auto description = yolox_like(64);
   description.inputs.push_back({"more", {1}});
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), contains("found 2 inputs"));
+  CHECK_THROWS_WITH(detect::Detector<float>(description, yolox), contains("found 2 inputs"));
   description = yolox_like(64);
   description.inputs[0].shape = {1, 3, std::nullopt, std::nullopt};
-  CHECK_THROWS_WITH(detect::GraphDetector<float>(description, yolox), contains("--size"));
-  CHECK(detect::GraphDetector<float>(description, yolox, 96).input_width() == 96);
+  CHECK_THROWS_WITH(detect::Detector<float>(description, yolox), contains("--size"));
+  CHECK(detect::Detector<float>(description, yolox, 96).input_width() == 96);
 }

@@ -1,4 +1,4 @@
-#include <tapestry/detect/graph_detector_variable.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ using tapestry::test::pictures;
 namespace {
 
 template <class T>
-Array<T, 1> constants_of(const detect::GraphDetector<T>& detector) {
+Array<T, 1> constants_of(const detect::Detector<T>& detector) {
   const auto& values = detector.network().constants();
   Array<T, 1> constants(Extents<1>{values.size()});
   std::copy(values.begin(), values.end(), constants.data());
@@ -34,7 +34,7 @@ Array<T, 1> constants_of(const detect::GraphDetector<T>& detector) {
 }
 
 /// Changes every weight a little, as a step of learning does.
-void stir(detect::GraphDetector<float>& detector) {
+void stir(detect::Detector<float>& detector) {
   auto constants = detector.network().constants();
   Random random(5);
   for (const nn::WeightBlock& weight : detector.network().weights())
@@ -43,7 +43,7 @@ void stir(detect::GraphDetector<float>& detector) {
   detector.network().set_constants(constants);
 }
 
-std::string written(const detect::GraphDetector<float>& detector, const std::string& bytes) {
+std::string written(const detect::Detector<float>& detector, const std::string& bytes) {
   io::WeightValues values;
   for (const nn::WeightBlock& weight : detector.network().weights()) {
     const auto first = detector.network().constants().begin() + static_cast<std::ptrdiff_t>(weight.offset);
@@ -52,7 +52,7 @@ std::string written(const detect::GraphDetector<float>& detector, const std::str
   return io::with_weights(bytes, "net.onnx", values);
 }
 
-std::vector<Array<float, 4>> logits_of(const detect::GraphDetector<float>& detector) {
+std::vector<Array<float, 4>> logits_of(const detect::Detector<float>& detector) {
   detect::Pass<float> pass;
   detector.forward(pictures<float>(1, 64), pass);
   return pass.logits;
@@ -66,7 +66,7 @@ TEST_CASE("the gradient of a graph's weights on the tape agrees with central dif
   auto description = tapestry::test::yolox_like(64);
   tapestry::test::normalise_first(description);
   const auto kind = detect::known_description("yolox");
-  detect::GraphDetector<double> detector(description, kind, 0, {}, simplifies);
+  detect::Detector<double> detector(description, kind, 0, {}, simplifies);
   const auto start = constants_of(detector);
   const auto images = pictures<double>(2, 64);
   std::vector<Array<double, 4>> asked;
@@ -114,7 +114,7 @@ TEST_CASE("the gradient of a graph's weights on the tape agrees with central dif
 }
 
 TEST_CASE("a graph on the tape takes no other number of constants", "[detect][graph_detector]") {
-  detect::GraphDetector<float> detector(tapestry::test::yolox_like(64), detect::known_description("yolox"));
+  detect::Detector<float> detector(tapestry::test::yolox_like(64), detect::known_description("yolox"));
   const auto before = detector.network().constants();
   const ArrayVariable<float, 1> few(tapestry::zeros<float, 1>({3}));
   CHECK_THROWS_AS(detect::forward(detector, ArrayVariable<float, 4>(pictures<float>(1, 64)), few),
@@ -126,12 +126,12 @@ TEST_CASE("weights that have learnt are read back from their file, bit for bit",
           "[detect][graph_detector][weight_replacement]") {
   const std::string bytes = io::onnx_bytes(tapestry::test::yolox_like(64));
   const auto kind = detect::known_description("yolox");
-  detect::GraphDetector<float> learnt(io::parse_onnx(bytes, "net.onnx"), kind);
+  detect::Detector<float> learnt(io::parse_onnx(bytes, "net.onnx"), kind);
   const auto before = logits_of(learnt);
   stir(learnt);
   const auto after = logits_of(learnt);
   CHECK((after[0] != before[0]));
-  const detect::GraphDetector<float> read(io::parse_onnx(written(learnt, bytes), "net.onnx"), kind);
+  const detect::Detector<float> read(io::parse_onnx(written(learnt, bytes), "net.onnx"), kind);
   const auto again = logits_of(read);
   for (std::size_t h = 0; h < again.size(); ++h) CHECK((again[h] == after[h]));
 }
@@ -143,11 +143,11 @@ TEST_CASE("of a graph that is not simplified weights keep their names, and batch
   const std::string bytes = io::onnx_bytes(description);
   const auto kind = detect::known_description("yolox");
   const auto parsed = io::parse_onnx(bytes, "net.onnx");
-  detect::GraphDetector<float> learnt(parsed, kind, 0, {}, false);
+  detect::Detector<float> learnt(parsed, kind, 0, {}, false);
   for (const auto& weight : learnt.network().weights()) CHECK(parsed.constants.contains(weight.name));
   stir(learnt);
   const auto after = logits_of(learnt);
-  const detect::GraphDetector<float> read(io::parse_onnx(written(learnt, bytes), "net.onnx"), kind);
+  const detect::Detector<float> read(io::parse_onnx(written(learnt, bytes), "net.onnx"), kind);
   const auto again = logits_of(read);
   for (std::size_t h = 0; h < again.size(); ++h)
     for (std::size_t i = 0; i < again[h].size(); ++i)

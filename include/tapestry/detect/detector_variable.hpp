@@ -1,0 +1,69 @@
+#pragma once
+#include <concepts>
+#include <memory>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/kept_picture.hpp>
+#include <vector>
+
+namespace tapestry::detect {
+namespace detail {
+/// The logits of a pass, which live as long as any of these does.
+template <class T>
+[[nodiscard]] std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(
+    const std::shared_ptr<Pass<T>>& pass);
+
+/// The logits of a pass as one record, whose pullback reaches the pictures.
+template <class T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
+                                                             const std::shared_ptr<Pass<T>>& pass,
+                                                             const ArrayVariable<T, 4>& images);
+}  // namespace detail
+
+/// Logits of every head for a batch of pictures, as one record on the active tape: its pullback is
+/// Detector::pull_back(), and nothing is recorded or kept for the weights. Passive pictures record
+/// nothing.
+///
+/// \param detector  must outlive the tape's last reverse(), unchanged
+/// \param images   [N, H, W, 3], RGB in [0, 1]
+/// \param pass     memory to use, for loops that record again and again: not to be used for anything else
+///                 before the tape's last reverse(), and logits of an earlier call with it are gone. Null
+///                 takes new memory.
+/// \throws ShapeError as Detector::forward(); DomainError if images are on no active tape
+template <std::floating_point T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Detector<T>& detector,
+                                                       const ArrayVariable<T, 4>& images,
+                                                       std::shared_ptr<Pass<T>> pass = nullptr);
+
+/// The same, bit for bit, of pictures that change within a window each from call to call, without computing
+/// again what the windows do not reach: see Detector::forward_within(). The adjoint that it hands to the
+/// pictures is that of forward() within the windows, and may be zero elsewhere. Pictures that are constants
+/// run in the same mode as others, for what is kept is of one mode.
+///
+/// \param kept  for each image, or null to compute everything of it; needed during the call only
+/// \throws ShapeError as Detector::forward_within(); DomainError as forward()
+template <std::floating_point T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward_within(const Detector<T>& detector,
+                                                              const ArrayVariable<T, 4>& images,
+                                                              const std::vector<KeptPicture<T>*>& kept,
+                                                              std::shared_ptr<Pass<T>> pass = nullptr);
+
+/// The same in training mode, differentiable by the pictures and by the weights. Batch normalisation that the
+/// network holds keeps its running statistics.
+///
+/// The detector takes over the constants' values, which must stay until the tape's last reverse(). Those that
+/// are no weights, see nn::Network::weights(), have the adjoint 0.
+///
+/// \param images     [N, H, W, 3], RGB in [0, 1]
+/// \param constants  [detector.network().constants().size()], in its order
+/// \param pass       as above
+/// \throws ShapeError as Detector::forward(), and if there are not as many constants; whatever is thrown,
+/// they
+///         are not taken over
+template <std::floating_point T>
+[[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Detector<T>& detector,
+                                                       const ArrayVariable<T, 4>& images,
+                                                       const ArrayVariable<T, 1>& constants,
+                                                       std::shared_ptr<Pass<T>> pass = nullptr);
+
+}  // namespace tapestry::detect

@@ -1,0 +1,128 @@
+#pragma once
+#include <algorithm>
+#include <cctype>
+#include <concepts>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/raw_outputs.hpp>
+#include <tapestry/detect/recognised_detector.hpp>
+#include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/detector_description_file.hpp>
+#include <tapestry/io/names_file.hpp>
+#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/read_detector.hpp>
+#include <tapestry/nn/engine.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::io::detail {
+
+[[nodiscard]] inline nn::Engine engine_of(const std::string& precision) {
+  if (precision == "bfloat16") return nn::Engine::bfloat16;
+  if (precision == "float") return nn::Engine::automatic;
+  throw DomainError("read_detector: precision is " + in_quotes(precision) + ", expected float or bfloat16");
+}
+
+[[nodiscard]] inline FileError no_common_layer(const std::string& path) {
+  return FileError(ErrorKind::mismatch,
+                   {path, "", "there is no layer that all heads see, to map attention over"});
+}
+
+/// The layer of a Darknet network that a number names, or without one the last that all heads see.
+template <std::floating_point T>
+[[nodiscard]] std::size_t darknet_layer(const detect::Network<T>& network, const std::string& layer) {
+  if (layer.empty()) {
+    if (const auto common = network.common_layer()) return *common;
+    throw no_common_layer(network.config().name);
+  }
+  const bool is_number =
+      layer.size() < 6 && std::ranges::all_of(layer, [](unsigned char c) { return std::isdigit(c) != 0; });
+  if (!is_number)
+    throw Error(ErrorKind::usage, "layer '" + layer + "': layers of Darknet networks are numbers, from 0");
+  return std::stoul(layer);
+}
+
+template <std::floating_point T>
+[[nodiscard]] detect::Detector<T> read_darknet_detector(const DetectorFiles& files,
+                                                        std::vector<std::string>* warnings) {
+  if (!files.description.empty())
+    throw Error(ErrorKind::usage, files.weights + ": is described by its cfg, not by " + files.description);
+  std::optional<detect::DecodeFamily> decode;
+  if (!files.decode.empty()) decode = detect::decode_family_by_name(files.decode);
+  auto [network, remarks] = read_network<T>(files.config, files.weights, files.size, files.size, decode);
+  if (warnings != nullptr) *warnings = std::move(remarks);
+  if (network.heads().empty())
+    throw FileError(ErrorKind::mismatch,
+                    {network.config().name, "", "the network has no [yolo] or [region] section"});
+  std::vector<std::size_t> layers;
+  for (const std::string& layer : files.layers) layers.push_back(darknet_layer(network, layer));
+  network.tell_layers(layers);
+  return network.make_detector();
+}
+
+/// What describes an ONNX model.
+[[nodiscard]] inline detect::DetectorDescription description_for(const DetectorFiles& files,
+                                                                 const nn::NetworkDescription& network) {
+  if (!files.description.empty()) return read_detector_description(files.description);
+  if (const auto beside = description_beside(files.weights); !beside.empty())
+    return read_detector_description(beside);
+  if (const auto known = detect::recognised_detector(network)) return *known;
+  throw Error(
+      ErrorKind::usage,
+      files.weights +
+          ": its outputs are not those of a detector that is known by its layers (YOLOX, NanoDet); a "
+          "description says what they are, such as a file of {\"head\": \"yolov5\"} beside the model, of "
+          "its name with the ending .json");
+}
+
+template <std::floating_point T>
+[[nodiscard]] detect::Detector<T> read_onnx_detector(const DetectorFiles& files) {
+  for (const std::string& other : {files.config, files.decode})
+    if (!other.empty())
+      throw Error(
+          ErrorKind::usage,
+          files.weights + ": an ONNX model takes no cfg and no decode family, but " + other + " was given");
+  const auto network = read_onnx(files.weights);
+  auto layers = files.layers;
+  for (std::string& layer : layers) {
+    if (layer.empty()) layer = detect::common_layer(network);
+    if (layer.empty()) throw no_common_layer(files.weights);
+  }
+  return detect::Detector<T>(network, description_for(files, network), files.size, layers);
+}
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+std::string description_beside(const std::string& weights) {
+  if (!is_onnx(weights)) return "";
+  const auto beside = std::filesystem::path(weights).replace_extension(".json");
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(beside, ignored) ? beside.string() : "";
+}
+
+template <std::floating_point T>
+detect::Detector<T> read_detector(const DetectorFiles& files, std::vector<std::string>* warnings) {
+  const nn::Engine engine = detail::engine_of(files.precision);
+  auto detector = is_onnx(files.weights) ? detail::read_onnx_detector<T>(files)
+                                         : detail::read_darknet_detector<T>(files, warnings);
+  detector.set_engine(engine);
+  if (!files.fit.empty()) detector.set_fit(image::fit_by_name(files.fit));
+  if (!files.names.empty())
+    detector.set_names(read_class_names(files.names, detector.heads().front().classes));
+  return detector;
+}
+
+template decltype(read_detector<float>) read_detector<float>;
+template decltype(read_detector<double>) read_detector<double>;
+
+}  // namespace tapestry::io

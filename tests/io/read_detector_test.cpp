@@ -1,0 +1,149 @@
+#include <tapestry/io/read_detector.hpp>
+
+#include <string>
+#include <tapestry/core/random.hpp>
+#include <tapestry/detect/network.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <vector>
+
+#include "../support/catch.hpp"
+#include "../support/random_array.hpp"
+#include "../support/refusal.hpp"
+#include "../support/small_exports.hpp"
+#include "../support/temporary_folder.hpp"
+#include "../support/tiny_scene.hpp"
+
+namespace detect = tapestry::detect;
+namespace io = tapestry::io;
+namespace test = tapestry::test;
+using tapestry::Array;
+using tapestry::ErrorKind;
+using test::check_refused;
+
+namespace {
+/// A Darknet network, as two files and as one, and an ONNX model.
+struct Files {
+  test::TemporaryFolder folder{};
+  detect::Network<float> network = test::tiny_network<float>();
+  std::string config = folder.write("tiny.cfg", test::tiny_network_text());
+  std::string names = folder.write("tiny.names", "car\nvan\n");
+  std::string weights = folder.path("tiny.weights");
+  std::string converted = folder.path("tiny.safetensors");
+  std::string onnx = folder.path("net.onnx");
+
+  Files() {
+    io::write_weight_file(weights, network);
+    io::DetectorMetadata metadata;
+    metadata.cfg = test::tiny_network_text();
+    static_cast<void>(io::write_detector_file(converted, metadata, network.parameters(), "tiny.cfg"));
+    io::write_onnx(onnx, test::yolox_like(64));
+  }
+};
+
+std::string refusal(const io::DetectorFiles& files, ErrorKind kind) {
+  try {
+    static_cast<void>(io::read_detector<float>(files));
+  } catch (const tapestry::Error& error) {
+    CHECK(error.kind() == kind);
+    return error.what();
+  }
+  return "";
+}
+}  // namespace
+
+TEST_CASE("one call opens a detector, whatever kind of file holds it", "[io][read_detector]") {
+  const Files files;
+  const auto pictures = test::random_array<float>({1, 48, 48, 3}, 1);
+  const auto expected = detect::forward(*files.network.detector(), pictures);
+  std::vector<std::string> warnings{"gone"};
+  for (const io::DetectorFiles& source : {io::DetectorFiles{.weights = files.weights, .config = files.config},
+                                          io::DetectorFiles{.weights = files.converted}}) {
+    const auto detector = io::read_detector<float>(source, &warnings);
+    CHECK(detect::forward(detector, pictures) == expected);
+    CHECK(warnings.empty());
+    CHECK(detector.fit() == tapestry::image::fit_by_name("letterbox"));
+  }
+  const auto detector = io::read_detector<double>({.weights = files.onnx, .fit = "stretch"});
+  CHECK(detector.heads().size() == 3);
+  CHECK(detector.fit().kind == tapestry::image::FitKind::stretch);
+  const detect::Detector<double> same(test::yolox_like(64), detect::known_description("yolox"));
+  const auto photographs = test::random_array<double>({2, 64, 64, 3}, 2);
+  CHECK(detect::forward(detector, photographs) == detect::forward(same, photographs));
+}
+
+TEST_CASE("a detector puts photographs in and finds boxes in their pixels", "[io][read_detector]") {
+  const Files files;
+  const auto detector = io::read_detector<float>({.weights = files.weights, .config = files.config});
+  const auto photograph = test::random_array<float>({30, 60, 3}, 3);
+  const auto input = detector.input(photograph);
+  REQUIRE(input.shape() == tapestry::Extents<4>{1, 48, 48, 3});
+  CHECK(input(0, 2, 5, 1) == 0.5F);  // above the photograph, 24 rows of it from row 12 on
+  const auto found = detector.detections(detect::forward(detector, input), 0, 0.05, 0.45);
+  REQUIRE(!found.empty());
+  const auto there = detector.in_photograph(found, 30, 60);
+  CHECK(there.front().box.cx == Approx(found.front().box.cx * 60 / 48));
+  CHECK(there.front().box.cy == Approx((found.front().box.cy - 12) * 30 / 24));
+  CHECK(there.front().box.h == Approx(found.front().box.h * 30 / 24));
+  for (std::size_t i = 1; i < found.size(); ++i) CHECK(found[i].confidence <= found[i - 1].confidence);
+}
+
+TEST_CASE("a class is known by its name or, without names, by its number", "[io][read_detector]") {
+  const Files files;
+  auto detector =
+      io::read_detector<float>({.weights = files.weights, .config = files.config, .names = files.names});
+  CHECK(detector.class_index("van") == 1);
+  check_refused(ErrorKind::mismatch, "no class is named 'Car'; there are car, van",
+                [&] { static_cast<void>(detector.class_index("Car")); });
+  detector.set_names({});
+  CHECK(detector.class_index("1") == 1);
+  check_refused(ErrorKind::mismatch, "class 2: the detector has 2 classes",
+                [&] { static_cast<void>(detector.class_index("2")); });
+  for (const char* word : {"van", "", "1x", "-1"})
+    check_refused(ErrorKind::usage, "needs the names of the classes; without them it must be a number",
+                  [&] { static_cast<void>(detector.class_index(word)); });
+}
+
+TEST_CASE("a description beside an ONNX model is taken", "[io][read_detector]") {
+  const Files files;
+  const auto anchors = detect::known_description("yolov5").anchors;
+  const std::string model = files.folder.path("other.onnx");
+  io::write_onnx(model, test::yolov5_like(64, anchors));
+  CHECK_THAT(refusal({.weights = model}, ErrorKind::usage), contains("a description says what they are"));
+  const std::string description = files.folder.write("other.json", R"({"head": "yolov5"})");
+  CHECK(io::description_beside(model) == description);
+  CHECK(io::description_beside(files.weights).empty());
+  CHECK(io::read_detector<float>({.weights = model}).heads()[0].decode == detect::DecodeFamily::ultralytics);
+  const std::string elsewhere = files.folder.write("elsewhere.json", R"({"head": "yolox"})");
+  CHECK_FALSE(refusal({.weights = model, .description = elsewhere}, ErrorKind::mismatch).empty());
+}
+
+TEST_CASE("layers to observe are named as the file names them", "[io][read_detector]") {
+  const Files files;
+  const auto network = test::yolox_like(64);
+  const std::string value = network.nodes[4].outputs.front();
+  CHECK(io::read_detector<float>({.weights = files.onnx, .layers = {value}}).layer_shape(0).size() == 4);
+  const auto detector =
+      io::read_detector<float>({.weights = files.weights, .config = files.config, .layers = {"", "3"}});
+  CHECK(detector.layer_shape(0) == tapestry::nn::Shape{1, 16, 3, 3});
+  CHECK(detector.layer_shape(1) == tapestry::nn::Shape{1, 8, 12, 12});
+  CHECK_THAT(refusal({.weights = files.weights, .config = files.config, .layers = {"x"}}, ErrorKind::usage),
+             contains("layers of Darknet networks are numbers"));
+}
+
+TEST_CASE("files that do not go together are refused", "[io][read_detector][bad_input]") {
+  const Files files;
+  CHECK_THAT(refusal({.weights = files.onnx, .config = files.config}, ErrorKind::usage),
+             contains("an ONNX model takes no cfg and no decode family"));
+  CHECK_THAT(
+      refusal({.weights = files.weights, .config = files.config, .description = "x.json"}, ErrorKind::usage),
+      contains("is described by its cfg, not by x.json"));
+  CHECK_THAT(refusal({.weights = files.weights}, ErrorKind::usage), contains("need their cfg file"));
+  CHECK_THAT(refusal({.weights = files.onnx, .names = files.names}, ErrorKind::mismatch),
+             contains("number of class names does not fit the detector"));
+  CHECK_THROWS_WITH(io::read_detector<float>({.weights = files.onnx, .precision = "half"}),
+                    contains("expected float or bfloat16"));
+  CHECK_THROWS_WITH(io::read_detector<float>({.weights = files.onnx, .fit = "wide"}), contains("wide"));
+}
