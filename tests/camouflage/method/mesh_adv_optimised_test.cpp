@@ -74,7 +74,7 @@ TEST_CASE("a shape that has not moved gives the pictures, loss and texture gradi
           "[camouflage][mesh_adv]") {
   auto car = test::tiny_car(12, GENERATE(raster::TextureKind::atlas, raster::TextureKind::cube));
   car.space = GENERATE(image::ColourSpace::encoded, image::ColourSpace::linear);
-  const auto network = test::tiny_network<double>("mish");
+  const auto network = test::tiny_detector<double>("mish");
   const auto views = views_of<double>(car, {test::tiny_frame(0), half_hidden(1), test::tiny_frame(2, 60)});
   camouflage::ObjectiveOptions options;
   options.smoothness = 100;
@@ -115,7 +115,7 @@ TEST_CASE("before the car's side the gradient by texture and offsets agrees with
   car.space = GENERATE(image::ColourSpace::encoded, image::ColourSpace::linear);
   const auto views = views_of<double>(car, {before_the_side()});
   REQUIRE(views.front()->visible_pixels == 48 * 48);
-  const auto network = test::tiny_network<double>("mish");
+  const auto network = test::tiny_detector<double>("mish");
   camouflage::ObjectiveOptions options;
   options.smoothness = 100;
   camouflage::Objective<double> objective(network, options);
@@ -192,7 +192,7 @@ TEST_CASE("through outlines a redrawn view's gradient adds up to what the pictur
 TEST_CASE("texture and shape are trained together, within bounds, to the same bits",
           "[camouflage][mesh_adv][training]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<float>();
+  const auto network = test::tiny_detector<float>();
   std::vector<camouflage::ViewStore<float>::Loader> loaders{
       [] { return test::tiny_frame(0); }, [] { return half_hidden(1); }, [] { return test::tiny_frame(2); }};
   camouflage::ViewStore<float>::Settings settings{48, 48};
@@ -241,7 +241,7 @@ TEST_CASE("texture and shape are trained together, within bounds, to the same bi
 
 TEST_CASE("the shape alone lowers the loss, and less so the stiffer it is", "[camouflage][mesh_adv]") {
   const auto car = test::tiny_car();
-  const auto network = test::tiny_network<double>("mish");
+  const auto network = test::tiny_detector<double>("mish");
   const auto views = views_of<double>(car, {test::tiny_frame(0), test::tiny_frame(1)});
   const auto uneven_after = [&](double stiffness) {
     auto shape = camouflage::shape_parameter(car);
@@ -291,7 +291,7 @@ TEST_CASE("positions at one place move together, and only one row moves them", "
 
 TEST_CASE("what cannot move is refused", "[camouflage][mesh_adv][bad_input]") {
   auto car = test::tiny_car();
-  const auto network = test::tiny_network<double>();
+  const auto network = test::tiny_detector<double>();
   camouflage::Objective<double> objective(network, {});
   objective.follow(camouflage::mesh_adv<double>(car));
   const tapestry::ArrayVariable<double, 2> start(
