@@ -3,10 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_description.hpp>
+#include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -18,6 +22,7 @@
 #include "shell/file_status.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
+#include "shell/run_folder.hpp"
 #include "shell/settings.hpp"
 
 namespace {
@@ -61,7 +66,32 @@ void require_sound(const Options& options) {
   list.throw_first();
 }
 
-/// Writes the network's operators, from a picture to the raw logits of each head.
+/// What the heads of a model make of its outputs, as io::read_detector_description() reads it; nothing if no
+/// description says it.
+std::optional<Json> described(const detect::NetworkConfig& config,
+                              const std::vector<detect::FeatureShape>& shapes) {
+  std::map<std::size_t, std::vector<double>> anchors;  // of each stride, finest first
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    if (!is_head(config.layers[i].kind)) continue;
+    const detect::Head head = detect::detail::head_of(config.layers[i], shapes[i]);
+    const std::size_t stride = config.height / head.grid_height;
+    const bool is_plain = head.decode == detect::DecodeFamily::darknet && head.scale_x_y == 1 &&
+                          !head.exclusive_classes && config.layers[i].kind == detect::LayerKind::yolo;
+    if (!is_plain || head.grid_height * stride != config.height || head.grid_width * stride != config.width)
+      return std::nullopt;
+    for (const auto& [width, height] : head.anchors)
+      anchors[stride].insert(anchors[stride].end(), {width, height});
+  }
+  Json description{{"head", "darknet"}, {"input", {{"fit", image::name_of(detect::fit_of(config).kind)}}}};
+  for (const auto& [stride, of_head] : anchors) {
+    description["strides"].push_back(stride);
+    description["anchors"].push_back(of_head);
+  }
+  return description;
+}
+
+/// Writes the network's operators, from a picture to the raw logits of each head, and beside the model what
+/// these mean.
 void write_onnx_model(const Options& options, const detect::NetworkConfig& config,
                       const std::vector<detect::FeatureShape>& shapes, const Array<float, 1>& parameters) {
   const auto network = detect::network_description(config, parameters);
@@ -77,6 +107,14 @@ void write_onnx_model(const Options& options, const detect::NetworkConfig& confi
   for (const auto& [name, shape] : outputs)
     remark("raw logits \"" + name + "\" of a " + std::to_string(shape[2]) + " x " + std::to_string(shape[3]) +
            " grid");
+  if (const auto description = described(config, shapes)) {
+    const auto path = std::filesystem::path(options.output).replace_extension(".json").string();
+    io::write_file_atomically(path, std::string_view(description->dump(2) + "\n"));
+    remark(path + " describes its heads");
+  } else {
+    remark(
+        "no description says what its heads mean: scale_x_y, classes by softmax, or another decode family");
+  }
 }
 
 int run(const Options& options) {

@@ -282,9 +282,11 @@
 #include <tapestry/nn/curve.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
+#include <tapestry/nn/layers_variable.hpp>
 #include <tapestry/nn/layout.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/pruned.hpp>
+#include <tapestry/nn/network_variable.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/upsample.hpp>

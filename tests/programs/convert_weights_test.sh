@@ -194,6 +194,10 @@ expect_error_line '^error: --output lost.weights would lose the cfg, which is on
 expect_exit 0 "an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
 grep -q 'detector.onnx: [0-9]* nodes, from "picture", \[1, 3, ' command.out && pass || fail "no summary of the model"
 [ "$(grep -c 'raw logits "layer_[0-9]*" of a' command.out)" -eq "$(grep -c '^\[yolo\]' "$assets/detector.cfg")" ] && pass || fail "other heads"
+expect_exit 0 "detecting with the model, described beside it" "$detect" --json --weights detector.onnx --names "$assets/detector.names" "$frame"
+grep -v '"name"' command.out > model.json
+grep -v '"name"' darknet.json > layers.json
+expect_same layers.json model.json
 expect_exit 2 "folding an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --fold --output folded.onnx
 expect_error_line '^error: --fold and --decode are for .safetensors; an .onnx file holds the raw logits of the heads'
 
