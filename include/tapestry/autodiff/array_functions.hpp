@@ -1,7 +1,6 @@
 #pragma once
 /// Operations on array variables: formulas that are computed and pulled back in one pass each, and records
 /// with a hand-written pullback.
-#include <tapestry/autodiff/arrays/convolution.hpp>
 #include <tapestry/autodiff/arrays/elementwise.hpp>
 #include <tapestry/autodiff/arrays/exponential.hpp>
 #include <tapestry/autodiff/arrays/extreme.hpp>

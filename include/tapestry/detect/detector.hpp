@@ -52,7 +52,7 @@ class Detector {
   /// A network of pictures in RGB from 0 to 1, whose first outputs are the raw logits of these heads, in
   /// their order. Without heads its first output, [1, C, H, W], is handed out in the place of logits. \throws
   /// FileError as above; ShapeError unless the outputs have the heads' extents
-  Detector(const nn::NetworkDescription& network, std::vector<Head> heads,
+  Detector(nn::NetworkDescription network, std::vector<Head> heads,
            const std::vector<std::string>& layers = {}, bool simplifies = true);
 
   /// A model that another library runs, which has no gradients and no layers: who asks for them is refused.

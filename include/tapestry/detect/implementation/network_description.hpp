@@ -8,6 +8,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
+#include <tapestry/detect/implementation/network_description/writer.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_description.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
@@ -28,7 +29,7 @@ namespace tapestry::detect::detail {
 
 /// Writes down one layer after the other.
 template <std::floating_point T>
-class CfgDescriber {
+class CfgDescriber : DescriptionWriter {
  public:
   CfgDescriber(const NetworkConfig& config, const Array<T, 1>& parameters, std::size_t height,
                std::size_t width, bool batch_statistics)
@@ -39,32 +40,27 @@ class CfgDescriber {
         layout_(parameter_layout(config, shapes_)) {
     require_shape("network_description", "parameters", parameters, {layout_.count});
     image_ = {config.channels, height, width};
-    network_.path = config.name;
-    network_.opset = 18;  // the first that has Mish
-    network_.inputs = {{"picture", {1, config.channels, height, width}}};
+    network.path = config.name;
+    network.opset = 18;  // the first that has Mish
+    network.inputs = {{"picture", {1, config.channels, height, width}}};
   }
 
   [[nodiscard]] nn::NetworkDescription describe() && {
     for (std::size_t i = 0; i < config_.layers.size(); ++i) {
-      const std::size_t before = network_.nodes.size();
+      layer_ = i;
+      const std::size_t before = network.nodes.size();
       const std::string made = add_layer(i);
-      const bool makes_value = network_.nodes.size() > before;
-      if (makes_value) network_.nodes.back().outputs.front() = name_of_layer(i);
+      const bool makes_value = network.nodes.size() > before;
+      if (makes_value) network.nodes.back().outputs.front() = name_of_layer(i);
       values_.push_back(makes_value ? name_of_layer(i) : made);
-      if (is_head(config_.layers[i].kind)) network_.outputs.push_back(values_.back());
+      if (is_head(config_.layers[i].kind)) network.outputs.push_back(values_.back());
     }
-    if (network_.outputs.empty()) network_.outputs = {values_.empty() ? "picture" : values_.back()};
-    network_.outputs.insert(network_.outputs.end(), statistics_.begin(), statistics_.end());
-    return std::move(network_);
+    if (network.outputs.empty()) network.outputs = {values_.empty() ? "picture" : values_.back()};
+    network.outputs.insert(network.outputs.end(), statistics_.begin(), statistics_.end());
+    return std::move(network);
   }
 
  private:
-  using Attributes = std::map<std::string, nn::Attribute>;
-  using Integers = std::vector<std::int64_t>;
-
-  [[nodiscard]] static std::string name_of_layer(std::size_t i) { return "layer_" + std::to_string(i); }
-  [[nodiscard]] static std::int64_t integer(std::size_t count) { return static_cast<std::int64_t>(count); }
-
   /// Values that layer i reads, and their extents.
   [[nodiscard]] std::vector<std::pair<std::string, FeatureShape>> inputs_of(std::size_t i) const {
     std::vector<std::pair<std::string, FeatureShape>> inputs;
@@ -74,33 +70,12 @@ class CfgDescriber {
     return inputs;
   }
 
-  /// Adds a node to the layer that is being described. \returns the name of its result
-  std::string add(const std::string& operation, std::vector<std::string> inputs, Attributes attributes = {}) {
-    const std::string result = name_of_layer(values_.size()) + "." + std::to_string(network_.nodes.size());
-    network_.nodes.push_back({result, operation, std::move(inputs), {result}, std::move(attributes)});
-    return result;
-  }
-
-  std::string add_constant(const std::string& suffix, nn::Constant constant) {
-    std::string name = name_of_layer(values_.size()) + suffix;
-    while (network_.constants.contains(name)) name += '\'';
-    network_.constants[name] = std::move(constant);
-    return name;
-  }
-  std::string add_integers(const std::string& suffix, const Integers& integers) {
-    return add_constant(
-        suffix,
-        {{integers.size()}, nn::ElementType::integer, std::vector<double>(integers.begin(), integers.end())});
-  }
-  std::string add_number(const std::string& suffix, double number) {
-    return add_constant(suffix, {{}, nn::ElementType::floating, std::vector<T>{static_cast<T>(number)}});
-  }
   std::string add_parameters(ParameterRole role, std::size_t offset, nn::Shape shape) {
     const T* const first = parameters_.data() + offset;
     const std::size_t count = nn::size_of(shape);
-    const std::string name = constant_name({values_.size(), role, offset, count});
-    network_.constants[name] = {std::move(shape), nn::ElementType::floating,
-                                std::vector<T>(first, first + count)};
+    const std::string name = constant_name({layer_, role, offset, count});
+    network.constants[name] = {std::move(shape), nn::ElementType::floating,
+                               std::vector<T>(first, first + count)};
     return name;
   }
 
@@ -167,11 +142,11 @@ class CfgDescriber {
   /// Lets the batch normalisation that was added last take the batch's statistics, and hand them out: with a
   /// momentum of 0 the running ones become these.
   void hand_out_statistics() {
-    nn::Node& node = network_.nodes.back();
+    nn::Node& node = network.nodes.back();
     node.attributes["training_mode"] = std::int64_t(1);
     node.attributes["momentum"] = 0.0;
     for (const char* suffix : {".batch_means", ".batch_variances"}) {
-      statistics_.push_back(name_of_layer(values_.size()) + suffix);
+      statistics_.push_back(name_of_layer(layer_) + suffix);
       node.outputs.push_back(statistics_.back());
     }
   }
@@ -234,15 +209,6 @@ class CfgDescriber {
     return parts.size() == 1 ? parts.front() : add("Concat", parts, {{"axis", std::int64_t(1)}});
   }
 
-  std::string slice(const std::string& input, const Integers& axes, const std::vector<std::size_t>& begins,
-                    const std::vector<std::size_t>& ends, const std::vector<std::size_t>& steps) {
-    const auto all = [&](const std::string& suffix, const std::vector<std::size_t>& values) {
-      return add_integers(suffix, Integers(values.begin(), values.end()));
-    };
-    return add("Slice", {input, all(".begins", begins), all(".ends", ends), add_integers(".axes", axes),
-                         all(".steps", steps)});
-  }
-
   std::string add_up(std::size_t i, const std::vector<std::pair<std::string, FeatureShape>>& inputs) {
     std::string sum = inputs.front().first;
     for (std::size_t k = 1; k < inputs.size(); ++k)
@@ -270,11 +236,6 @@ class CfgDescriber {
                                   : value;
   }
 
-  std::string pad(const std::string& value, Integers zeros, const Integers& after) {
-    zeros.insert(zeros.end(), after.begin(), after.end());
-    return add("Pad", {value, add_integers(".zeros", zeros)});
-  }
-
   std::string softmax(const LayerConfig& layer, std::string value, const FeatureShape& shape) {
     if (layer.temperature != 1) value = add("Div", {value, add_number(".temperature", layer.temperature)});
     const std::int64_t c = integer(shape.channels), h = integer(shape.height), w = integer(shape.width);
@@ -300,7 +261,6 @@ class CfgDescriber {
   FeatureShape image_{};
   std::vector<std::string> values_{};      ///< of the layers so far
   std::vector<std::string> statistics_{};  ///< names
-  nn::NetworkDescription network_{};
 };
 
 }  // namespace tapestry::detect::detail

@@ -11,6 +11,7 @@
 #include <tapestry/nn/network/kept_values.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/simplify.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -26,9 +27,10 @@ class Network {
   /// \param simplifies  what runs is simplified() first; results differ in rounding
   /// \throws FileError (mismatch) naming every operator or attribute that is not supported, or an input whose
   ///         extents are open
-  explicit Network(const NetworkDescription& description, const std::map<std::string, Shape>& shapes = {},
+  explicit Network(NetworkDescription description, const std::map<std::string, Shape>& shapes = {},
                    bool pictures_channels_last = false, bool simplifies = true)
-      : program_(build(description, input_shapes(description, shapes), pictures_channels_last, simplifies)),
+      : program_(build(std::move(description), input_shapes(description, shapes), pictures_channels_last,
+                       simplifies)),
         use_(use_of(program_)),
         input_count_(program_.inputs.size()) {
     prepare();
@@ -102,7 +104,7 @@ class Network {
                const std::vector<T*>& outputs_gathered = {}) const;
 
  private:
-  [[nodiscard]] static Program<T> build(const NetworkDescription& description,
+  [[nodiscard]] static Program<T> build(NetworkDescription&& description,
                                         const std::map<std::string, Shape>& shapes,
                                         bool pictures_channels_last, bool simplifies);
 

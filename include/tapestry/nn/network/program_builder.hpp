@@ -22,8 +22,9 @@ class ProgramBuilder {
  public:
   /// \param shapes  of the inputs, in the description's numbering of axes
   /// \param pictures_channels_last  inputs of four axes are handed over as [N, H, W, C]
+  /// \param stores_constants  without, the program cannot run, and only facts() are of use
   ProgramBuilder(const NetworkDescription& description, const std::map<std::string, Shape>& shapes,
-                 bool pictures_channels_last);
+                 bool pictures_channels_last, bool stores_constants = true);
 
   /// \throws FileError (mismatch) naming every node that is not supported, and why
   [[nodiscard]] Program<T> build();
@@ -86,6 +87,7 @@ class ProgramBuilder {
   [[noreturn]] void refuse() const;
 
   const NetworkDescription& description_;
+  bool stores_constants_;
   Program<T> program_;
   std::map<std::string, Known> known_;
   std::map<std::string, std::unique_ptr<Constant>> stored_;

@@ -11,7 +11,9 @@ namespace tapestry::nn {
 /// activation and the addition behind them (FusedConv). What has become known beforehand is a constant. A
 /// single slope of PRelu that a convolution takes over is a weight no more.
 ///
-/// \param facts  of the description's values, at the extents that the network will have
-[[nodiscard]] NetworkDescription simplified(NetworkDescription description, const NetworkFacts& facts);
+/// \param facts     of the description's values, at the extents that the network will have
+/// \param in_float  weights that are computed are kept in single precision, for a network in float
+[[nodiscard]] NetworkDescription simplified(NetworkDescription description, const NetworkFacts& facts,
+                                            bool in_float = false);
 
 }  // namespace tapestry::nn

@@ -94,7 +94,7 @@ TEST_CASE("BatchNormalization in training moves running statistics, which have d
   batch.output_count = batch.smooth_outputs = 3;
   check_operator(batch);
   batch.shapes.resize(1);
-  for (const std::size_t operand : {1, 2, 3, 4})
+  for (const std::size_t operand : {1U, 2U, 3U, 4U})
     batch.constants[operand] = tapestry::test::numbers(nn::Shape{3}, std::vector<double>{1, 2, 3});
   batch.shapes[0] = {4, 3};
   const auto results = results_of(batch, {{1, 2, 3, 1, 2, 4, 5, 2, 1, 5, 2, 0}});
@@ -129,8 +129,8 @@ TEST_CASE("a batch of pictures is normalised as one tensor of all", "[nn][networ
     return std::vector<double>(values, values + count);
   };
   CHECK(bits(of_one.output(0), 240) == bits(of_all.output(0), 240));
-  for (const std::size_t result : {1, 2})
-    for (const std::size_t n : {0, 3})
+  for (const std::size_t result : {1U, 2U})
+    for (const std::size_t n : {0U, 3U})
       CHECK(bits(of_one.output(result) + 3 * n, 3) == bits(of_all.output(result), 3));
   const auto adjoint = random_values(240, 4);
   std::vector<double> x_one(240), x_all(240), weights_one(one.constants().size()), weights_all = weights_one;

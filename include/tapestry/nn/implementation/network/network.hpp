@@ -16,6 +16,7 @@
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/simplify.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -46,13 +47,14 @@ void Network<T>::adjoint(NetworkPass<T>& pass, const std::vector<const T*>& outp
 }
 
 template <std::floating_point T>
-Program<T> Network<T>::build(const NetworkDescription& description,
-                             const std::map<std::string, Shape>& shapes, bool pictures_channels_last,
-                             bool simplifies) {
-  ProgramBuilder<T> builder(description, shapes, pictures_channels_last);
-  Program<T> program = builder.build();
-  if (!simplifies) return program;
-  const NetworkDescription simple = simplified(description, builder.facts());
+Program<T> Network<T>::build(NetworkDescription&& description, const std::map<std::string, Shape>& shapes,
+                             bool pictures_channels_last, bool simplifies) {
+  if (!simplifies) return ProgramBuilder<T>(description, shapes, pictures_channels_last).build();
+  ProgramBuilder<T> finder(description, shapes, pictures_channels_last, false);
+  static_cast<void>(finder.build());
+  // Facts point to constants, which a move leaves where they are.
+  const NetworkDescription simple =
+      simplified(std::move(description), finder.facts(), std::is_same_v<T, float>);
   return ProgramBuilder<T>(simple, shapes, pictures_channels_last).build();
 }
 

@@ -17,19 +17,24 @@
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/simplify/editable_graph.hpp>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace tapestry::nn {
 
 template <std::floating_point T>
 ProgramBuilder<T>::ProgramBuilder(const NetworkDescription& description,
-                                  const std::map<std::string, Shape>& shapes, bool pictures_channels_last)
-    : description_(description) {
+                                  const std::map<std::string, Shape>& shapes, bool pictures_channels_last,
+                                  bool stores_constants)
+    : description_(description), stores_constants_(stores_constants) {
   for (const auto& [name, constant] : description.constants) {
     require_room_for("constant", name, constant.shape);
     known_[name].constant = &constant;
     foldable_ += 4 * constant.size();
   }
+  std::size_t elements = readable_past_end;
+  for (const auto& [name, constant] : description.constants) elements += constant.size();
+  if (stores_constants_) program_.constants.reserve(elements);  // growing would take them twice
   for (const InputDescription& input : description.inputs) {
     Known& known = known_[input.name];
     known.shape = shapes.at(input.name);
@@ -226,8 +231,12 @@ std::size_t ProgramBuilder<T>::value_of(const std::string& name, Known& known, b
     value = add_value(name, constant.shape, constant.type, false);
     program_.values[value].channels_last = is_last;
     program_.values[value].constant = program_.constants.size();
-    for (std::size_t i = 0; i < constant.size(); ++i)
-      program_.constants.push_back(static_cast<T>(constant.at(i)));
+    if (!stores_constants_) return value;
+    std::visit(
+        [&](const auto& values) {
+          for (const auto element : values) program_.constants.push_back(static_cast<T>(element));
+        },
+        constant.values);
     return value;
   }
   const std::size_t from = known.value[is_last ? 0 : 1];

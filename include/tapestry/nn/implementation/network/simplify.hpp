@@ -10,8 +10,8 @@
 
 namespace tapestry::nn {
 
-NetworkDescription simplified(NetworkDescription description, const NetworkFacts& facts) {
-  EditableGraph graph(std::move(description), facts);
+NetworkDescription simplified(NetworkDescription description, const NetworkFacts& facts, bool in_float) {
+  EditableGraph graph(std::move(description), facts, in_float);
   remove_copies(graph);
   merge_patterns(graph);
   merge_views(graph);

@@ -28,8 +28,9 @@ class EditableGraph {
  public:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
 
-  EditableGraph(NetworkDescription description, const NetworkFacts& facts)
-      : description_(std::move(description)), facts_(facts) {
+  /// \param in_float  weights that are computed are kept in single precision, for a network in float
+  EditableGraph(NetworkDescription description, const NetworkFacts& facts, bool in_float = false)
+      : description_(std::move(description)), facts_(facts), in_float_(in_float) {
     for (std::size_t i = 0; i < size(); ++i) note_uses(i);
   }
 
@@ -99,6 +100,14 @@ class EditableGraph {
     return name;
   }
 
+  [[nodiscard]] bool in_float() const { return in_float_; }
+  /// Frees the memory of a constant's values if nobody reads it any more.
+  void release(const std::string& name) {
+    const auto found = description_.constants.find(name);
+    if (found != description_.constants.end() && readers(name).empty() && !is_result(name))
+      found->second.values = std::vector<float>{};
+  }
+
   /// The description, without nodes and constants that nobody reads.
   [[nodiscard]] NetworkDescription finish() && {
     std::erase_if(description_.nodes, [&](const Node& node) {
@@ -140,6 +149,7 @@ class EditableGraph {
 
   NetworkDescription description_;
   const NetworkFacts& facts_;
+  bool in_float_;
   std::map<std::string, std::size_t> makers_;
   std::map<std::string, std::vector<std::size_t>> readers_;
 };

@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/nn/network/simplify/editable_graph.hpp>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace tapestry::nn {
@@ -69,25 +70,44 @@ struct ChannelScaling {
   return is_scaling ? std::optional(std::move(scaling)) : std::nullopt;
 }
 
-/// A constant's values, each times the factor of its channel.
-template <class ChannelOf>
+/// A constant's values, each times the factor of its channel, as numbers of type T.
+template <class T, class ChannelOf>
 [[nodiscard]] Constant scaled(const Constant& constant, const std::vector<double>& factors,
                               ChannelOf channel_of) {
-  std::vector<double> values(constant.size());
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = constant.at(i) * factors[channel_of(i)];
+  std::vector<T> values(constant.size());
+  std::visit(
+      [&](const auto& all) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+          values[i] = static_cast<T>(static_cast<double>(all[i]) * factors[channel_of(i)]);
+      },
+      constant.values);
   return {constant.shape, constant.type, std::move(values)};
 }
 
-/// The channel that weight i of a convolution, its transpose or a Gemm makes.
-[[nodiscard]] inline std::size_t channel_of_weight(const Node& node, const Shape& weights, std::size_t i) {
-  const std::size_t of_first = size_of(weights) / weights[0];
-  if (node.operation == "Conv") return i / of_first;
-  if (node.operation == "Gemm")
-    return attribute_of<std::int64_t>(node, "transB", 0) != 0 ? i / weights[1] : i % weights[1];
-  const auto groups = static_cast<std::size_t>(attribute_of<std::int64_t>(node, "group", 1));
-  const std::size_t group = i / of_first / (weights[0] / groups);
-  return group * weights[1] + i % of_first / (of_first / weights[1]);
-}
+/// The channel that a weight of a convolution, its transpose or a Gemm makes, by the weight's place.
+class ChannelOfWeight {
+ public:
+  ChannelOfWeight(const Node& node, const Shape& weights)
+      : is_transposed_(node.operation == "ConvTranspose"),
+        of_first_(size_of(weights) / weights[0]),
+        channels_(weights[1]) {
+    if (node.operation == "Gemm" && attribute_of<std::int64_t>(node, "transB", 0) == 0) of_first_ = 0;
+    if (!is_transposed_) return;
+    of_group_ = weights[0] / static_cast<std::size_t>(attribute_of<std::int64_t>(node, "group", 1));
+    of_channel_ = of_first_ / weights[1];
+  }
+
+  [[nodiscard]] std::size_t operator()(std::size_t i) const {
+    if (is_transposed_) return i / of_first_ / of_group_ * channels_ + i % of_first_ / of_channel_;
+    return of_first_ != 0 ? i / of_first_ : i % channels_;
+  }
+
+ private:
+  bool is_transposed_;
+  std::size_t of_first_;  ///< weights for each extent of axis 0; 0 where axis 1 counts channels
+  std::size_t channels_;
+  std::size_t of_group_ = 1, of_channel_ = 1;
+};
 
 /// A node's bias for each channel, times beta of a Gemm; zeros if it has none.
 [[nodiscard]] inline std::optional<std::vector<double>> bias_of(const EditableGraph& graph, const Node& node,
@@ -128,20 +148,22 @@ inline bool fold_scaling(EditableGraph& graph, std::size_t i) {
   if (!bias) return false;
   Node node = graph.node(i);
   const std::string weights_name = node.inputs[1];
-  const Constant weights = *graph.constant(weights_name);
+  const Constant& weights = *graph.constant(weights_name);
   for (std::size_t c = 0; c < channels; ++c) (*bias)[c] = (*bias)[c] * scaling->factor[c] + scaling->shift[c];
   const std::string where = " with " + graph.node(reader).outputs[0];
   const std::string bias_name = node.inputs.size() > 2 && !node.inputs[2].empty() ? node.inputs[2] : "bias";
   node.inputs.resize(3);
   node.inputs[2] =
       graph.add_constant(bias_name + where, {{channels}, ElementType::floating, std::move(*bias)});
+  const ChannelOfWeight channel_of(node, weights.shape);
   node.inputs[1] = graph.add_constant(
-      weights_name + where, scaled(weights, scaling->factor,
-                                   [&](std::size_t w) { return channel_of_weight(node, weights.shape, w); }));
+      weights_name + where, graph.in_float() ? scaled<float>(weights, scaling->factor, channel_of)
+                                             : scaled<double>(weights, scaling->factor, channel_of));
   if (node.operation == "Gemm") node.attributes["beta"] = 1.0;
   node.outputs = graph.node(reader).outputs;
   graph.remove(i);
   graph.replace(reader, std::move(node));
+  graph.release(weights_name);
   return true;
 }
 }  // namespace detail

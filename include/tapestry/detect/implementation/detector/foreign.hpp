@@ -1,0 +1,115 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <mutex>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/decoded_outputs.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/foreign_engine.hpp>
+#include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/image/planes.hpp>
+#include <tapestry/nn/buffer.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::detect {
+
+namespace detail {
+inline constexpr const char* foreign_subject = "outputs of a foreign engine";
+
+[[nodiscard]] inline std::vector<ForeignOutput> first_outputs(const ForeignEngine& engine, std::size_t size) {
+  if (!engine) throw DomainError("Detector: the engine is an empty function");
+  return engine(std::vector<float>(size));
+}
+
+[[nodiscard]] inline std::vector<nn::Shape> shapes_of(const std::vector<ForeignOutput>& outputs) {
+  std::vector<nn::Shape> shapes;
+  for (const ForeignOutput& output : outputs) {
+    if (nn::size_of(output.shape) != output.values.size())
+      throw FileError(ErrorKind::mismatch,
+                      {foreign_subject, "", "values of an output", std::to_string(nn::size_of(output.shape)),
+                       std::to_string(output.values.size())});
+    shapes.push_back(output.shape);
+  }
+  return shapes;
+}
+
+/// The network that makes a head's logits of a foreign engine's outputs of these extents.
+[[nodiscard]] inline nn::NetworkDescription decoding_of(const DetectorDescription& kind,
+                                                        const std::vector<nn::Shape>& shapes,
+                                                        std::size_t height, std::size_t width) {
+  if (kind.head != HeadKind::boxes_and_scores)
+    throw DomainError("Detector: heads of a foreign engine are " + std::string(name_of(kind.head)) +
+                      ", expected boxes_and_scores");
+  const std::vector<std::string> names{kind.decoded.boxes, kind.decoded.scores};
+  const std::size_t count = names[0] == names[1] ? 1 : 2;
+  if (shapes.size() != count)
+    throw FileError(ErrorKind::mismatch, {foreign_subject, "", "outputs of one picture",
+                                          std::to_string(count), std::to_string(shapes.size())});
+  nn::NetworkDescription description;
+  description.path = foreign_subject;
+  description.opset = 13;
+  for (const auto& shape : shapes)
+    if (shape.size() != 3 || shape[0] != 1)
+      throw FileError(ErrorKind::mismatch, {foreign_subject, "", "axes of an output",
+                                            kind.decoded.channels_first ? "[1, channels, candidates]"
+                                                                        : "[1, candidates, channels]",
+                                            tapestry::detail::to_text(shape)});
+  for (std::size_t i = 0; i < count; ++i)
+    description.inputs.push_back({names[i], {shapes[i].begin(), shapes[i].end()}});
+  description.outputs = {add_decoded_outputs(description, kind.decoded, height, width)};
+  return description;
+}
+}  // namespace detail
+
+template <std::floating_point T>
+struct Detector<T>::Foreign {
+  ForeignEngine engine;
+  std::vector<nn::Shape> shapes;  ///< of its outputs
+  std::mutex one_at_a_time{};
+};
+
+template <std::floating_point T>
+Detector<T>::Detector(const ForeignEngine& engine, DetectorDescription kind, std::size_t height,
+                      std::size_t width)
+    : kind_(std::move(kind)),
+      foreign_(new Foreign{engine, detail::shapes_of(detail::first_outputs(engine, 3 * height * width))}),
+      network_(detail::decoding_of(kind_, foreign_->shapes, height, width)),
+      height_(height),
+      width_(width),
+      heads_(exported_heads(detail::foreign_subject, kind_, output_shapes(), height, width)) {}
+
+template <std::floating_point T>
+void Detector<T>::run_foreign(const Array<T, 4>& images, Pass<T>& pass) const {
+  const Array<T, 4> input = image::planes_of(encoded(images, kind_.encoding));
+  std::vector<float> picture(image_size());
+  const HeadPiece& piece = heads_.pieces.front();
+  for (std::size_t n = 0; n < pass.images; ++n) {
+    std::transform(input.data() + n * picture.size(), input.data() + (n + 1) * picture.size(),
+                   picture.begin(), [](T value) { return static_cast<float>(value); });
+    const auto outputs = [&] {
+      const std::lock_guard lock(foreign_->one_at_a_time);
+      return foreign_->engine(picture);
+    }();
+    if (detail::shapes_of(outputs) != foreign_->shapes)
+      throw FileError(ErrorKind::mismatch,
+                      {detail::foreign_subject, "", "extents that change from picture to picture"});
+    std::vector<nn::Buffer<T>> values(outputs.size());
+    std::vector<const T*> pointers;
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      values[i].resize(outputs[i].values.size());
+      std::ranges::transform(outputs[i].values, values[i].data(),
+                             [](float value) { return static_cast<T>(value); });
+      pointers.push_back(values[i].data());
+    }
+    network_.forward(pointers, pass.graph[0]);
+    std::copy_n(pass.graph[0].output(0), piece.size, at(piece, pass.logits[0], n));
+  }
+}
+
+}  // namespace tapestry::detect

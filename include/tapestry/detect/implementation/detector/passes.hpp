@@ -1,0 +1,165 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/detect/kept_picture.hpp>
+#include <tapestry/image/pixel_window.hpp>
+#include <tapestry/nn/buffer.hpp>
+#include <vector>
+
+namespace tapestry::detect {
+
+template <std::floating_point T>
+void Detector<T>::require_images(const Array<T, 4>& images) const {
+  if (images.shape(0) == 0) throw ShapeError("Detector::forward: a batch of no images");
+  require_shape("Detector::forward", "images", images, {images.shape(0), height_, width_, input_channels()});
+}
+
+template <std::floating_point T>
+void Detector<T>::forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode) const {
+  require_images(images);
+  run(images, std::vector<KeptPicture<T>*>(images.shape(0), nullptr), pass, mode);
+}
+
+template <std::floating_point T>
+void Detector<T>::forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept,
+                                 Pass<T>& pass, Mode mode) const {
+  require_images(images);
+  require_kept("Detector::forward_within", *this, images, kept);
+  run(images, kept, pass, mode);
+}
+
+template <std::floating_point T>
+double Detector<T>::share_kept(const image::PixelWindow& window) const {
+  image::require_window("Detector::share_kept", window, height_, width_);
+  return foreign_ ? 0 : network_.share_kept(rows_and_columns(window));
+}
+
+template <std::floating_point T>
+void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
+                      Mode mode) const {
+  if (foreign_ && mode != Mode::inference)
+    throw DomainError("Detector::forward: a foreign engine runs forward only");
+  pass.mode = mode;
+  pass.images = images.shape(0);
+  pass.ran_by.reset();
+  const std::size_t each = mode == Mode::training && trains_together_ ? pass.images : 1;
+  const std::size_t count = pass.images / each;
+  pass.graph.resize(mode == Mode::inference ? 1 : count);  // whose memory serves one image after another
+  pass.inputs.resize(pass.graph.size());
+  pass.logits.resize(logits_count());
+  for (std::size_t h = 0; h < pass.logits.size(); ++h) {
+    const auto [channels, height, width] = logits_extents(h);
+    pass.logits[h].resize({pass.images, channels, height, width});
+  }
+  if (foreign_) return run_foreign(images, pass);
+  for (std::size_t n = 0; n < count; ++n) {
+    nn::NetworkPass<T>& one = pass.graph[mode == Mode::inference ? 0 : n];
+    nn::Buffer<T>& input = pass.inputs[mode == Mode::inference ? 0 : n];
+    input.resize(each * image_size());
+    const T* const first = images.data() + n * input.size();
+    if (kind_.encoding == InputEncoding{}) {
+      std::copy_n(first, input.size(), input.data());
+    } else {
+      encode(first, input.size() / 3, kind_.encoding, input.data());
+    }
+    if (kept[n] == nullptr || mode == Mode::training) {
+      network_.forward({input.data()}, one, mode, each);
+    } else {
+      network_.forward_within(input.data(), rows_and_columns(kept[n]->window()), kept[n]->values(), one,
+                              mode);
+    }
+    for (const HeadPiece& piece : heads_.pieces)
+      for (std::size_t k = 0; k < each; ++k)
+        std::copy_n(one.output(piece.output) + k * piece.size, piece.size,
+                    at(piece, pass.logits[piece.head], n * each + k));
+  }
+}
+
+template <std::floating_point T>
+void Detector<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
+                            Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) const {
+  require_logits_adjoint("Detector::pull_back", pass, logits_adjoint);
+  if (images_adjoint != nullptr)
+    require_shape("Detector::pull_back", "images_adjoint", *images_adjoint,
+                  {pass.images, height_, width_, input_channels()});
+  if (parameters_adjoint != nullptr)
+    require_shape("Detector::pull_back", "parameters_adjoint", *parameters_adjoint,
+                  {network_.constants().size()});
+  for (std::size_t n = pass.graph.size(); n-- > 0;) {  // the last one's memory is in the cache
+    const auto adjoints = output_adjoints(pass, n, logits_adjoint);
+    pull_back_one(pass, n, adjoints.of_outputs, images_adjoint,
+                  parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
+  }
+}
+
+template <std::floating_point T>
+void Detector<T>::pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
+                                Array<T, 4>* images_adjoint, T* constants_adjoint,
+                                const std::vector<T*>& gathered) const {
+  nn::Buffer<T> input_adjoint;
+  if (images_adjoint != nullptr) {
+    input_adjoint.resize(images_a_pass(pass) * image_size());
+    input_adjoint.fill_zero();
+  }
+  network_.adjoint(pass.graph[n], of_outputs, {images_adjoint != nullptr ? input_adjoint.data() : nullptr},
+                   constants_adjoint, gathered);
+  if (images_adjoint == nullptr) return;
+  T* const to = images_adjoint->data() + n * input_adjoint.size();
+  if (kind_.encoding == InputEncoding{}) {
+    for (std::size_t i = 0; i < input_adjoint.size(); ++i) to[i] += input_adjoint.data()[i];
+  } else {
+    encode_adjoint(input_adjoint.data(), input_adjoint.size() / 3, kind_.encoding, to);
+  }
+}
+
+template <std::floating_point T>
+void Detector<T>::require_logits_adjoint(const char* operation, const Pass<T>& pass,
+                                         const std::vector<const Array<T, 4>*>& logits_adjoint) {
+  if (pass.mode == Mode::inference || pass.graph.empty())
+    throw DomainError(std::string(operation) + ": the pass kept nothing; run forward() for a gradient first");
+  if (logits_adjoint.size() != pass.logits.size())
+    throw ShapeError(std::string(operation) + ": logits_adjoint has " +
+                     std::to_string(logits_adjoint.size()) + " arrays, expected " +
+                     std::to_string(pass.logits.size()));
+  for (std::size_t h = 0; h < logits_adjoint.size(); ++h)
+    if (logits_adjoint[h] != nullptr)
+      require_shape(operation, "logits_adjoint", *logits_adjoint[h], pass.logits[h].shape());
+}
+
+template <std::floating_point T>
+void Detector<T>::input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
+                                Array<T, 4>& images_adjoint) const {
+  std::vector<const Array<T, 4>*> pointers;
+  for (const auto& array : logits_adjoint) pointers.push_back(&array);
+  pull_back(pass, pointers, &images_adjoint);
+}
+
+template <std::floating_point T>
+auto Detector<T>::output_adjoints(const Pass<T>& pass, std::size_t n,
+                                  const std::vector<const Array<T, 4>*>& logits_adjoint) const
+    -> OutputAdjoints {
+  OutputAdjoints adjoints{std::vector<const T*>(network_.output_count(), nullptr), {}};
+  const std::size_t each = images_a_pass(pass);
+  for (const HeadPiece& piece : heads_.pieces) {
+    const Array<T, 4>* adjoint = logits_adjoint[piece.head];
+    if (adjoint == nullptr) continue;
+    adjoints.of_outputs[piece.output] = at(piece, *adjoint, n * each);
+    if (each == 1) continue;
+    std::vector<T>& joined = adjoints.joined.emplace_back();
+    for (std::size_t k = 0; k < each; ++k) {
+      const T* const first = at(piece, *adjoint, n * each + k);
+      joined.insert(joined.end(), first, first + piece.size);
+    }
+    adjoints.of_outputs[piece.output] = joined.data();  // which a move of `joined` leaves where it is
+  }
+  return adjoints;
+}
+
+}  // namespace tapestry::detect
