@@ -116,7 +116,8 @@ TEST_CASE("a description beside an ONNX model is taken", "[io][read_detector]") 
   CHECK(io::description_beside(model) == description);
   CHECK(io::description_beside(files.weights).empty());
   CHECK(io::read_detector<float>({.weights = model}).heads()[0].decode == detect::DecodeFamily::ultralytics);
-  const std::string elsewhere = files.folder.write("elsewhere.json", R"({"head": "yolox"})");
+  const std::string elsewhere =
+      files.folder.write("elsewhere.json", R"({"head": "yolox", "strides": [8, 16]})");
   CHECK_FALSE(refusal({.weights = model, .description = elsewhere}, ErrorKind::mismatch).empty());
 }
 

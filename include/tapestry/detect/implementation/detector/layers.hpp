@@ -67,8 +67,7 @@ void Detector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t 
   require_whole("Detector::pull_back_layer", pass);
   require_layer("Detector::pull_back_layer", pass, layer, image);
   const auto& shape = layer_shape(layer);
-  require_shape("Detector::pull_back_layer", "Detector::layer_adjoint", layer_adjoint,
-                {shape[1], shape[2], shape[3]});
+  require_shape("Detector::pull_back_layer", "layer_adjoint", layer_adjoint, {shape[1], shape[2], shape[3]});
   require_shape("Detector::pull_back_layer", "images_adjoint", images_adjoint,
                 {pass.images, height_, width_, input_channels()});
   const std::size_t each = images_a_pass(pass);
