@@ -66,7 +66,7 @@ void require_sound(const Options& options) {
   list.throw_first();
 }
 
-/// What the heads of a model make of its outputs, as io::read_detector_description() reads it; nothing if no
+/// Description of the heads of a model, as io::read_detector_description() reads it; nothing if no
 /// description says it.
 std::optional<Json> described(const detect::NetworkConfig& config,
                               const std::vector<detect::FeatureShape>& shapes) {

@@ -65,7 +65,7 @@ class Detector {
   Detector& operator=(Detector&&) noexcept;
   ~Detector();
 
-  /// Of the pictures that it takes, in pixels.
+  /// Extents of the pictures that it takes, pixels.
   [[nodiscard]] std::size_t input_height() const { return height_; }
   [[nodiscard]] std::size_t input_width() const { return width_; }
   [[nodiscard]] std::size_t input_channels() const { return foreign_ ? 3 : network_.input_shape(0)[3]; }
@@ -79,7 +79,7 @@ class Detector {
   /// Overlap measure for non-maximum suppression.
   [[nodiscard]] const SuppressionMeasure& suppression_measure() const { return measure_; }
   void set_suppression_measure(const SuppressionMeasure& measure) { measure_ = measure; }
-  /// Of the classes, in their order; empty where they are known by number only.
+  /// Names of the classes, in their order; empty where they are known by number only.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   void set_names(std::vector<std::string> names) { names_ = std::move(names); }
   /// The class of a name or, without names, of a number.
@@ -122,7 +122,7 @@ class Detector {
   /// \throws ShapeError if the window leaves the picture
   [[nodiscard]] double share_kept(const image::PixelWindow& window) const;
 
-  /// What is found in one image of the batch: decode(), then suppress() within each class, most confident
+  /// Objects found in one image of the batch: decode(), then suppress() within each class, most confident
   /// first.
   ///
   /// \param logits      of forward()
@@ -151,7 +151,7 @@ class Detector {
   void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
                      Array<T, 4>& images_adjoint) const;
 
-  /// Of the layers that were named, [1, C, H, W].
+  /// Extents of an observed layer, [1, C, H, W].
   [[nodiscard]] const nn::Shape& layer_shape(std::size_t layer) const {
     return network_.output_shape(head_output_count() + layer);
   }

@@ -164,7 +164,7 @@ class Network {
   /// A detector of its own.
   [[nodiscard]] Detector<T> make_detector() const { return std::move(*make_graph(false)); }
 
-  // As the like of Detector:
+  // Shorthands for those of detector():
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 
   /// The layers' windows are their receptive fields, and where convolutions round by tiles all on which a bit

@@ -19,6 +19,7 @@
 #include <tapestry/detect/network_description.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/pass.hpp>
+#include <tapestry/nn/pointwise.hpp>
 #include <utility>
 #include <vector>
 
@@ -232,8 +233,7 @@ void Network<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>&
   auto constants_adjoint = zeros<T, 1>({graph.network().constants().size()});
   graph.pull_back(pass, logits_adjoint, images_adjoint, &constants_adjoint);
   for_each_weight(graph, [&](std::size_t offset, const ParameterBlock& block) {
-    for (std::size_t i = 0; i < block.count; ++i)
-      (*parameters_adjoint)[block.offset + i] += constants_adjoint[offset + i];
+    nn::add(constants_adjoint.data() + offset, parameters_adjoint->data() + block.offset, block.count);
   });
 }
 

@@ -68,7 +68,7 @@ template <std::floating_point T>
   return network.make_detector();
 }
 
-/// What describes an ONNX model.
+/// Description of an ONNX model.
 [[nodiscard]] inline detect::DetectorDescription description_for(const DetectorFiles& files,
                                                                  const nn::NetworkDescription& network) {
   if (!files.description.empty()) return read_detector_description(files.description);

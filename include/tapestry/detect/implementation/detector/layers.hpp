@@ -17,7 +17,7 @@ void Detector<T>::require_layer(const char* operation, const Pass<T>& pass, std:
   if (layer >= layer_count_)
     throw DomainError(std::string(operation) + ": layer " + std::to_string(layer) + " of the " +
                       std::to_string(layer_count_) + " that were named");
-  if (image >= pass.images || pass.graph.empty())
+  if (image >= pass.images)
     throw DomainError(std::string(operation) + ": image " + std::to_string(image) + " of a batch of " +
                       std::to_string(pass.images));
 }

@@ -11,6 +11,7 @@
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/pointwise.hpp>
 #include <vector>
 
 namespace tapestry::detect {
@@ -113,7 +114,7 @@ void Detector<T>::pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<
   if (images_adjoint == nullptr) return;
   T* const to = images_adjoint->data() + n * input_adjoint.size();
   if (kind_.encoding == InputEncoding{}) {
-    for (std::size_t i = 0; i < input_adjoint.size(); ++i) to[i] += input_adjoint.data()[i];
+    nn::add(input_adjoint.data(), to, input_adjoint.size());
   } else {
     encode_adjoint(input_adjoint.data(), input_adjoint.size() / 3, kind_.encoding, to);
   }
