@@ -92,7 +92,7 @@ class Ternary {
     if constexpr (Z::operand_bound != 0) push_partial<Operation>(z_, factor, partials[2], sink);
   }
   template <class Leaves>
-  void write(Leaves& leaves) const {
+  [[gnu::always_inline]] void write(Leaves& leaves) const {
     x_.write(leaves);
     y_.write(leaves);
     z_.write(leaves);

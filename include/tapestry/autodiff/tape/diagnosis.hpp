@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -71,7 +70,8 @@ class TapeDiagnosis : public TapeMemory {
       for (std::size_t j = 0; j < i; ++j)
         if (labels_[j].begin <= labels_[i].begin && labels_[i].begin < labels_[j].end)
           path += labels_[j].name + "/";
-      visit(path + labels_[i].name, labels_[i].begin, std::min(labels_[i].end, next_index()));
+      visit(path + labels_[i].name, labels_[i].begin,
+            labels_[i].end < next_index() ? labels_[i].end : next_index());
     }
   }
 
@@ -80,7 +80,7 @@ class TapeDiagnosis : public TapeMemory {
   void forget_diagnosis(std::size_t begin) noexcept {
     std::erase_if(labels_, [begin](const Label& label) { return label.begin >= begin; });
     for (Label& label : labels_)
-      if (label.end != no_end) label.end = std::min(label.end, begin);
+      if (label.end != no_end && label.end > begin) label.end = begin;
     if (first_ && first_->statement >= begin) first_.reset();
   }
 

@@ -2,7 +2,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <tapestry/autodiff/tape/dual_number.hpp>
 #include <tapestry/autodiff/tape/operand_counts.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
@@ -13,8 +12,9 @@ namespace tapestry {
 
 /// A Variable, or a formula of Variables and numbers that has not been assigned to one yet.
 /// It has value(), is_active(), and push(factor, sink), which hands factor · (partial derivative by v) to
-/// the sink for each variable v in it, at most operand_bound times. One that can be replayed also has
-/// write(leaves) and read(leaves), which take it apart into variables and constants, and make it from others.
+/// the sink for each variable v in it, at most operand_bound times. One that counts its operands also has
+/// write(leaves), which takes it apart into variables and constants, and one that can be replayed has
+/// read(leaves), which makes it from others.
 template <class E>
 concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
@@ -91,7 +91,7 @@ class Constant {
   template <class Factor, class Sink>
   [[gnu::always_inline]] constexpr void push(Factor, Sink&) const {}
   template <class Leaves>
-  void write(Leaves& leaves) const {
+  [[gnu::always_inline]] void write(Leaves& leaves) const {
     leaves.add_constant(value_);
   }
   template <class Leaves>
@@ -108,19 +108,33 @@ class Constant {
 template <class Sink>
 concept TakesPlainProducts = Sink::takes_plain_products;
 
+/// factor · partial, for chain_slopes().
+struct PlainProduct {
+  template <class T>
+  [[nodiscard]] constexpr T operator()(const T& factor, const T& partial) const {
+    return factor * partial;
+  }
+};
+/// The same by chain().
+struct ChainedProduct {
+  template <class T>
+  [[nodiscard]] constexpr T operator()(const T& factor, const T& partial) const {
+    return chain(factor, partial);
+  }
+};
+
 /// \param factor   a number, One or MinusOne
 /// \param partial  likewise
 template <class Operation, class Operand, class Factor, class Partial, class Sink>
 [[gnu::always_inline]] inline void push_partial(const Operand& operand, const Factor& factor,
                                                 const Partial& partial, Sink& sink) {
   if constexpr (TakesPlainProducts<Sink>) {
-    push_factor(operand, chain_slopes(factor, partial, std::multiplies<>()), sink);
+    push_factor(operand, chain_slopes(factor, partial, PlainProduct()), sink);
   } else {
     if constexpr (SkipsZero<Operation>) {
       if (is_zero(partial)) return;
     }
-    const auto multiply = [](const auto& a, const auto& b) { return chain(a, b); };
-    push_factor(operand, chain_slopes(factor, partial, multiply), sink);
+    push_factor(operand, chain_slopes(factor, partial, ChainedProduct()), sink);
   }
 }
 
@@ -151,7 +165,7 @@ class Unary {
     }
   }
   template <class Leaves>
-  void write(Leaves& leaves) const {
+  [[gnu::always_inline]] void write(Leaves& leaves) const {
     x_.write(leaves);
   }
   template <class Leaves>
@@ -199,7 +213,7 @@ class Binary {
     if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, slope_y(), sink);
   }
   template <class Leaves>
-  void write(Leaves& leaves) const {
+  [[gnu::always_inline]] void write(Leaves& leaves) const {
     x_.write(leaves);
     y_.write(leaves);
   }

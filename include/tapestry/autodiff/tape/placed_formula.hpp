@@ -1,9 +1,7 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
-#include <functional>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/operand_counts.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
@@ -35,17 +33,11 @@ template <class Operation, class X, class Y>
 struct LeafCounts<Binary<Operation, X, Y>> {
   static constexpr std::size_t variables = LeafCounts<X>::variables + LeafCounts<Y>::variables;
   static constexpr std::size_t constants = LeafCounts<X>::constants + LeafCounts<Y>::constants;
-  static constexpr std::size_t lanes = std::max(LeafCounts<X>::lanes, LeafCounts<Y>::lanes);
+  static constexpr std::size_t lanes =
+      LeafCounts<X>::lanes > LeafCounts<Y>::lanes ? LeafCounts<X>::lanes : LeafCounts<Y>::lanes;
 };
 template <class Operation, class X, class Y, class Z>
-struct LeafCounts<Ternary<Operation, X, Y, Z>> {
-  static constexpr std::size_t variables =
-      LeafCounts<Binary<Operation, X, Y>>::variables + LeafCounts<Z>::variables;
-  static constexpr std::size_t constants =
-      LeafCounts<Binary<Operation, X, Y>>::constants + LeafCounts<Z>::constants;
-  static constexpr std::size_t lanes =
-      std::max(LeafCounts<Binary<Operation, X, Y>>::lanes, LeafCounts<Z>::lanes);
-};
+struct LeafCounts<Ternary<Operation, X, Y, Z>> : LeafCounts<Binary<Operation, Binary<Operation, X, Y>, Z>> {};
 
 /// What computes an operation for several lanes: itself, or its form of replay/lane_functions.hpp.
 template <class Operation>
@@ -59,7 +51,7 @@ template <class Operation, class... Xs>
   if constexpr ((observes_comparisons<Xs>() || ...)) {
     constexpr bool is_long = (std::same_as<typename Xs::ExpressionScalar, long double> || ...);
     using Form = typename InLanes<Operation>::type;
-    return std::conditional_t<(std::max({LeafCounts<Xs>::lanes...}) > 1 && !is_long), Form, Operation>();
+    return std::conditional_t<(((LeafCounts<Xs>::lanes > 1) || ...) && !is_long), Form, Operation>();
   } else {
     return Operation();
   }
@@ -129,9 +121,9 @@ struct PlacedSink {
   template <std::size_t Place, class Factor>
   [[gnu::always_inline]] void add(Factor factor) {
     if constexpr (IsPlain) {
-      pushed[Place] = chain_slopes(adjoint, factor, std::multiplies<>());
+      pushed[Place] = chain_slopes(adjoint, factor, PlainProduct());
     } else {
-      pushed[Place] = chain_slopes(adjoint, factor, [](T a, T b) { return chain(a, b); });
+      pushed[Place] = chain_slopes(adjoint, factor, ChainedProduct());
     }
   }
 };

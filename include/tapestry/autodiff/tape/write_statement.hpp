@@ -11,39 +11,38 @@
 
 namespace tapestry::detail {
 
-/// Writes operands behind the head of a tape, without a look at where they were recorded. The order of
-/// operands on the tape is that of statement.hpp.
+/// Writes general operands behind the head of a tape, without a look at where they were recorded.
 template <class T>
-class FastSink {
+class PairSink {
  public:
-  /// \param counts  at least as many operands as will be added, within_kind()
-  FastSink(Word* words, const OperandCounts& counts)
-      : pair_(words),
-        plus_(words + counts.general * pair_words<T>),
-        plus_end_(plus_ + counts.plus),
-        minus_(plus_end_),
-        minus_end_(minus_ + counts.minus) {}
+  explicit PairSink(Word* words) : end_(words) {}
 
-  void add(Link link, T partial) {
-    write_pair(pair_, link.index(), partial);
-    pair_ += pair_words<T>;
+  template <class Factor>
+  void add(Link link, Factor factor) {
+    write_pair(end_, link.index(), as_number<T>(factor));
+    end_ += pair_words<T>;
   }
-  void add(Link link, One) { plus_ == plus_end_ ? add(link, T(1)) : add_unit(link, plus_); }
-  void add(Link link, MinusOne) { minus_ == minus_end_ ? add(link, T(-1)) : add_unit(link, minus_); }
-
-  [[nodiscard]] Word* pairs_end() const { return pair_; }
+  [[nodiscard]] Word* end() const { return end_; }
 
  private:
-  static void add_unit(Link link, Word*& unit) { *unit++ = link.index(); }
-
-  Word* pair_;
-  Word* plus_;
-  Word* plus_end_;
-  Word* minus_;
-  Word* minus_end_;
+  Word* end_;
 };
 
-/// Collects operands where the fast way cannot record them.
+/// Links of a formula's variables, in the order in which it pushes to them.
+template <std::size_t Count>
+struct FormulaLinks {
+  Link links[Count];
+  std::size_t count = 0;
+
+  template <class T>
+  [[gnu::always_inline]] void add_constant(const T&) {}
+  template <class T>
+  [[gnu::always_inline]] void add_variable(const T&, Link link) {
+    links[count++] = link;
+  }
+};
+
+/// Collects operands where their number is not known.
 template <class T, std::size_t Bound>
 struct Operands {
   Link links[Bound];
@@ -61,8 +60,8 @@ struct Operands {
 /// or where no tape is active, or one that watches values. Throws nothing, as deferred_throw.hpp says.
 /// \returns a passive link if it failed; throw_deferred() is to follow
 template <class T>
-[[nodiscard, gnu::noinline, gnu::cold]] Link record_carefully(const T& value, const Link* links,
-                                                              const T* partials, std::size_t count) noexcept {
+[[nodiscard, gnu::noinline]] Link record_carefully(const T& value, const Link* links, const T* partials,
+                                                   std::size_t count) noexcept {
   try {
     TapeState<T>& state = TapeState<T>::require_active();
     const Link link = state.append_linear(
@@ -75,32 +74,114 @@ template <class T>
   }
 }
 
+/// The same with partial derivatives from registers: one function for all formulas of as many operands.
+template <class T, class... Partials>
+[[nodiscard, gnu::noinline, gnu::cold]] Link record_from_registers(const Link* links, T value,
+                                                                   Partials... partials) noexcept {
+  const T all[] = {partials...};
+  return record_carefully<T>(value, links, all, sizeof...(partials));
+}
+
+/// Operands of a formula whose number the compiler knows. Computed before it is known whether the fast way
+/// can record them, so that their code stands once; at places that are constants, so that all stay in
+/// registers.
+template <class T, OperandCounts counts>
+class CountedOperands {
+ public:
+  void add(Link link, T partial) {
+    indices_[general_] = link.index();
+    general_partials_[general_++] = partial;
+    partials_[count_++] = partial;
+  }
+  void add(Link link, One) {
+    plus_ == counts.plus ? add(link, T(1)) : add_unit(link, counts.general + plus_++, T(1));
+  }
+  void add(Link link, MinusOne) {
+    minus_ == counts.minus ? add(link, T(-1))
+                           : add_unit(link, counts.general + counts.plus + minus_++, T(-1));
+  }
+
+  /// As statement.hpp says.
+  [[gnu::always_inline]] void write(Word* words) const {
+    write(words, std::make_index_sequence<counts.general>(),
+          std::make_index_sequence<counts.plus + counts.minus>());
+  }
+  /// The careful way, for variables with these links.
+  [[gnu::always_inline]] Link record_carefully(const Link* links, const T& value) const {
+    return record_carefully(links, value, std::make_index_sequence<counts.sum()>());
+  }
+
+ private:
+  void add_unit(Link link, std::size_t place, T partial) {
+    indices_[place] = link.index();
+    partials_[count_++] = partial;
+  }
+  template <std::size_t... General, std::size_t... Unit>
+  [[gnu::always_inline]] void write(Word* words, std::index_sequence<General...>,
+                                    std::index_sequence<Unit...>) const {
+    (write_pair(words + General * pair_words<T>, indices_[General], general_partials_[General]), ...);
+    ((words[counts.general * pair_words<T> + Unit] = indices_[counts.general + Unit]), ...);
+  }
+  template <std::size_t... Place>
+  [[gnu::always_inline]] Link record_carefully(const Link* links, const T& value,
+                                               std::index_sequence<Place...>) const {
+    return record_from_registers<T>(links, value, partials_[Place]...);
+  }
+
+  Word indices_[counts.sum()];  // in the order of statement.hpp
+  T general_partials_[counts.general == 0 ? 1 : counts.general];
+  T partials_[counts.sum()];  // in the order of the formula
+  std::size_t count_ = 0, general_ = 0, plus_ = 0, minus_ = 0;
+};
+
+/// Whether E always pushes the same operands, and a kind can hold their counts.
+template <class E>
+[[nodiscard]] constexpr bool has_kind() {
+  constexpr OperandCounts counts = within_kind(counts_of_expression<E, One>());
+  return pushes_all<E>() && counts.sum() != 0 && counts.general <= largest_counts.general;
+}
+
+/// record_statement() of a formula whose counts a kind can hold.
+template <class E>
+[[gnu::always_inline]] inline void record_of_kind(const E& formula, Link& link) {
+  using T = typename E::ExpressionScalar;
+  constexpr OperandCounts counts = within_kind(counts_of_expression<E, One>());
+  CountedOperands<T, counts> operands;
+  formula.push(One{}, operands);
+  WriteHead& head = *TapeState<T>::active;
+  Link next = head.next;
+  if (head.has_usual_room() && formula.difference(next) >> 32U == 0) [[likely]] {
+    Word* const words = head.words;
+    __builtin_prefetch(words + prefetched_words, 1);
+    const std::uintptr_t kinds_base = head.kinds_base;  // all read before the first word is written
+    operands.write(words);
+    *reinterpret_cast<StatementKind*>(kinds_base + next.index()) = kind_of(counts);
+    head.words = words + words_of<T>(counts);
+    link = next;
+    head.next = ++next;
+    return;
+  }
+  if (formula.difference(Link()) == 0) return;  // passive
+  FormulaLinks<counts.sum()> variables;
+  formula.write(variables);
+  link = operands.record_carefully(variables.links, formula.value());
+  if (!link.is_active()) [[unlikely]]
+    throw_deferred();
+}
+
 /// Records a formula as one statement of the active tape, or not at all if it is passive. One comparison
 /// finds room for it, and one for each variable tells that it was recorded there since the last rewind.
 /// \throws DomainError if it is active but no tape is, or it uses a variable not on the tape
 template <class E>
 [[gnu::always_inline]] inline void record_statement(const E& formula, Link& link) {
   using T = typename E::ExpressionScalar;
-  constexpr OperandCounts counts = within_kind(counts_of_expression<E, One>());
   if constexpr (CountsOperands<E> && E::operand_bound * pair_words<T> < WriteHead::usual_words) {
+    if constexpr (has_kind<E>()) return record_of_kind(formula, link);
     WriteHead& head = *TapeState<T>::active;
-    Link next = head.next;
-    if (head.has_usual_room() && formula.difference(next) >> 32U == 0) [[likely]] {
-      if constexpr (E::always_pushes_all && counts.general <= largest_counts.general) {
-        Word* const words = head.words;
-        __builtin_prefetch(words + prefetched_words, 1);
-        const std::uintptr_t kinds_base = head.kinds_base;  // all read before the first word is written
-        FastSink<T> sink(words, counts);
-        formula.push(One{}, sink);
-        *reinterpret_cast<StatementKind*>(kinds_base + next.index()) = kind_of(counts);
-        head.words = words + words_of<T>(counts);
-        link = next;
-        head.next = ++next;
-      } else {
-        FastSink<T> sink(head.words, {0, 0, E::operand_bound});
-        formula.push(One{}, sink);
-        link = static_cast<TapeState<T>&>(head).commit_pairs(sink.pairs_end());
-      }
+    if (head.has_usual_room() && formula.difference(head.next) >> 32U == 0) [[likely]] {
+      PairSink<T> sink(head.words);
+      formula.push(One{}, sink);
+      link = static_cast<TapeState<T>&>(head).commit_pairs(sink.end());
       return;
     }
   }
