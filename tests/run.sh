@@ -2,8 +2,8 @@
 # run.sh [--all]: builds everything and runs every test, on a Debian 12 or newer that need only have git: the optimised
 # programs and tests by g++, the library's tests with clang's sanitizers, and the vector kernels as clang optimises them.
 # --all adds what finds a mistake rarely: every source read by the other compiler, every instruction set under the
-# sanitizers, long runs of faults, the benchmarks' programs of other libraries that are installed. Ends with where the time
-# went.
+# sanitizers, long runs of faults, the benchmarks optimised, also those of other libraries that are installed. Ends with
+# where the time went.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 all=OFF

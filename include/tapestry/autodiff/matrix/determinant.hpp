@@ -52,7 +52,8 @@ template <class T>
     for (Eigen::Index j = i; j < lu.cols(); ++j)
       largest = std::max(largest, std::abs(number_of(T(lu.matrixLU()(i, j)))));
   }
-  constexpr Number scale = 0x1p74F;  // of the least denormal number of any type makes a normal one
+  // Of the least denormal number of any type it makes a normal one.
+  constexpr auto scale = static_cast<Number>(0x1p74F);
   const bool fits = largest < std::numeric_limits<Number>::max() / scale;
   return least < std::numeric_limits<Number>::min() && fits ? scale : Number(1);
 }
