@@ -4,7 +4,7 @@
 #include <fstream>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/network/network.hpp>
@@ -82,22 +82,23 @@ template <class T>
   return chosen;
 }
 
-/// Decisions of our network, from the values of its layers in a pass that observes them.
+/// Decisions of a model's detector, from the values of its layers in a pass that observes them.
 template <class T>
-[[nodiscard]] Decisions decisions_of(const Problem& problem, detect::Network<T> network,
-                                     const Array<T, 4>& picture) {
-  std::vector<std::size_t> layers;  // whose values decide
+[[nodiscard]] Decisions decisions_of(const Problem& problem, const detect::DarknetModel<T>& model,
+                                     nn::Engine engine, const Array<T, 4>& picture) {
+  std::vector<std::string> layers;  // whose values decide
   for (std::size_t i = 0; i < problem.config.layers.size(); ++i)
     if (has_kink(problem.config.layers[i]) || is_pool(problem.config.layers[i]))
-      layers.push_back(is_pool(problem.config.layers[i]) ? i - 1 : i);
-  network.tell_layers(layers);
+      layers.push_back(model.value_name(is_pool(problem.config.layers[i]) ? i - 1 : i));
+  auto detector = model.detector(layers);
+  detector.set_engine(engine);
   detect::Pass<T> pass;
-  network.forward(picture, pass, detect::Mode::input_gradient);
+  detector.forward(picture, pass, detect::Mode::input_gradient);
   Decisions decisions = no_decisions(problem);
   for (std::size_t i = 0, layer = 0; i < problem.config.layers.size(); ++i) {
     const bool pools = is_pool(problem.config.layers[i]);
     if (!pools && !has_kink(problem.config.layers[i])) continue;
-    const Array<T, 3> values = network.layer_values(pass, layer++, 0);
+    const Array<T, 3> values = detector.layer_values(pass, layer++, 0);
     std::vector<float> last(values.size());  // [row, column, channel]
     for (std::size_t c = 0; c < values.shape(0); ++c)
       for (std::size_t p = 0; p < values.size() / values.shape(0); ++p)

@@ -5,9 +5,8 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/network_description.hpp>
 #include <tapestry/image/planes.hpp>
-#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <vector>
 
@@ -49,8 +48,7 @@ class Reference {
  private:
   [[nodiscard]] static nn::NetworkDescription described(const Problem& problem, const std::string& weights) {
     const std::size_t height = problem.picture.shape(2), width = problem.picture.shape(3);
-    const auto network = io::read_network<double>(problem.config.name, weights, height, width).network;
-    return detect::network_description(network.config(), network.parameters(), height, width);
+    return io::read_darknet_model<double>(problem.config.name, weights, height, width).model.description();
   }
 
   void solve() {

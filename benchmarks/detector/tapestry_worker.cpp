@@ -4,10 +4,10 @@
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/network.hpp>
-#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/detect/darknet_model.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/planes.hpp>
-#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/version.hpp>
 
 #include "worker_program.hpp"
@@ -32,11 +32,11 @@ class TapestryDetector {
  public:
   TapestryDetector(const Problem& problem, const WorkerOptions& options)
       : problem_(problem),
-        network_(io::read_network<float>(problem.config.name, options.weights, options.size, options.size)
-                     .network),
+        options_(options),
+        detector_(model().detector()),
         picture_(image::pictures_of_planes(problem.picture)),
         is_taped_(options.engine == "tape") {
-    network_.set_engine(engine_of(options.engine));
+    detector_.set_engine(engine_of(options.engine));
     limit_threads(options.threads);
     if (options.wants_gradient) gradient_ = zeros<float, 4>(picture_.shape());
   }
@@ -45,19 +45,20 @@ class TapestryDetector {
 
   void run() {
     if (gradient_.size() == 0) {
-      network_.forward(picture_, *pass_);
+      detector_.forward(picture_, *pass_);
       return;
     }
     if (is_taped_) return run_on_tape();
-    network_.forward(picture_, *pass_, detect::Mode::input_gradient);
+    detector_.forward(picture_, *pass_, detect::Mode::input_gradient);
     gradient_.fill(0);
-    network_.input_adjoint(*pass_, problem_.weighting, gradient_);
+    detector_.input_adjoint(*pass_, problem_.weighting, gradient_);
   }
 
   [[nodiscard]] Answer answer() const {
     if (gradient_.size() > 0) {
       const auto planes = image::planes_of(gradient_);  // as all engines of this benchmark have pictures
-      return {{planes.data(), planes.data() + planes.size()}, decisions_of(problem_, network_, picture_)};
+      return {{planes.data(), planes.data() + planes.size()},
+              decisions_of(problem_, model(), engine_of(options_.engine), picture_)};
     }
     Answer answer;
     for (const auto& logits : pass_->logits) append(answer.values, logits.data(), logits.size());
@@ -65,11 +66,16 @@ class TapestryDetector {
   }
 
  private:
+  [[nodiscard]] detect::DarknetModel<float> model() const {
+    return io::read_darknet_model<float>(problem_.config.name, options_.weights, options_.size, options_.size)
+        .model;
+  }
+
   void run_on_tape() {
     Tape<float> tape;
     const auto scope = tape.activate();
     const auto picture = tape.input(picture_);
-    const auto logits = detect::forward(network_, picture, pass_);
+    const auto logits = detect::forward(detector_, picture, pass_);
     Variable<float> loss = 0;
     for (std::size_t h = 0; h < logits.size(); ++h) loss += sum(problem_.weighting[h] * logits[h]);
     tape.reverse(loss);
@@ -77,7 +83,8 @@ class TapestryDetector {
   }
 
   const Problem& problem_;
-  detect::Network<float> network_;
+  WorkerOptions options_;
+  detect::Detector<float> detector_;
   Array<float, 4> picture_;  ///< [1, size, size, 3]
   bool is_taped_;
   std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();

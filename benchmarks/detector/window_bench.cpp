@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <memory>
 #include <tapestry/core/random.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <utility>
 #include <vector>
@@ -18,32 +18,39 @@ using tapestry::Array;
 
 constexpr char cfg[] = "/usr/share/darknet/cfg/yolov3.cfg";
 
-/// A network and a picture, the last ones asked for.
+detect::DarknetModel<float> random_model(std::size_t side) {
+  detect::DarknetModel<float> model(tapestry::io::read_network_config(cfg), side, side);
+  tapestry::Random random(1);
+  model.initialise(random);
+  return model;
+}
+
+/// A detector of random weights and a picture, the last ones in use.
 struct Problem {
-  explicit Problem(std::size_t side) : network(tapestry::io::read_network_config(cfg), side, side) {
+  explicit Problem(std::size_t side) : detector(random_model(side).detector()) {
     tapestry::Random random(1);
-    network.initialise(random);
     for (float& value : picture.storage()) value = static_cast<float>(random.uniform());
-    network.forward(picture, pass);
+    detector.forward(picture, pass);
     weighting = pass.logits;
     for (auto& array : weighting)
       for (float& value : array.storage()) value = static_cast<float>(random.normal());
   }
   [[nodiscard]] Array<float, 4> gradient(detect::Pass<float>& of) const {
     auto adjoint = tapestry::zeros<float, 4>(picture.shape());
-    network.input_adjoint(of, weighting, adjoint);
+    detector.input_adjoint(of, weighting, adjoint);
     return adjoint;
   }
 
-  detect::Network<float> network;
-  Array<float, 4> picture = tapestry::zeros<float, 4>({1, network.input_height(), network.input_width(), 3});
+  detect::Detector<float> detector;
+  Array<float, 4> picture =
+      tapestry::zeros<float, 4>({1, detector.input_height(), detector.input_width(), 3});
   detect::Pass<float> pass;
   std::vector<Array<float, 4>> weighting;
 };
 
 Problem& problem_of(std::size_t side) {
   static std::unique_ptr<Problem> last;
-  if (!last || last->network.input_height() != side) {
+  if (!last || last->detector.input_height() != side) {
     last.reset();
     last = std::make_unique<Problem>(side);
   }
@@ -53,7 +60,7 @@ Problem& problem_of(std::size_t side) {
 void whole(benchmark::State& state) {
   Problem& problem = problem_of(static_cast<std::size_t>(state.range(0)));
   for (auto _ : state) {
-    problem.network.forward(problem.picture, problem.pass, detect::Mode::input_gradient);
+    problem.detector.forward(problem.picture, problem.pass, detect::Mode::input_gradient);
     benchmark::DoNotOptimize(problem.gradient(problem.pass).data());
   }
 }
@@ -69,14 +76,14 @@ void window(benchmark::State& state) {
   detect::KeptPicture<float> kept({(side - height) / 2, (side - width) / 2, height, width});
   detect::Pass<float> pass;
   const auto run = [&] {
-    problem.network.forward_within(problem.picture, {&kept}, pass, detect::Mode::input_gradient);
+    problem.detector.forward_within(problem.picture, {&kept}, pass, detect::Mode::input_gradient);
     return problem.gradient(pass);
   };
   run();
   for (auto _ : state) benchmark::DoNotOptimize(run().data());
   state.counters["kept_MiB"] = static_cast<double>(kept.bytes()) / double(1 << 20);
   const auto found = run();
-  problem.network.forward(problem.picture, problem.pass, detect::Mode::input_gradient);
+  problem.detector.forward(problem.picture, problem.pass, detect::Mode::input_gradient);
   const auto expected = problem.gradient(problem.pass);
   if (found(0, side / 2, side / 2, 1) != expected(0, side / 2, side / 2, 1) ||
       pass.logits != problem.pass.logits)

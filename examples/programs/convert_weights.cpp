@@ -7,8 +7,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <tapestry/detect/network.hpp>
-#include <tapestry/detect/network_description.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
@@ -68,21 +67,24 @@ void require_sound(const Options& options) {
 
 /// Description of the heads of a model, as io::read_detector_description() reads it; nothing if no
 /// description says it.
-std::optional<Json> described(const detect::NetworkConfig& config,
-                              const std::vector<detect::FeatureShape>& shapes) {
+std::optional<Json> described(const detect::DarknetModel<float>& model) {
+  const auto& layers = model.config().layers;
+  const auto is_region = [](const detect::LayerConfig& layer) {
+    return layer.kind == detect::LayerKind::region;
+  };
+  if (std::ranges::any_of(layers, is_region)) return std::nullopt;
   std::map<std::size_t, std::vector<double>> anchors;  // of each stride, finest first
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    if (!is_head(config.layers[i].kind)) continue;
-    const detect::Head head = detect::detail::head_of(config.layers[i], shapes[i]);
-    const std::size_t stride = config.height / head.grid_height;
+  for (const detect::Head& head : model.heads()) {
+    const std::size_t stride = model.input_height() / head.grid_height;
     const bool is_plain = head.decode == detect::DecodeFamily::darknet && head.scale_x_y == 1 &&
-                          !head.exclusive_classes && config.layers[i].kind == detect::LayerKind::yolo;
-    if (!is_plain || head.grid_height * stride != config.height || head.grid_width * stride != config.width)
-      return std::nullopt;
+                          !head.exclusive_classes && head.grid_height * stride == model.input_height() &&
+                          head.grid_width * stride == model.input_width();
+    if (!is_plain) return std::nullopt;
     for (const auto& [width, height] : head.anchors)
       anchors[stride].insert(anchors[stride].end(), {width, height});
   }
-  Json description{{"head", "darknet"}, {"input", {{"fit", image::name_of(detect::fit_of(config).kind)}}}};
+  Json description{{"head", "darknet"},
+                   {"input", {{"fit", image::name_of(detect::fit_of(model.config()).kind)}}}};
   for (const auto& [stride, of_head] : anchors) {
     description["strides"].push_back(stride);
     description["anchors"].push_back(of_head);
@@ -92,22 +94,21 @@ std::optional<Json> described(const detect::NetworkConfig& config,
 
 /// Writes the network's operators, from a picture to the raw logits of each head, and beside the model what
 /// these mean.
-void write_onnx_model(const Options& options, const detect::NetworkConfig& config,
-                      const std::vector<detect::FeatureShape>& shapes, const Array<float, 1>& parameters) {
-  const auto network = detect::network_description(config, parameters);
+void write_onnx_model(const Options& options, const detect::DarknetModel<float>& model) {
+  const auto network = model.description();
   std::map<std::string, nn::Shape> outputs;
-  std::size_t head = 0;
-  for (std::size_t i = 0; i < shapes.size(); ++i)
-    if (is_head(config.layers[i].kind))
-      outputs[network.outputs.at(head++)] = {1, shapes[i].channels, shapes[i].height, shapes[i].width};
+  for (std::size_t h = 0; h < model.heads().size(); ++h) {
+    const detect::Head& head = model.heads()[h];
+    outputs[network.outputs.at(h)] = {1, head.channel_count(), head.grid_height, head.grid_width};
+  }
   io::write_onnx(options.output, network, outputs);
   remark(options.output + ": " + std::to_string(network.nodes.size()) + " nodes, from \"picture\", [1, " +
-         std::to_string(config.channels) + ", " + std::to_string(config.height) + ", " +
-         std::to_string(config.width) + "], RGB in [0, 1]");
+         std::to_string(model.input_channels()) + ", " + std::to_string(model.input_height()) + ", " +
+         std::to_string(model.input_width()) + "], RGB in [0, 1]");
   for (const auto& [name, shape] : outputs)
     remark("raw logits \"" + name + "\" of a " + std::to_string(shape[2]) + " x " + std::to_string(shape[3]) +
            " grid");
-  if (const auto description = described(config, shapes)) {
+  if (const auto description = described(model)) {
     const auto path = std::filesystem::path(options.output).replace_extension(".json").string();
     io::write_file_atomically(path, std::string_view(description->dump(2) + "\n"));
     remark(path + " describes its heads");
@@ -135,7 +136,7 @@ int run(const Options& options) {
   print_warnings(weights.warnings);
   if (wants_onnx(options)) {
     config.batch_norm_epsilon = options.epsilon;
-    write_onnx_model(options, config, shapes, weights.parameters);
+    write_onnx_model(options, detect::DarknetModel<float>(config, weights.parameters));
     return 0;
   }
   metadata.images_seen = weights.images_seen;

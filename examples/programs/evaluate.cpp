@@ -11,8 +11,8 @@
 #include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/glb_writer.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -43,8 +43,9 @@ std::unique_ptr<LearningDetector> learning_detector(const Inputs& inputs, const 
   std::optional<detect::DecodeFamily> decode;
   if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
   const std::string cfg = trainable_cfg(settings.cfg, settings.weights);
-  return std::make_unique<LearningNetwork>(
-      io::read_network<float>(settings.cfg, settings.weights, settings.size, settings.size, decode).network,
+  return std::make_unique<LearningModel>(
+      io::read_darknet_model<float>(settings.cfg, settings.weights, settings.size, settings.size, decode)
+          .model,
       cfg);
 }
 

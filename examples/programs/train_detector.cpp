@@ -8,14 +8,15 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/darknet_model.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/finite_logits.hpp>
-#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/loss/yolo_training_variable.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
@@ -63,37 +64,37 @@ void describe(CLI::App& app, Options& o) {
 }
 
 /// First weights, with objectness near 0.01: most candidates of a picture are background.
-void initialise(detect::Network<float>& network, std::uint64_t seed) {
+void initialise(detect::DarknetModel<float>& model, std::uint64_t seed) {
   Random random(seed);
-  network.initialise(random);
-  const auto& layers = network.config().layers;
-  auto head = network.heads().begin();
+  model.initialise(random);
+  const auto& layers = model.config().layers;
+  auto head = model.heads().begin();
   for (std::size_t i = 1; i < layers.size(); ++i) {
     if (!detect::is_head(layers[i].kind)) continue;
     for (std::size_t anchor = 0; anchor < head->anchor_count(); ++anchor)
-      network.parameters()[network.layout().layers[i - 1].bias + anchor * head->candidate_channel_count() +
-                           head->objectness_channel().value()] = -4.6F;
+      model.parameters()[model.layout().layers[i - 1].bias + anchor * head->candidate_channel_count() +
+                         head->objectness_channel().value()] = -4.6F;
     ++head;
   }
 }
 
-/// The network to train, and the cfg it is of: a file's text, or the one within a converted detector.
+/// The model to train, and the cfg it is of: a file's text, or the one within a converted detector.
 struct Start {
-  detect::Network<float> network;
+  detect::DarknetModel<float> model;
   std::string cfg;
 };
 
 /// With random weights, or with those to start from, which may be a converted detector's.
-Start starting_network(const Options& options) {
+Start starting_model(const Options& options) {
   if (options.weights.empty()) {
-    detect::Network<float> network(io::read_network_config(options.cfg), options.size, options.size);
-    initialise(network, options.training.seed);
-    return {std::move(network), io::read_text_file(options.cfg)};
+    detect::DarknetModel<float> model(io::read_network_config(options.cfg), options.size, options.size);
+    initialise(model, options.training.seed);
+    return {std::move(model), io::read_text_file(options.cfg)};
   }
   const std::string cfg = trainable_cfg(options.cfg, options.weights);
-  auto loaded = io::read_network<float>(options.cfg, options.weights, options.size, options.size);
+  auto loaded = io::read_darknet_model<float>(options.cfg, options.weights, options.size, options.size);
   print_warnings(loaded.warnings);
-  return {std::move(loaded.network), cfg};
+  return {std::move(loaded.model), cfg};
 }
 
 using HeldOutScenes = std::vector<HeldOut<LabelledScene>>;
@@ -104,19 +105,17 @@ struct Validation {
   double false_alarms = 0;     ///< car boxes a picture that meet no car
 };
 
-Validation validate(const detect::Network<float>& network, const std::vector<LabelledScene>& scenes) {
-  const std::size_t size = network.input_width();
+Validation validate(const detect::Detector<float>& detector, const std::vector<LabelledScene>& scenes) {
+  const std::size_t size = detector.input_width();
   std::vector<bool> found;
   detect::Pass<float> pass;
   Array<float, 4> batch(Extents<4>{1, size, size, 3});
   Validation result;
   for (const LabelledScene& scene : scenes) {
     put_into_batch(scene, 0, {}, batch);
-    network.forward(batch, pass);
+    detector.forward(batch, pass);
     detect::require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
-    const auto detections =
-        detect::suppress(detect::decode(network.heads(), pass.logits, 0, 0.25, size, size), 0.45, true,
-                         network.suppression_measure());
+    const auto detections = detector.detections(pass.logits);
     found.push_back(evaluate::is_found(detections, scene.main));
     for (const auto& detection : detections) {
       if (detection.class_index != class_car) continue;
@@ -136,9 +135,9 @@ Validation validate(const detect::Network<float>& network, const std::vector<Lab
   return result;
 }
 
-void print_validation(const detect::Network<float>& network, const HeldOutScenes& sets) {
+void print_validation(const detect::Detector<float>& detector, const HeldOutScenes& sets) {
   for (const auto& set : sets) {
-    const Validation result = validate(network, set.scenes);
+    const Validation result = validate(detector, set.scenes);
     std::printf(
         "  %-12s P@0.5 %5.1f %% (%zu of %zu, 95 %% interval %.1f to %.1f), mean confidence %.2f, "
         "false alarms a picture %.2f\n",
@@ -149,38 +148,49 @@ void print_validation(const detect::Network<float>& network, const HeldOutScenes
   std::fflush(stdout);
 }
 
-/// The network with what a step needs, kept from step to step.
+/// The model with what a step needs, kept from step to step.
 class Trainer {
  public:
-  Trainer(detect::Network<float>& network, const Options& options)
-      : network_(network),
+  Trainer(detect::DarknetModel<float>& model, const Options& options)
+      : model_(model),
+        detector_(model.learning_detector()),
+        weights_(detector_.weights()),
         options_(options),
-        pool_(options.training.seed, network.input_width(), std::max(options.pool, options.training.batch)),
-        adam_(network.parameters().size(), {options.training.learning_rate}),
-        batch_(Extents<4>{options.training.batch, network.input_height(), network.input_width(), 3}) {}
+        pool_(options.training.seed, model.input_width(), std::max(options.pool, options.training.batch)),
+        adam_(weights_.size(), {options.training.learning_rate}),
+        batch_(Extents<4>{options.training.batch, model.input_height(), model.input_width(), 3}) {}
 
   loss::YoloTrainingTerms step(std::size_t index) {
     pool_.fill(index, std::min(options_.fresh, options_.training.batch), batch_, truths_);
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<float, 4> images = batch_;
-    const auto parameters = tape_.input(network_.parameters());
-    const auto terms =
-        loss::yolo_training(network_, detect::forward(network_, images, parameters, pass_), truths_);
+    const auto weights = tape_.input(weights_);
+    const auto logits = detect::forward(detector_, images, weights, pass_);
+    const auto terms = loss::yolo_training(detector_, logits, truths_);
     if (!std::isfinite(terms.total.value()))
       throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
     tape_.reverse(terms.total);
-    network_.update_running_statistics(*pass_, 0.03);
+    model_.update_running_statistics(*pass_, 0.03);
     adam_.set_learning_rate(
         warm_cosine_rate(options_.training.learning_rate, index, options_.training.steps, 200));
-    adam_.step(network_.parameters(), parameters.adjoint());
-    network_.set_images_seen(network_.images_seen() + options_.training.batch);
+    adam_.step(weights_, weights.adjoint());
+    model_.set_images_seen(model_.images_seen() + options_.training.batch);
     return {static_cast<double>(terms.box.value()), static_cast<double>(terms.objectness.value()),
             static_cast<double>(terms.classification.value()), static_cast<double>(terms.total.value())};
   }
 
+  /// The model with the weights of the last step.
+  [[nodiscard]] const detect::DarknetModel<float>& model() {
+    detector_.set_weights(weights_);
+    model_.take_weights(detector_);
+    return model_;
+  }
+
  private:
-  detect::Network<float>& network_;
+  detect::DarknetModel<float>& model_;
+  detect::Detector<float> detector_;  ///< that learns
+  Array<float, 1> weights_;
   const Options& options_;
   ScenePool pool_;
   optim::Adam<float> adam_;
@@ -200,24 +210,24 @@ std::string command_to_go_on(const CLI::App& app, const char* program, const Opt
 }
 
 int train(const CLI::App& app, const char* program, const Options& options) {
-  Start start = starting_network(options);
-  detect::Network<float>& network = start.network;
-  const std::string& cfg_name = network.config().name;
-  if (network.input_height() != network.input_width())
+  Start start = starting_model(options);
+  detect::DarknetModel<float>& model = start.model;
+  const std::string& cfg_name = model.config().name;
+  if (model.input_height() != model.input_width())
     throw Error(ErrorKind::mismatch, cfg_name + ": the input must be square, or --size given");
-  loss::require_raw_logits("train_detector", network.heads());
-  const auto decode = detect::decode_family_of(network.config());
+  loss::require_raw_logits("train_detector", model.heads());
+  const auto decode = detect::decode_family_of(model.config());
   if (decode != detect::DecodeFamily::darknet && !options.output.ends_with(".safetensors"))
     throw Error(ErrorKind::usage, "--output " + options.output + " would lose the decode family " +
                                       std::string(detect::name_of(decode)) + "; name it .safetensors");
-  for (const auto& head : network.heads())
+  for (const auto& head : model.heads())
     if (head.classes != 3) throw Error(ErrorKind::mismatch, cfg_name + ": heads must have 3 classes");
 
-  const std::size_t size = network.input_width();
+  const std::size_t size = model.input_width();
   const HeldOutScenes sets = held_out_sets(
       0x5EED0FF5E7ULL, options.training.validate,
       [=](const Random& random, const SceneOptions& scene) { return draw_labelled(random, scene, size); });
-  Trainer trainer(network, options);
+  Trainer trainer(model, options);
   const auto step = [&](std::size_t index) {
     const auto terms = trainer.step(index);
     char words[80];
@@ -226,8 +236,8 @@ int train(const CLI::App& app, const char* program, const Options& options) {
     return StepLoss{terms.total, words};
   };
   const std::size_t done = train_on_scenes(
-      options.training, step, [&] { save_network(network, start.cfg, options.output); },
-      [&] { print_validation(network, sets); });
+      options.training, step, [&] { save_model(trainer.model(), start.cfg, options.output); },
+      [&] { print_validation(trainer.model().detector(), sets); });
   if (done == options.training.steps) return 0;
   std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
                command_to_go_on(app, program, options, done).c_str());

@@ -4,10 +4,16 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <string>
+#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/batch.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/weight_replacement.hpp>
+#include <tapestry/loss/cross_entropy_variable.hpp>
+#include <tapestry/nn/network_variable.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/segment/car_component.hpp>
 #include <tapestry/segment/u2_net.hpp>
@@ -84,44 +90,20 @@ void print_validation(const nn::NetworkDescription& description, const HeldOutSc
   std::fflush(stdout);
 }
 
-/// Mean cross entropy of a map of logits with the shares wanted, see loss::cross_entropy(), in single
-/// precision and with one exponential a pixel. `adjoint` takes its derivative by the logits.
-double cross_entropy(const float* logits, const float* wanted, std::vector<float>& adjoint) {
-  const float scale = 1 / static_cast<float>(adjoint.size());
-  double sum = 0;
-  for (std::size_t i = 0; i < adjoint.size(); ++i) {
-    const float x = logits[i], small = std::exp(-std::abs(x)), share = 1 / (1 + small);
-    sum += static_cast<double>(std::max(x, 0.0F) - x * wanted[i] + std::log1p(small));
-    adjoint[i] = scale * ((x >= 0 ? share : small * share) - wanted[i]);
-  }
-  return sum / static_cast<double>(adjoint.size());
-}
-
-/// What one picture of a batch needs, kept from step to step.
-struct Lane {
-  nn::Buffer<float> input;
-  nn::NetworkPass<float> pass;
-  std::vector<float> gradient;
-  double loss = 0;
-};
-
 /// The network with what a step needs. The loss is that of the source, the mean cross entropy of each output,
-/// summed over them all. Pictures run beside each other; their gradients are added in order.
+/// summed over them all.
 class Trainer {
  public:
   Trainer(nn::NetworkDescription description, const SceneTraining& options)
       : description_(std::move(description)),
         network_(nn::pruned(description_, segment::u2_net_logits(description_)), {}, true),
         options_(options),
-        constants_(Extents<1>{network_.constants().size()}),
-        gradient_(Extents<1>{network_.constants().size()}),
-        adam_(constants_.size(), {options.learning_rate}),
+        weights_(array_of(std::vector<float>(network_.weights().begin(), network_.weights().end()))),
+        adam_(weights_.size(), {options.learning_rate}),
         scenes_(options.seed),
-        images_(Extents<4>{options.batch, side(), side(), 3}),
-        wanted_(Extents<3>{options.batch, side(), side()}),
-        lanes_(options.batch) {
-    std::copy(network_.constants().begin(), network_.constants().end(), constants_.begin());
-    for (const nn::WeightBlock& weight : network_.weights())
+        pictures_(Extents<4>{options.batch, side(), side(), 3}),
+        inputs_(pictures_.shape()) {
+    for (const nn::WeightBlock& weight : network_.weight_blocks())
       if (!description_.constants.contains(weight.name))
         throw FileError(ErrorKind::mismatch,
                         {description_.path, "", "cannot be trained: weights are merged as it is read",
@@ -136,33 +118,26 @@ class Trainer {
   [[nodiscard]] std::size_t side() const { return network_.input_shape(0)[1]; }
 
   double step(std::size_t index) {
-    const Random random = scenes_.fork(index);
-    parallel_for(lanes_.size(), [&](std::size_t image) {
-      put_segmented(random.fork(image), image, images_, wanted_);
-      run(image);
-    });
-    const auto share = 1 / static_cast<float>(lanes_.size());
-    double loss = 0;
-    for (const Lane& lane : lanes_) loss += lane.loss / static_cast<double>(lanes_.size());
-    if (!std::isfinite(loss))
+    const auto wanted = draw_batch(index);
+    tape_.clear();
+    const auto scope = tape_.activate();
+    const auto weights = tape_.input(weights_);
+    Variable<float> loss = 0;
+    for (const auto& logits : nn::forward(network_, ArrayVariable<float, 4>(inputs_), weights, pass_))
+      loss += loss::binary_cross_entropy(logits, wanted);
+    if (!std::isfinite(loss.value()))
       throw NumericError("train_segmenter: the loss of step " + std::to_string(index + 1) + " is not finite");
-    for (std::size_t i = 0; i < gradient_.size(); ++i) {
-      float sum = 0;
-      for (const Lane& lane : lanes_) sum += lane.gradient[i];
-      gradient_(i) = share * sum;
-    }
+    tape_.reverse(loss);
     adam_.set_learning_rate(warm_cosine_rate(options_.learning_rate, index, options_.steps, 200));
-    adam_.step(constants_, gradient_);
-    network_.set_constants({constants_.begin(), constants_.end()});
-    return loss;
+    adam_.step(weights_, weights.adjoint());
+    return static_cast<double>(loss.value());
   }
 
   /// The network with the weights of the last step.
   [[nodiscard]] const nn::NetworkDescription& description() {
-    for (const nn::WeightBlock& weight : network_.weights()) {
-      auto& values = std::get<std::vector<float>>(description_.constants.at(weight.name).values);
-      std::copy_n(constants_.data() + weight.offset, values.size(), values.begin());
-    }
+    network_.set_weights({weights_.data(), weights_.size()});
+    for (auto& [name, values] : io::weight_values(network_))
+      description_.constants.at(name).values = std::move(values);
     return description_;
   }
 
@@ -173,37 +148,29 @@ class Trainer {
   }
 
  private:
-  void run(std::size_t image) {
-    Lane& lane = lanes_[image];
-    const std::size_t pixels = side() * side();
-    Array<float, 3> picture(Extents<3>{side(), side(), 3});
-    std::copy_n(images_.data() + 3 * image * pixels, picture.size(), picture.data());
-    const auto input = segment::u2_net_input(picture);
-    lane.input.resize(input.size());
-    std::copy_n(input.data(), input.size(), lane.input.data());
-    network_.forward({lane.input.data()}, lane.pass, nn::Mode::training);
-
-    const float* const wanted = wanted_.data() + image * pixels;
-    std::vector<std::vector<float>> adjoints(network_.output_count(), std::vector<float>(pixels));
-    std::vector<const float*> places;
-    lane.loss = 0;
-    for (std::size_t output = 0; output < adjoints.size(); ++output) {
-      lane.loss += cross_entropy(lane.pass.output(output), wanted, adjoints[output]);
-      places.push_back(adjoints[output].data());
-    }
-    lane.gradient.assign(constants_.size(), 0);
-    network_.adjoint(lane.pass, places, {nullptr}, lane.gradient.data());
+  /// Draws the pictures of a step as the network takes them, and the silhouettes, [N, 1, S, S].
+  std::shared_ptr<const Array<float, 4>> draw_batch(std::size_t index) {
+    const Random random = scenes_.fork(index);
+    Array<float, 3> silhouettes(Extents<3>{options_.batch, side(), side()});
+    parallel_for(options_.batch, [&](std::size_t image) {
+      put_segmented(random.fork(image), image, pictures_, silhouettes);
+      const auto input = segment::u2_net_input(image::picture_of(pictures_, image));
+      std::copy_n(input.data(), input.size(), inputs_.data() + image * input.size());
+    });
+    Array<float, 4> wanted(Extents<4>{options_.batch, 1, side(), side()});
+    std::ranges::copy(silhouettes.storage(), wanted.data());
+    return std::make_shared<const Array<float, 4>>(std::move(wanted));
   }
 
   nn::NetworkDescription description_;
   nn::Network<float> network_;
   const SceneTraining& options_;
-  Array<float, 1> constants_, gradient_;
+  Array<float, 1> weights_;
   optim::Adam<float> adam_;
   Random scenes_;
-  Array<float, 4> images_;
-  Array<float, 3> wanted_;
-  std::vector<Lane> lanes_;
+  Array<float, 4> pictures_, inputs_;
+  std::shared_ptr<nn::NetworkPass<float>> pass_ = std::make_shared<nn::NetworkPass<float>>();
+  Tape<float> tape_;
 };
 
 int train(const Options& options) {

@@ -103,7 +103,6 @@
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/core/vector_functions.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
-#include <tapestry/detect/batch_norm_folding_variable.hpp>
 #include <tapestry/detect/best_candidate.hpp>
 #include <tapestry/detect/bin_distribution.hpp>
 #include <tapestry/detect/box_decode.hpp>
@@ -112,6 +111,7 @@
 #include <tapestry/detect/box_grid.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/class_score.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/decode_family.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
@@ -124,10 +124,8 @@
 #include <tapestry/detect/heat_map_variable.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/detect/input_encoding_variable.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_description.hpp>
-#include <tapestry/detect/network_variable.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/pass_pool.hpp>
@@ -197,6 +195,7 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/dataset/coco_file.hpp>
 #include <tapestry/io/dataset/voc_folder.hpp>
@@ -220,7 +219,6 @@
 #include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/names_file.hpp>
 #include <tapestry/io/nearest_word.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/npy_header.hpp>
 #include <tapestry/io/npz_file.hpp>
@@ -251,6 +249,8 @@
 #include <tapestry/loss/attention_variable.hpp>
 #include <tapestry/loss/class_entropy.hpp>
 #include <tapestry/loss/classification.hpp>
+#include <tapestry/loss/cross_entropy.hpp>
+#include <tapestry/loss/cross_entropy_variable.hpp>
 #include <tapestry/loss/dynamic_match.hpp>
 #include <tapestry/loss/logistic.hpp>
 #include <tapestry/loss/max_score.hpp>

@@ -10,7 +10,7 @@
 #include "../support/cfg_text.hpp"
 #include "../support/pipeline_gradient.hpp"
 #include "../support/random_array.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/tiny_scene.hpp"
 
@@ -234,7 +234,7 @@ TEST_CASE("the loss of an ensemble is the mean of its members', and so is the gr
 
 TEST_CASE("an ensemble refuses what cannot look at its pictures", "[camouflage][ensemble]") {
   const auto first = test::tiny_detector<double>();
-  const auto larger = test::tiny_network<double>().resized(96, 96).make_detector();
+  const auto larger = test::tiny_model<double>().resized(96, 96).detector();
   camouflage::Objective<double> objective(first, {});
   CHECK_THROWS_WITH(objective.join(larger, 0),
                     "objective: the ensemble's detectors take pictures of different extents");
@@ -245,10 +245,10 @@ TEST_CASE("layers that the car cannot reach are kept, and change no bit of a los
           "[camouflage]") {
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
-  const auto network = test::random_detector<float>(
+  const auto network = test::random_model<float>(
                            tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
                            views[0]->background.shape()[1])
-                           .make_detector();
+                           .detector();
   camouflage::Objective<float> plain(network, {}), keeping(network, {}), full(network, {});
   keeping.join(network, 0);
   plain.join(network, 0);
@@ -282,10 +282,10 @@ TEST_CASE("layers are kept of those views only whose windows leave out a share o
           "[camouflage]") {
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
-  const auto network = test::random_detector<float>(
+  const auto network = test::random_model<float>(
                            tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
                            views[0]->background.shape()[1])
-                           .make_detector();
+                           .detector();
   std::vector<double> shares;
   for (const auto& view : views) shares.push_back(network.share_kept(view->window));
   std::ranges::sort(shares);

@@ -1,7 +1,8 @@
-#include <tapestry/detect/network_variable.hpp>
+#include <tapestry/detect/darknet_model.hpp>
+#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
-#include <tapestry/io/network_file.hpp>
 
 #include <cmath>
 #include <string>
@@ -10,11 +11,12 @@
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/temporary_folder.hpp"
 
 namespace detect = tapestry::detect;
 namespace io = tapestry::io;
+namespace nn = tapestry::nn;
 using tapestry::Array;
 using tapestry::test::random_array;
 
@@ -24,14 +26,14 @@ const std::string classifier = tapestry::test::cfg_text("classifier_layers");
 /// With the layers from `name` on left out.
 std::string without(const std::string& name) { return classifier.substr(0, classifier.find(name)); }
 
-detect::Network<double> random_classifier(const std::string& cfg) {
-  return tapestry::test::random_detector<double>(io::parse_classifier_config(cfg, "some.cfg"), 1);
+detect::DarknetModel<double> random_classifier(const std::string& cfg) {
+  return tapestry::test::random_model<double>(io::parse_classifier_config(cfg, "some.cfg"), 1);
 }
 
-double value(const detect::Network<double>& network, const Array<double, 4>& images,
+double value(const detect::Detector<double>& detector, const Array<double, 4>& images,
              const Array<double, 4>& weights, detect::Mode mode) {
   detect::Pass<double> pass;
-  network.forward(images, pass, mode);
+  detector.forward(images, pass, mode);
   double sum = 0;
   for (std::size_t i = 0; i < weights.size(); ++i) sum += weights.data()[i] * pass.logits.at(0).data()[i];
   return sum;
@@ -52,21 +54,21 @@ TEST_CASE("reorg of 2 x 2 pixels of 4 channels is Darknet's by hand", "[detect][
       "activation=linear\n[reorg]\nstride=2\n";
   Array<double, 1> parameters{0, 10, 20, 30, 1, 0, 0, 1,
                               0, 0,  1,  0,  0, 1, 0, 0};  // the first colour and 10·c
-  const detect::Network<double> network(io::parse_classifier_config(cfg, "reorg.cfg"), parameters);
+  const detect::DarknetModel<double> model(io::parse_classifier_config(cfg, "reorg.cfg"), parameters);
   auto picture = tapestry::zeros<double, 4>({1, 2, 2, 3});
   for (std::size_t pixel = 0; pixel < 4; ++pixel) picture.data()[3 * pixel] = static_cast<double>(pixel);
   detect::Pass<double> pass;
-  network.forward(picture, pass);
+  model.detector().forward(picture, pass);
   REQUIRE(pass.logits.at(0).shape() == tapestry::Extents<4>{1, 16, 1, 1});
   CHECK(std::vector<double>(pass.logits[0].data(), pass.logits[0].data() + 16) ==
         std::vector<double>{0, 2, 20, 22, 1, 3, 21, 23, 10, 12, 30, 32, 11, 13, 31, 33});
 }
 
 TEST_CASE("a classifier hands out the probabilities of its last layer", "[detect][classifier]") {
-  const auto network = random_classifier(classifier);
-  CHECK(network.heads().empty());
+  const auto detector = random_classifier(classifier).detector();
+  CHECK(detector.heads().empty());
   detect::Pass<double> pass;
-  network.forward(random_array<double>({2, 16, 16, 3}, 2), pass);
+  detector.forward(random_array<double>({2, 16, 16, 3}, 2), pass);
   REQUIRE(pass.logits.size() == 1);
   CHECK(pass.logits[0].shape() == tapestry::Extents<4>{2, 10, 1, 1});
   for (std::size_t n = 0; n < 2; ++n) {
@@ -75,7 +77,7 @@ TEST_CASE("a classifier hands out the probabilities of its last layer", "[detect
     CHECK(sum == Approx(1).epsilon(1e-14));
   }
   detect::Pass<double> logits;  // before the softmax
-  random_classifier(without("[softmax]")).forward(random_array<double>({2, 16, 16, 3}, 2), logits);
+  random_classifier(without("[softmax]")).detector().forward(random_array<double>({2, 16, 16, 3}, 2), logits);
   for (std::size_t k = 1; k < 10; ++k)
     CHECK(pass.logits[0](1, k, 0, 0) / pass.logits[0](1, 0, 0, 0) ==
           Approx(std::exp(logits.logits[0](1, k, 0, 0) - logits.logits[0](1, 0, 0, 0))).epsilon(1e-12));
@@ -84,46 +86,47 @@ TEST_CASE("a classifier hands out the probabilities of its last layer", "[detect
 TEST_CASE("a classifier's gradients agree with central differences", "[detect][classifier][gradient]") {
   const std::string cfg = GENERATE(std::string(classifier), without("[softmax]"), without("[avgpool]"),
                                    without("[convolutional]\nfilters=10"));  // ends in a shortcut
-  auto network = random_classifier(cfg);
+  auto detector = random_classifier(cfg).learning_detector();
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   detect::Pass<double> pass;
-  network.forward(images, pass, detect::Mode::training);
+  detector.forward(images, pass, detect::Mode::training);
   const auto& shape = pass.logits[0].shape();
   const auto weights = random_array<double>({shape[0], shape[1], shape[2], shape[3]}, 3, -1, 1);
   auto images_adjoint = tapestry::zeros<double, 4>(images.shape());
-  auto parameters_adjoint = tapestry::zeros<double, 1>({network.parameters().size()});
-  network.pull_back(pass, {&weights}, &images_adjoint, &parameters_adjoint);
+  const auto start = detector.weights();
+  auto weights_adjoint = tapestry::zeros<double, 1>({start.size()});
+  detector.pull_back(pass, {&weights}, &images_adjoint, &weights_adjoint);
   tapestry::Random random(4);
   for (int trial = 0; trial < 8; ++trial) {
     const std::size_t i = random.index(images.size());
     CHECK(images_adjoint.data()[i] == Approx(fourth_order_difference([&](double step) {
                                         auto moved = images;
                                         moved.data()[i] += step;
-                                        return value(network, moved, weights, detect::Mode::training);
+                                        return value(detector, moved, weights, detect::Mode::training);
                                       }))
                                           .epsilon(1e-7)
                                           .margin(1e-8));
   }
-  for (const auto& block : network.layout().blocks) {
-    const std::size_t i = block.offset + random.index(block.count);
-    const double kept = network.parameters()[i];
-    CHECK(parameters_adjoint[i] == Approx(fourth_order_difference([&](double step) {
-                                     network.parameters()[i] = kept + step;
-                                     return value(network, images, weights, detect::Mode::training);
-                                   }))
-                                       .epsilon(1e-7)
-                                       .margin(1e-8));
-    network.parameters()[i] = kept;
+  for (const auto& block : detector.network().weight_blocks()) {
+    const std::size_t i = block.offset + random.index(nn::size_of(block.shape));
+    CHECK(weights_adjoint[i] == Approx(fourth_order_difference([&](double step) {
+                                  auto moved = start;
+                                  moved[i] += step;
+                                  detector.set_weights(moved);
+                                  return value(detector, images, weights, detect::Mode::training);
+                                }))
+                                    .epsilon(1e-7)
+                                    .margin(1e-8));
   }
 }
 
 TEST_CASE("a classifier is one record on the tape", "[detect][classifier][gradient]") {
-  const auto network = random_classifier(classifier);
+  const auto detector = random_classifier(classifier).detector();
   const auto start = random_array<double>({1, 16, 16, 3}, 2);
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   const auto images = tape.input(start);
-  const auto outputs = detect::forward(network, images);
+  const auto outputs = detect::forward(detector, images);
   REQUIRE(outputs.size() == 1);
   auto one = tapestry::zeros<double, 4>(outputs[0].value().shape());
   one(0, 3, 0, 0) = 1;
@@ -132,7 +135,7 @@ TEST_CASE("a classifier is one record on the tape", "[detect][classifier][gradie
   CHECK(images.adjoint().data()[i] == Approx(fourth_order_difference([&](double step) {
                                         auto moved = start;
                                         moved.data()[i] += step;
-                                        return value(network, moved, one, detect::Mode::inference);
+                                        return value(detector, moved, one, detect::Mode::inference);
                                       }))
                                           .epsilon(1e-7)
                                           .margin(1e-9));
@@ -145,19 +148,19 @@ TEST_CASE("a classifier is read with its weights", "[detect][classifier]") {
   io::write_weight_file(weights, network);
   const auto loaded = io::read_classifier<float>(cfg, weights, 32, 24);
   CHECK(loaded.warnings.empty());
-  CHECK(loaded.network.input_height() == 32);
+  CHECK(loaded.model.input_height() == 32);
   for (std::size_t i = 0; i < network.parameters().size(); ++i)
-    CHECK(loaded.network.parameters()[i] == network.parameters()[i]);
-  CHECK_THROWS_AS(io::read_network<float>(cfg, weights), tapestry::FileError);  // no detector
+    CHECK(loaded.model.parameters()[i] == network.parameters()[i]);
+  CHECK_THROWS_AS(io::read_darknet_model<float>(cfg, weights), tapestry::FileError);  // no detector
 }
 
 TEST_CASE("a network of dropout alone hands out the picture", "[detect][classifier]") {
-  const auto network = random_classifier("[net]\nwidth=2\nheight=3\n[dropout]\n[dropout]\n");
+  const auto detector = random_classifier("[net]\nwidth=2\nheight=3\n[dropout]\n[dropout]\n").detector();
   const auto images = random_array<double>({1, 3, 2, 3}, 2);
   detect::Pass<double> pass;
-  network.forward(images, pass, detect::Mode::input_gradient);
+  detector.forward(images, pass, detect::Mode::input_gradient);
   CHECK(pass.logits[0](0, 1, 2, 0) == images(0, 2, 0, 1));
   auto adjoint = tapestry::zeros<double, 4>(images.shape());
-  network.input_adjoint(pass, pass.logits, adjoint);
+  detector.input_adjoint(pass, pass.logits, adjoint);
   for (std::size_t i = 0; i < images.size(); ++i) CHECK(adjoint.data()[i] == images.data()[i]);
 }

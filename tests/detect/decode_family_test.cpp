@@ -1,7 +1,7 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_formula.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/decode_family.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/refusal.hpp"
 
 namespace detect = tapestry::detect;
@@ -170,15 +170,15 @@ TEST_CASE("new_coords=1 of a cfg makes heads scaled", "[detect][decode_family]")
   CHECK(detect::decode_warnings(config).empty());
 
   // The same parameters without σ in the network, and decoded as ultralytics.
-  const auto scaled = tapestry::test::random_detector<double>(config, 1);
-  const auto raw = tapestry::test::random_detector<double>(
+  const auto scaled = tapestry::test::random_model<double>(config, 1);
+  const auto raw = tapestry::test::random_model<double>(
       detect::with_decode(parsed(two_convolutions), DecodeFamily::ultralytics), 1);
   REQUIRE(scaled.heads()[0].decode == DecodeFamily::scaled);
   REQUIRE(raw.heads()[0].decode == DecodeFamily::ultralytics);
   const Array<double, 4> images = tapestry::test::random_array<double>({1, 64, 64, 3}, 2);
-  const auto detections = [&](const detect::Network<double>& network) {
+  const auto detections = [&](const detect::DarknetModel<double>& network) {
     detect::Pass<double> pass;
-    network.forward(images, pass);
+    network.detector().forward(images, pass);
     return detect::decode(network.heads(), pass.logits, 0, 0.2, 64, 64);
   };
   const auto found = detections(scaled), expected = detections(raw);

@@ -105,9 +105,7 @@ TEST_CASE("kept pictures of an export hold until weights or mode change, and nee
   };
   check(detect::Mode::inference);
   check(detect::Mode::input_gradient);
-  auto constants = detector.network().constants();
-  for (double& constant : constants) constant *= 1.25;
-  detector.network().set_constants(constants);
+  detector.set_weights(Array<double, 1>(1.25 * detector.weights()));
   check(detect::Mode::input_gradient);
   detector.set_engine(nn::Engine::direct);
   check(detect::Mode::input_gradient);
@@ -381,7 +379,7 @@ TEST_CASE("weights of a graph detector get their gradient", "[detect][graph_dete
     seeds.push_back(tapestry::test::random_array<double, 4>(
         {1, 5 + classes, pass.logits[h].shape(2), pass.logits[h].shape(3)}, 20 + h));
   for (const auto& seed : seeds) pointers.push_back(&seed);
-  auto gradient = tapestry::zeros<double, 1>({detector.network().constants().size()});
+  auto gradient = tapestry::zeros<double, 1>({detector.weights().size()});
   detector.pull_back(pass, pointers, nullptr, &gradient);
 
   const auto value = [&] {
@@ -392,16 +390,16 @@ TEST_CASE("weights of a graph detector get their gradient", "[detect][graph_dete
       for (std::size_t i = 0; i < seeds[h].size(); ++i) sum += seeds[h].data()[i] * fresh.logits[h].data()[i];
     return sum;
   };
-  const auto constants = detector.network().constants();
-  REQUIRE_FALSE(detector.network().weights().empty());
-  for (const nn::WeightBlock& block : detector.network().weights()) {
-    auto moved = constants;
+  const auto weights = detector.weights();
+  REQUIRE(weights.size() > 0);
+  for (const nn::WeightBlock& block : detector.network().weight_blocks()) {
+    auto moved = weights;
     constexpr double step = 1e-6;
-    moved[block.offset] = constants[block.offset] + step;
-    detector.network().set_constants(moved);
+    moved[block.offset] = weights[block.offset] + step;
+    detector.set_weights(moved);
     const double above = value();
-    moved[block.offset] = constants[block.offset] - step;
-    detector.network().set_constants(moved);
+    moved[block.offset] = weights[block.offset] - step;
+    detector.set_weights(moved);
     const double below = value();
     INFO(block.name);
     CHECK(gradient(block.offset) == Approx((above - below) / (2 * step)).epsilon(1e-6).margin(1e-7));

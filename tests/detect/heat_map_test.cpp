@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
@@ -13,7 +13,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/small_exports.hpp"
 
@@ -57,10 +57,20 @@ const std::string darknet_cfg =
     "[convolutional]\nfilters=14\nsize=1\nactivation=linear\n"
     "[yolo]\nmask=0,1\nanchors=4,5, 9,8\nclasses=2\nnum=2\n";
 
-detect::Network<double> darknet(const std::string& cfg, const std::vector<std::size_t>& layers) {
-  auto network = test::random_detector<double>(io::parse_network_config(cfg, "some.cfg"), 1);
-  network.tell_layers(layers);
-  return network;
+detect::DarknetModel<double> darknet(const std::string& cfg) {
+  return test::random_model<double>(io::parse_network_config(cfg, "some.cfg"), 1);
+}
+
+/// A detector that observes layers of the cfg.
+detect::Detector<double> observing(const detect::DarknetModel<double>& model,
+                                   const std::vector<std::size_t>& layers) {
+  std::vector<std::string> names;
+  for (const std::size_t layer : layers) names.push_back(model.value_name(layer));
+  return model.detector(names);
+}
+
+std::string common_layer(const nn::NetworkDescription& network) {
+  return detect::common_layer(network, detect::raw_outputs(network));
 }
 
 template <class Arrays>
@@ -172,8 +182,10 @@ TEST_CASE("a far candidate asks nothing of what it does not see", "[detect][heat
 
 TEST_CASE("the common layer is the last one that all heads see", "[detect][heat_map]") {
   for (const auto& network : {test::yolox_like(64), test::nanodet_like(64)})
-    CHECK(detect::common_layer(network) == network.nodes[5].outputs.front());  // stride 8; 16 comes from it
-  CHECK(detect::common_layer({}).empty());
+    CHECK(common_layer(network) == network.nodes[5].outputs.front());  // stride 8; 16 comes from it
+  CHECK(common_layer({}).empty());
+  const auto described = darknet(test::cfg_text("two_heads")).description();
+  CHECK(detect::common_layer(described, described.outputs) == "layer_0");
 }
 
 TEST_CASE("layers that are not there or are no maps are refused", "[detect][heat_map][bad_input]") {
@@ -191,8 +203,10 @@ TEST_CASE("layers that are not there or are no maps are refused", "[detect][heat
 }
 
 TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[detect][heat_map]") {
-  const auto network = darknet(darknet_cfg, {1, 0});  // a dropout only passes layer 0 on
-  CHECK(network.common_layer() == 0U);
+  const auto model = darknet(darknet_cfg);
+  const auto network = observing(model, {1, 0});  // a dropout only passes layer 0 on
+  const auto described = model.description();
+  CHECK(detect::common_layer(described, described.outputs) == "layer_0");
   detect::Pass<double> pass;
   network.forward(test::pictures<double>(3, 16), pass, detect::Mode::input_gradient);
   const detect::BestCandidate best{0, 1 * 4 + 2, 0.5};  // anchor 1, cell 2: the lower left one
@@ -202,8 +216,8 @@ TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[dete
   const auto adjoint = network.layer_adjoint(pass, pointers_to(adjoints), 0, image);
   REQUIRE(values.shape() == tapestry::Extents<3>{4, 2, 2});
   // The head reads W · A + b, of which the score is the sum of two rows: objectness and the class.
-  const double* const weights = network.parameters().data() + network.layout().layers[2].weight;
-  const double* const biases = network.parameters().data() + network.layout().layers[2].bias;
+  const double* const weights = model.parameters().data() + model.layout().layers[2].weight;
+  const double* const biases = model.parameters().data() + model.layout().layers[2].bias;
   const std::size_t objectness = 7 + 4, class_row = 7 + 5 + 1;
   double score = biases[objectness] + biases[class_row], heat = 0;
   for (std::size_t c = 0; c < 4; ++c) {
@@ -227,11 +241,11 @@ TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[dete
 TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's bias, and change nothing",
           "[detect][heat_map][gradient]") {
   const std::string cfg = test::cfg_text(GENERATE("every_layer", "fused_layers", "two_heads"));
-  const auto plain = darknet(cfg, {});
+  const auto model = darknet(cfg);
   std::vector<std::size_t> layers;
-  for (std::size_t i = 0; i < plain.config().layers.size(); ++i) layers.push_back(i);
-  const auto network = darknet(cfg, layers);
-  const auto images = test::pictures<double>(2, plain.input_width());
+  for (std::size_t i = 0; i < model.config().layers.size(); ++i) layers.push_back(i);
+  const auto plain = model.detector(), network = observing(model, layers);
+  const auto images = test::pictures<double>(2, model.input_width());
   detect::Pass<double> pass, other;
   network.forward(images, pass, detect::Mode::input_gradient);
   plain.forward(images, other, detect::Mode::input_gradient);
@@ -248,7 +262,7 @@ TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's
 
   std::size_t checked = 0;
   for (std::size_t i = 0; i < layers.size(); ++i) {
-    const auto& layer = plain.config().layers[i];
+    const auto& layer = model.config().layers[i];
     const bool is_known = layer.activation == nn::Activation::linear ||
                           layer.activation == nn::Activation::leaky ||
                           layer.activation == nn::Activation::logistic;
@@ -268,11 +282,9 @@ TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's
       }
     }
     const auto logits_with = [&](double step) {
-      auto moved = darknet(cfg, {});
+      auto moved = model;
       moved.parameters()[moved.layout().layers[i].bias + channel] += step;
-      detect::Pass<double> pass_with;
-      moved.forward(images, pass_with);
-      return pass_with.logits;
+      return detect::forward(moved.detector(), images);
     };
     const double step = 1e-6;
     const auto ahead = logits_with(step), behind = logits_with(-step);
@@ -334,14 +346,14 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
   }
   SECTION("of a Darknet network") {
     const std::string cfg = test::cfg_text(GENERATE("every_layer", "fused_layers", "two_heads"));
-    const auto plain = darknet(cfg, {});
-    for (std::size_t i = 0; i < plain.config().layers.size(); ++i) {
-      if (plain.config().layers[i].kind != detect::LayerKind::convolutional) continue;
-      check_pull_back_layer(darknet(cfg, {i}), 0, plain.input_width());
+    const auto model = darknet(cfg);
+    for (std::size_t i = 0; i < model.config().layers.size(); ++i) {
+      if (model.config().layers[i].kind != detect::LayerKind::convolutional) continue;
+      check_pull_back_layer(observing(model, {i}), 0, model.input_width());
     }
   }
   SECTION("and is refused what does not fit") {
-    const auto network = darknet(darknet_cfg, {0});
+    const auto network = observing(darknet(darknet_cfg), {0});
     detect::Pass<double> pass;
     network.forward(test::pictures<double>(1, 16), pass);
     auto gradient = tapestry::zeros<double, 4>({1, 16, 16, 3});
@@ -356,13 +368,12 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
   }
 }
 
-TEST_CASE("Darknet layers that cannot be looked into are refused", "[detect][heat_map][bad_input]") {
-  auto network = darknet(darknet_cfg, {});
-  CHECK_THROWS_WITH(network.tell_layers({4}), contains("layer 4 cannot be looked into"));
+TEST_CASE("Darknet layers that cannot be observed are refused", "[detect][heat_map][bad_input]") {
+  const auto model = darknet(darknet_cfg);
+  CHECK_THROWS_WITH(model.value_name(4), contains("layer 4 cannot be observed"));
   const std::string dropped = "[net]\nwidth=16\nheight=16\n[dropout]\n" + darknet_cfg.substr(25);
-  CHECK_THROWS_WITH(darknet(dropped, {0}), contains("layer 0 cannot be looked into"));
-  CHECK(darknet(test::cfg_text("two_heads"), {}).common_layer() == 0U);
-  network.tell_layers({0});
+  CHECK_THROWS_WITH(darknet(dropped).value_name(0), contains("layer 0 cannot be observed"));
+  const auto network = observing(model, {0});
   detect::Pass<double> pass;
   network.forward(test::pictures<double>(1, 16), pass);
   const std::vector<const Array<double, 4>*> none(1, nullptr);

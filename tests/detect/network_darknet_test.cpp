@@ -1,7 +1,7 @@
 #pragma GCC diagnostic ignored "-Wshadow"  // darknet.h has global names such as image and layer
 
 #include <tapestry/detect/box_decode_variable.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
@@ -14,7 +14,7 @@
 #include "../support/differential.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 
@@ -29,7 +29,7 @@ using namespace tapestry::test;
 namespace {
 /// Every box and probability that Darknet makes of a [region]'s input, compared with detect::decode() of the
 /// same logits: σ, e^t and softmax in float.
-void check_region_boxes(const detect::Network<float>& network, const float* raw, ::network* darknet) {
+void check_region_boxes(const detect::DarknetModel<float>& network, const float* raw, ::network* darknet) {
   const detect::Head& head = network.heads()[0];
   tapestry::Array<float, 4> logits({1, head.channel_count(), head.grid_height, head.grid_width});
   std::copy_n(raw, logits.size(), logits.data());
@@ -63,7 +63,7 @@ void check_region_boxes(const detect::Network<float>& network, const float* raw,
 ///
 /// Darknet on a CPU divides by √variance + 1e-6 where Tapestry takes √(variance + 1e-5); with variances of
 /// at least ½ the factor differs by at most 1e-5, so the written variances are moved to make up for it.
-void check_against_darknet(const detect::Network<float>& network, const std::string& cfg_path,
+void check_against_darknet(const detect::DarknetModel<float>& network, const std::string& cfg_path,
                            double tolerance) {
   const TemporaryFolder folder;
   const std::string weights_path = folder.path("random.weights");
@@ -79,7 +79,7 @@ void check_against_darknet(const detect::Network<float>& network, const std::str
   io::write_weight_file(weights_path, moved);
   const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
   detect::Pass<float> pass;
-  network.forward(images, pass);
+  network.detector().forward(images, pass);
 
   std::string cfg_name = cfg_path;
   std::string weights_name = weights_path;
@@ -148,15 +148,15 @@ TEST_CASE("logits of random networks equal those of Darknet", "[detect][darknet]
     INFO(run.repeat() << "\n" << cfg.text());
     const TemporaryFolder folder;
     // Rounding of at most a dozen layers, some of which cancel; a layer that is another differs by O(1).
-    check_against_darknet(random_detector<float>(cfg.config(), run.seed()),
-                          folder.write("some.cfg", cfg.text()), 1e-4);
+    check_against_darknet(random_model<float>(cfg.config(), run.seed()), folder.write("some.cfg", cfg.text()),
+                          1e-4);
   }
 }
 
 TEST_CASE("logits equal those of Darknet for every common layer", "[detect][darknet]") {
   const TemporaryFolder folder;
   const std::string path = folder.write("some.cfg", common_layers);
-  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("less common activations equal those of Darknet", "[detect][darknet]") {
@@ -167,7 +167,7 @@ TEST_CASE("less common activations equal those of Darknet", "[detect][darknet]")
   for (auto at = cfg.find("leaky"); at != std::string::npos; at = cfg.find("leaky")) cfg.replace(at, 5, name);
   const std::string path = folder.write("some.cfg", cfg);
   CAPTURE(name);
-  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[detect][darknet]") {
@@ -175,7 +175,7 @@ TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[de
   std::string cfg = unequal_layers;
   cfg.insert(cfg.find("[upsample]") + 11, "scale=-.75\n");  // which OpenCV passes over
   const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("shortcuts over a stride equal those of Darknet", "[detect][darknet]") {
@@ -183,7 +183,7 @@ TEST_CASE("shortcuts over a stride equal those of Darknet", "[detect][darknet]")
   std::string cfg = tapestry::test::cfg_text("strided_shortcuts");
   cfg.replace(cfg.find("width=16"), 8, "width=48");
   const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("reorg and region equal those of Darknet, box by box", "[detect][darknet]") {
@@ -193,7 +193,7 @@ TEST_CASE("reorg and region equal those of Darknet, box by box", "[detect][darkn
   cfg.replace(cfg.find("width=16"), 8, "width=80");  // not square
   cfg.replace(cfg.find("height=16"), 9, "height=48");
   const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("a classifier's probabilities equal those of Darknet", "[detect][darknet]") {
@@ -201,7 +201,7 @@ TEST_CASE("a classifier's probabilities equal those of Darknet", "[detect][darkn
   std::string cfg = classifier_layers;
   cfg.erase(cfg.find("[dropout]"));
   const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_detector<float>(io::read_classifier_config(path), 3), path, 5e-6);
+  check_against_darknet(random_model<float>(io::read_classifier_config(path), 3), path, 5e-6);
 }
 
 TEST_CASE("logits of Debian's classifiers equal those of Darknet", "[detect][darknet]") {
@@ -217,7 +217,7 @@ TEST_CASE("logits of Debian's classifiers equal those of Darknet", "[detect][dar
   cfg.erase(cfg.find("[softmax]"));  // behind which random logits of this size leave one class alone
   const TemporaryFolder folder;
   const std::string cut = folder.write("cut.cfg", cfg);
-  check_against_darknet(random_detector<float>(io::read_classifier_config(cut), 3), cut, 5e-6);
+  check_against_darknet(random_model<float>(io::read_classifier_config(cut), 3), cut, 5e-6);
 }
 
 TEST_CASE("logits of Debian's cfg files equal those of Darknet", "[detect][darknet]") {
@@ -228,5 +228,5 @@ TEST_CASE("logits of Debian's cfg files equal those of Darknet", "[detect][darkn
     WARN("skipped: no " << path);
     return;
   }
-  check_against_darknet(random_detector<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }

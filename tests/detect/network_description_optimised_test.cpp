@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/nn/network/network.hpp>
 
 #include "../support/catch.hpp"
@@ -13,7 +13,7 @@
 #include "../support/kept_pass.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 
 namespace detect = tapestry::detect;
 namespace nn = tapestry::nn;
@@ -24,7 +24,7 @@ TEST_CASE("a batch of pictures has the bits of each alone", "[detect][network][d
   while (run.next()) {
     const tapestry::test::RandomCfg cfg(run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
-    const auto layers = tapestry::test::random_detector<float>(cfg.config(), run.seed());
+    const auto layers = tapestry::test::random_model<float>(cfg.config(), run.seed());
     const nn::Network<float> network(detect::network_description(layers.config(), layers.parameters()), {},
                                      true);
     constexpr std::size_t batch = 3;
@@ -60,7 +60,7 @@ TEST_CASE("a picture that changes within a window has the bits of a whole pass t
     const tapestry::test::RandomCfg cfg(run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
     Random random(run.seed());
-    const auto layers = tapestry::test::random_detector<float>(cfg.config(), run.seed());
+    const auto layers = tapestry::test::random_model<float>(cfg.config(), run.seed());
     nn::Network<float> network(detect::network_description(layers.config(), layers.parameters()), {}, true);
     constexpr nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
                                       nn::Engine::winograd_f4};

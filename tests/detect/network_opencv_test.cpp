@@ -1,4 +1,4 @@
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_description.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
@@ -15,7 +15,7 @@
 #include "../support/differential.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 
@@ -34,14 +34,14 @@ detect::NetworkConfig opencv_config(const std::string& path) {
 }
 
 /// Logits of OpenCV's DNN module for the same files and pictures, compared head by head.
-void check_against_opencv(const detect::Network<float>& network, const std::string& cfg_path,
+void check_against_opencv(const detect::DarknetModel<float>& network, const std::string& cfg_path,
                           double tolerance) {
   const TemporaryFolder folder;
   const std::string weights_path = folder.path("random.weights");
   io::write_weight_file(weights_path, network);
   const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
   detect::Pass<float> pass;
-  network.forward(images, pass);
+  network.detector().forward(images, pass);
 
   auto net = cv::dnn::readNetFromDarknet(cfg_path, weights_path);
   net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
@@ -67,7 +67,7 @@ void check_against_opencv(const detect::Network<float>& network, const std::stri
 void check_cfg_text(const std::string& cfg, double tolerance) {
   const TemporaryFolder folder;
   const std::string path = folder.write("some.cfg", cfg);
-  check_against_opencv(random_detector<float>(opencv_config(path), 3), path, tolerance);
+  check_against_opencv(random_model<float>(opencv_config(path), 3), path, tolerance);
 }
 
 /// Whether OpenCV computes a detector as Darknet does: the layers, options and activations that it knows. A
@@ -113,8 +113,7 @@ TEST_CASE("logits of random networks equal those of OpenCV", "[detect][opencv][d
     auto config = cfg.config();
     config.batch_norm_epsilon = opencv_epsilon;
     // Rounding of at most a dozen layers, some of which cancel; a layer that is another differs by O(1).
-    check_against_opencv(random_detector<float>(config, run.seed()), folder.write("some.cfg", cfg.text()),
-                         1e-4);
+    check_against_opencv(random_model<float>(config, run.seed()), folder.write("some.cfg", cfg.text()), 1e-4);
   }
 }
 
@@ -125,10 +124,10 @@ TEST_CASE("random Darknet networks written as ONNX models have their logits in O
   while (run.next()) {
     const auto cfg = random_cfg_for_opencv(run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
-    const auto network = random_detector<float>(cfg.config(), run.seed());
+    const auto network = random_model<float>(cfg.config(), run.seed());
     const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
     detect::Pass<float> pass;
-    network.forward(images, pass);
+    network.detector().forward(images, pass);
     const TemporaryFolder folder;
     const auto description = detect::network_description(network.config(), network.parameters());
     std::map<std::string, tapestry::nn::Shape> shapes;
@@ -185,5 +184,5 @@ TEST_CASE("logits of yolov3-tiny equal those of OpenCV", "[detect][opencv]") {
     WARN("skipped: no " << path);
     return;
   }
-  check_against_opencv(random_detector<float>(opencv_config(path), 3), path, 5e-6);
+  check_against_opencv(random_model<float>(opencv_config(path), 3), path, 5e-6);
 }

@@ -1,6 +1,6 @@
 #include <tapestry/core/random.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/network.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@
 #include "../support/kept_pass.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/threads.hpp"
 
 namespace detect = tapestry::detect;
@@ -32,23 +32,35 @@ namespace {
 constexpr nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
                                   nn::Engine::winograd_f4, nn::Engine::bfloat16};
 
-/// A random network, its engine and a batch of pictures.
+/// A random model, the engine of its detectors and a batch of pictures.
 struct Case {
   tapestry::test::RandomCfg cfg;
   Random random;
-  detect::Network<double> network;
+  detect::DarknetModel<double> model;
+  nn::Engine engine;
   Array<double, 4> images;
 
   explicit Case(std::uint64_t seed)
-      : cfg(seed), random(seed), network(tapestry::test::random_detector<double>(cfg.config(), seed)) {
-    network.set_engine(engines[random.index(std::size(engines))]);
-    images =
-        random_array<double>({1 + random.index(3), network.input_height(), network.input_width(), 3}, seed);
+      : cfg(seed),
+        random(seed),
+        model(tapestry::test::random_model<double>(cfg.config(), seed)),
+        engine(engines[random.index(std::size(engines))]),
+        images(random_array<double>({1 + random.index(3), model.input_height(), model.input_width(), 3},
+                                    seed)) {}
+
+  /// Of a model of the same cfg; in training mode with the statistics of the batch.
+  template <class T>
+  [[nodiscard]] detect::Detector<T> detector(const detect::DarknetModel<T>& of,
+                                             detect::Mode mode = detect::Mode::inference,
+                                             const std::vector<std::string>& layers = {}) const {
+    auto made = mode == detect::Mode::training ? of.learning_detector() : of.detector(layers);
+    made.set_engine(engine);
+    return made;
   }
 
   /// What repeats it, with or without this generator.
   [[nodiscard]] std::string text() const {
-    return cfg.text() + "# engine " + std::string(nn::name_of(network.engine())) + ", " +
+    return cfg.text() + "# engine " + std::string(nn::name_of(engine)) + ", " +
            std::to_string(images.shape(0)) + " images";
   }
 };
@@ -63,9 +75,9 @@ PixelWindow random_window(std::size_t height, std::size_t width, Random& random)
 }
 
 template <class T>
-void require_same_bits(const detect::Network<T>& network, Array<T, 4> images, Random& random) {
+void require_same_bits(const detect::Detector<T>& detector, Array<T, 4> images, Random& random) {
   const auto mode = random.chance(0.8) ? detect::Mode::input_gradient : detect::Mode::inference;
-  const std::size_t height = network.input_height(), width = network.input_width();
+  const std::size_t height = detector.input_height(), width = detector.input_width();
   std::vector<PixelWindow> windows;
   std::vector<detect::KeptPicture<T>> pictures;
   std::vector<bool> is_kept;
@@ -79,12 +91,12 @@ void require_same_bits(const detect::Network<T>& network, Array<T, 4> images, Ra
   detect::Pass<T> kept_pass, whole_pass;
   for (int step = 0; step < 3; ++step) {
     for (std::size_t i = 0; i < windows.size(); ++i) tapestry::test::repaint(images, i, windows[i], random);
-    network.forward_within(images, kept, kept_pass, mode);
-    network.forward(images, whole_pass, mode);
+    detector.forward_within(images, kept, kept_pass, mode);
+    detector.forward(images, whole_pass, mode);
     CAPTURE(step);
     REQUIRE(differences(kept_pass.logits, whole_pass.logits) == 0);
     if (mode == detect::Mode::input_gradient)
-      REQUIRE(tapestry::test::adjoint_differences(network, kept_pass, whole_pass, windows, random) == 0);
+      REQUIRE(tapestry::test::adjoint_differences(detector, kept_pass, whole_pass, windows, random) == 0);
   }
 }
 
@@ -146,8 +158,9 @@ struct Counts {
 /// Compares the adjoints of a pass with differences of its values.
 class DifferenceCheck {
  public:
-  DifferenceCheck(Case& drawn, detect::Mode mode) : case_(drawn), network_(drawn.network), mode_(mode) {
-    network_.forward(case_.images, pass_, mode_);
+  DifferenceCheck(Case& drawn, detect::Mode mode)
+      : case_(drawn), detector_(drawn.detector(drawn.model, mode)), mode_(mode) {
+    detector_.forward(case_.images, pass_, mode_);
     weighting_ = tapestry::test::weighting_of(pass_, case_.random);
     for (auto& head : weighting_) {
       if (weighting_.size() > 1 && case_.random.chance(0.2)) std::fill_n(head.data(), head.size(), 0.0);
@@ -165,7 +178,7 @@ class DifferenceCheck {
 
   void check_images(Counts& counts) {
     auto gradient = tapestry::zeros<double, 4>(case_.images.shape());
-    for (int half = 0; half < 2; ++half) network_.pull_back(pass_, pointers_, &gradient);  // adjoints add
+    for (int half = 0; half < 2; ++half) detector_.pull_back(pass_, pointers_, &gradient);  // adjoints add
     for (int trial = 0; trial < 3; ++trial) {
       const auto direction = direction_within(case_.images, 0, case_.images.size(), case_.random);
       const auto value = [&](double step) { return value_at(moved(case_.images, direction, step)); };
@@ -174,19 +187,20 @@ class DifferenceCheck {
     }
   }
 
-  void check_parameters(Counts& counts) {
-    const Array<double, 1> start = std::as_const(network_).parameters();
+  void check_weights(Counts& counts) {
+    const Array<double, 1> start = detector_.weights();
     auto gradient = tapestry::zeros<double, 1>({start.size()});
-    for (int half = 0; half < 2; ++half) network_.pull_back(pass_, pointers_, nullptr, &gradient);
-    for (const auto& block : network_.layout().blocks) {
-      const auto direction = direction_within(start, block.offset, block.offset + block.count, case_.random);
+    for (int half = 0; half < 2; ++half) detector_.pull_back(pass_, pointers_, nullptr, &gradient);
+    for (const auto& block : detector_.network().weight_blocks()) {
+      const auto direction =
+          direction_within(start, block.offset, block.offset + nn::size_of(block.shape), case_.random);
       const auto value = [&](double step) {
-        network_.parameters() = moved(start, direction, step);
+        detector_.set_weights(moved(start, direction, step));
         return value_at(case_.images);
       };
-      INFO(name_of(block.role) << " of layer " << block.layer);
+      INFO(block.name);
       compare(0.5 * tapestry::test::dot(gradient, direction), value, counts);
-      network_.parameters() = start;
+      detector_.set_weights(start);
     }
   }
 
@@ -200,7 +214,7 @@ class DifferenceCheck {
   }
 
   [[nodiscard]] double value_at(const Array<double, 4>& images) {
-    network_.forward(images, other_, mode_);
+    detector_.forward(images, other_, mode_);
     return weighted(other_, weighting_);
   }
 
@@ -214,7 +228,7 @@ class DifferenceCheck {
   }
 
   Case& case_;
-  detect::Network<double>& network_;
+  detect::Detector<double> detector_;
   detect::Mode mode_;
   detect::Pass<double> pass_, other_;
   Weighting weighting_;
@@ -231,12 +245,12 @@ std::vector<double> joined(const std::vector<Array<T, 4>>& arrays) {
 }
 
 template <class T>
-Array<T, 4> image_adjoint(const detect::Network<T>& network, detect::Pass<T>& pass,
+Array<T, 4> image_adjoint(const detect::Detector<T>& detector, detect::Pass<T>& pass,
                           const std::vector<Array<double, 4>>& weighting, const Array<double, 4>& images) {
   std::vector<Array<T, 4>> adjoint;
   for (const auto& head : weighting) adjoint.push_back(tapestry::cast<T>(head));
   auto gradient = tapestry::zeros<T, 4>(images.shape());
-  network.input_adjoint(pass, adjoint, gradient);
+  detector.input_adjoint(pass, adjoint, gradient);
   return gradient;
 }
 
@@ -250,14 +264,14 @@ std::vector<std::size_t> layers_of_other_kinks(const detect::NetworkConfig& conf
   return layers;
 }
 
-/// Whether a value of such a layer, all of which the networks tell, lies on the other side of a kink in one
-/// of the passes.
+/// Whether a value of such a layer, all of which the detectors observe, lies on the other side of a kink in
+/// one of the passes.
 template <class A, class B>
-bool has_other_sides(const detect::Network<A>& of_a, const detect::Pass<A>& a, const detect::Network<B>& of_b,
-                     const detect::Pass<B>& b) {
-  const auto layers = layers_of_other_kinks(of_a.config());
+bool has_other_sides(const detect::NetworkConfig& config, const detect::Detector<A>& of_a,
+                     const detect::Pass<A>& a, const detect::Detector<B>& of_b, const detect::Pass<B>& b) {
+  const auto layers = layers_of_other_kinks(config);
   for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-    const bool is_relu6 = of_a.config().layers[layers[layer]].activation == nn::Activation::relu6;
+    const bool is_relu6 = config.layers[layers[layer]].activation == nn::Activation::relu6;
     const auto side = [&](auto y) { return is_relu6 ? (y > 0 ? 1 : 0) + (y < 6 ? 1 : 0) : (y != 0 ? 1 : 0); };
     for (std::size_t n = 0; n < a.images; ++n) {
       const auto left = of_a.layer_values(a, layer, n);
@@ -293,44 +307,48 @@ struct FloatErrors {
 
 FloatErrors float_errors(Case& drawn) {
   const auto mode = detect::Mode::input_gradient;
-  const bool is_bfloat16 = drawn.network.engine() == nn::Engine::bfloat16;
+  const bool is_bfloat16 = drawn.engine == nn::Engine::bfloat16;
   const double unit = std::ldexp(1.0, is_bfloat16 ? -9 : -24);
-  detect::Network<double> network = drawn.network;
-  network.tell_layers(layers_of_other_kinks(network.config()));
-  const auto single = network.cast<float>();
-  auto moved = network;
-  moved.parameters() = rounded(network.parameters(), unit, drawn.random);
+  const auto& config = drawn.model.config();
+  std::vector<std::string> layers;
+  for (const std::size_t layer : layers_of_other_kinks(config))
+    layers.push_back(drawn.model.value_name(layer));
+  auto moved_model = drawn.model;
+  moved_model.parameters() = rounded(drawn.model.parameters(), unit, drawn.random);
+  const auto exact = drawn.detector(drawn.model, mode, layers);
+  const auto moved = drawn.detector(moved_model, mode, layers);
+  const auto single = drawn.detector(drawn.model.cast<float>(), mode, layers);
   detect::Pass<double> pass, moved_pass;
   detect::Pass<float> single_pass;
-  network.forward(drawn.images, pass, mode);
+  exact.forward(drawn.images, pass, mode);
   moved.forward(rounded(drawn.images, unit, drawn.random), moved_pass, mode);
   single.forward(tapestry::cast<float>(drawn.images), single_pass, mode);
-  const auto over = [&](const auto& found, const auto& noisy, const auto& exact, double scale) {
-    const double error = distance(found, exact);
-    const double own = distance(exact, std::vector<double>(exact.size()));
-    return error / (distance(noisy, exact) + unit * (own + scale) + std::numeric_limits<double>::min());
+  const auto over = [&](const auto& found, const auto& noisy, const auto& wanted, double scale) {
+    const double error = distance(found, wanted);
+    const double own = distance(wanted, std::vector<double>(wanted.size()));
+    return error / (distance(noisy, wanted) + unit * (own + scale) + std::numeric_limits<double>::min());
   };
   FloatErrors errors;
   errors.logits = over(joined(single_pass.logits), joined(moved_pass.logits), joined(pass.logits), 0);
-  if (has_other_sides(network, pass, single, single_pass) ||
-      has_other_sides(moved, moved_pass, single, single_pass))
+  if (has_other_sides(config, exact, pass, single, single_pass) ||
+      has_other_sides(config, moved, moved_pass, single, single_pass))
     return errors;
   pass.take_kinks(single_pass);
   moved_pass.take_kinks(single_pass);
   const auto weighting = tapestry::test::weighting_of(pass, drawn.random);
   errors.gradient = over(image_adjoint(single, single_pass, weighting, drawn.images),
                          image_adjoint(moved, moved_pass, weighting, drawn.images),
-                         image_adjoint(network, pass, weighting, drawn.images),
+                         image_adjoint(exact, pass, weighting, drawn.images),
                          distance(joined(weighting), std::vector<double>(joined(weighting).size())));
   return errors;
 }
 
-/// Logits, then the adjoints of the pictures and, of a training pass, of the parameters.
-std::vector<Array<float, 4>> results_of(const detect::Network<float>& network, const Array<float, 4>& images,
-                                        detect::Mode mode, int threads) {
+/// Logits, then the adjoints of the pictures and, of a training pass, of the weights.
+std::vector<Array<float, 4>> results_of(const detect::Detector<float>& detector,
+                                        const Array<float, 4>& images, detect::Mode mode, int threads) {
   const tapestry::test::Threads limit(threads);
   detect::Pass<float> pass;
-  network.forward(images, pass, mode);
+  detector.forward(images, pass, mode);
   auto weighting = pass.logits;
   std::vector<const Array<float, 4>*> pointers;
   for (auto& head : weighting) {
@@ -340,12 +358,12 @@ std::vector<Array<float, 4>> results_of(const detect::Network<float>& network, c
     pointers.push_back(&head);
   }
   auto gradient = tapestry::zeros<float, 4>(images.shape());
-  auto of_parameters = tapestry::zeros<float, 1>({network.parameters().size()});
-  network.pull_back(pass, pointers, &gradient, mode == detect::Mode::training ? &of_parameters : nullptr);
+  auto of_weights = tapestry::zeros<float, 1>({detector.weights().size()});
+  detector.pull_back(pass, pointers, &gradient, mode == detect::Mode::training ? &of_weights : nullptr);
   auto results = pass.logits;
   results.push_back(std::move(gradient));
-  results.emplace_back(tapestry::Extents<4>{1, 1, 1, of_parameters.size()});
-  std::copy_n(of_parameters.data(), of_parameters.size(), results.back().data());
+  results.emplace_back(tapestry::Extents<4>{1, 1, 1, of_weights.size()});
+  std::copy_n(of_weights.data(), of_weights.size(), results.back().data());
   return results;
 }
 
@@ -363,9 +381,9 @@ TEST_CASE("random networks have the bits of a whole pass where pictures change w
     Case drawn(run.seed());
     INFO(run.repeat() << "\n" << drawn.text());
     if (drawn.random.chance(0.5))
-      require_same_bits<double>(drawn.network, drawn.images, drawn.random);
+      require_same_bits<double>(drawn.detector(drawn.model), drawn.images, drawn.random);
     else
-      require_same_bits<float>(drawn.network.cast<float>(), tapestry::cast<float>(drawn.images),
+      require_same_bits<float>(drawn.detector(drawn.model.cast<float>()), tapestry::cast<float>(drawn.images),
                                drawn.random);
   }
 }
@@ -379,7 +397,7 @@ TEST_CASE("gradients of random networks agree with central differences", "[detec
     DifferenceCheck(drawn, detect::Mode::input_gradient).check_images(counts);
     DifferenceCheck training(drawn, detect::Mode::training);
     training.check_images(counts);
-    training.check_parameters(counts);
+    training.check_weights(counts);
   }
   CHECK(counts.kinked <= counts.compared / 10);  // the others are compared
 }
@@ -402,13 +420,15 @@ TEST_CASE("random networks give the same bits on any number of threads, and an i
   while (run.next()) {
     Case drawn(run.seed());
     INFO(run.repeat() << "\n" << drawn.text());
-    const auto network = drawn.network.cast<float>();
+    const auto model = drawn.model.cast<float>();
     const auto images = tapestry::cast<float>(drawn.images);
     const auto mode = drawn.random.chance(0.5) ? detect::Mode::training : detect::Mode::input_gradient;
-    REQUIRE(differences(results_of(network, images, mode, 1), results_of(network, images, mode, 3)) == 0);
+    const auto either = drawn.detector(model, mode);
+    REQUIRE(differences(results_of(either, images, mode, 1), results_of(either, images, mode, 3)) == 0);
+    const auto detector = drawn.detector(model);
     const std::size_t n = drawn.random.index(images.shape(0));
-    auto all = results_of(network, images, detect::Mode::input_gradient, 2);
-    const auto alone = results_of(network, image_of(images, n), detect::Mode::input_gradient, 2);
+    auto all = results_of(detector, images, detect::Mode::input_gradient, 2);
+    const auto alone = results_of(detector, image_of(images, n), detect::Mode::input_gradient, 2);
     for (std::size_t i = 0; i + 1 < all.size(); ++i) all[i] = image_of(all[i], n);
     REQUIRE(differences(all, alone) == 0);
   }

@@ -1,10 +1,10 @@
 #include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/read_detector.hpp>
 
 #include <array>
 #include <cmath>
@@ -78,12 +78,10 @@ tapestry::Array<float, 4> network_input(const std::string& frame, std::size_t si
 }
 
 /// The most confident car, its box in pixels of the frame of 800 × 800.
-detect::Detection best_car(const detect::Network<float>& network, const std::string& frame) {
-  const auto size = network.input_height();
-  detect::Pass<float> pass;
-  network.forward(network_input(frame, size), pass);
-  const auto found =
-      detect::suppress(detect::decode(network.heads(), pass.logits, 0, 0.25, size, size), 0.45);
+detect::Detection best_car(const detect::Detector<float>& detector, const std::string& frame) {
+  const auto size = detector.input_height();
+  const auto logits = detect::forward(detector, network_input(frame, size));
+  const auto found = detect::suppress(detect::decode(detector.heads(), logits, 0, 0.25, size, size), 0.45);
   for (detect::Detection detection : found) {
     if (detection.class_index != car) continue;
     const double scale = 800.0 / static_cast<double>(size);
@@ -102,10 +100,10 @@ TEST_CASE("detectors trained on photographs find the car of real frames as OpenC
   }
   for (const Row& row : table) {
     const std::string files = data + "detectors/" + row.detector;
-    const auto network =
-        tapestry::io::read_network<float>(files + ".cfg", files + ".weights", row.size, row.size).network;
+    const auto detector = tapestry::io::read_detector<float>(
+        {.weights = files + ".weights", .config = files + ".cfg", .size = row.size});
     for (const Expected& expected : row.cars) {
-      const auto found = best_car(network, expected.frame);
+      const auto found = best_car(detector, expected.frame);
       INFO(row.detector << " " << row.size << " " << expected.frame << ": " << found.confidence << " "
                         << found.box.left() << "," << found.box.top() << " " << found.box.w << "x"
                         << found.box.h);

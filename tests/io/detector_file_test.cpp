@@ -1,7 +1,7 @@
 #include <tapestry/detect/batch_norm_folding.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/sha256.hpp>
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/refusal.hpp"
 #include "../support/safetensors_bytes.hpp"
 #include "../support/temporary_folder.hpp"
@@ -41,8 +41,8 @@ struct Model {
   std::string cfg = folder.write("some.cfg", text);
   std::string weights = folder.path("some.weights");
   std::string converted = folder.path("some.safetensors");
-  detect::Network<float> network =
-      tapestry::test::random_detector<float>(io::parse_network_config(text, "some.cfg"), 3);
+  detect::DarknetModel<float> network =
+      tapestry::test::random_model<float>(io::parse_network_config(text, "some.cfg"), 3);
 
   Model() {
     network.set_images_seen((std::uint64_t(1) << 40U) + 5);
@@ -59,11 +59,11 @@ bool same_bits(const tapestry::Array<float, 1>& a, const tapestry::Array<float, 
 
 /// The logits of all heads for one picture of noise, in one list.
 template <class T>
-std::vector<T> logits_of(const detect::Network<T>& network, std::uint64_t seed) {
+std::vector<T> logits_of(const detect::DarknetModel<T>& network, std::uint64_t seed) {
   const tapestry::Array<T, 4> images =
       tapestry::test::random_array<T>({1, network.input_height(), network.input_width(), 3}, seed);
   detect::Pass<T> pass;
-  network.forward(images, pass);
+  network.detector().forward(images, pass);
   std::vector<T> logits;
   for (const auto& head : pass.logits) logits.insert(logits.end(), head.data(), head.data() + head.size());
   return logits;
@@ -129,10 +129,10 @@ TEST_CASE("a converted detector has the bits of its weights", "[io][detector_fil
   CHECK(same_bits(file.parameters<float>(model.network.config(), model.network.layout()),
                   model.network.parameters()));
 
-  const auto loaded = io::read_network<float>("", model.converted);
+  const auto loaded = io::read_darknet_model<float>("", model.converted);
   CHECK(loaded.warnings.empty());
-  CHECK(same_bits(loaded.network.parameters(), model.network.parameters()));
-  io::write_weight_file(model.folder.path("again.weights"), loaded.network);
+  CHECK(same_bits(loaded.model.parameters(), model.network.parameters()));
+  io::write_weight_file(model.folder.path("again.weights"), loaded.model);
   CHECK(model.folder.read("again.weights") == model.folder.read("some.weights"));
   const auto darknet = model.folder.read("some.weights");
   const auto converted = model.folder.read("some.safetensors");
@@ -161,14 +161,14 @@ TEST_CASE("tensors are named and shaped as other tools expect", "[io][detector_f
 TEST_CASE("a folded detector answers as the one it was made from", "[io][detector_file]") {
   const Model model;
   model.convert(true);
-  const auto loaded = io::read_network<float>("", model.converted);
+  const auto loaded = io::read_darknet_model<float>("", model.converted);
   CHECK(Parts(model.converted).tensors.size() == 5 * 2);
-  for (const auto& layer : loaded.network.config().layers) CHECK_FALSE(layer.batch_normalize);
+  for (const auto& layer : loaded.model.config().layers) CHECK_FALSE(layer.batch_normalize);
   // Inference folds as fold_batch_norm() does, in double and rounded once, so float keeps every bit.
-  CHECK(logits_of(loaded.network, 5) == logits_of(model.network, 5));
+  CHECK(logits_of(loaded.model, 5) == logits_of(model.network, 5));
   // In double the folded weights carry that one rounding, 2⁻²⁴ of each, through five convolutions in turn.
   const auto kept = logits_of(model.network.cast<double>(), 5);
-  const auto folded = logits_of(loaded.network.cast<double>(), 5);
+  const auto folded = logits_of(loaded.model.cast<double>(), 5);
   REQUIRE(folded.size() == kept.size());
   double largest = 0;
   double difference = 0;
@@ -184,14 +184,14 @@ TEST_CASE("the epsilon is the converted file's, kept or folded", "[io][detector_
   const Model model;
   io::write_detector_file(model.converted, {model.text, 0, false, 1e-3}, model.network.parameters(),
                           model.cfg);
-  const auto kept = io::read_network<float>(model.cfg, model.converted);
-  CHECK(kept.network.config().batch_norm_epsilon == 1e-3);
+  const auto kept = io::read_darknet_model<float>(model.cfg, model.converted);
+  CHECK(kept.model.config().batch_norm_epsilon == 1e-3);
   CHECK(kept.warnings.empty());
   io::write_detector_file(model.converted, {model.text, 0, true, 1e-3}, model.network.parameters(),
                           model.cfg);
-  const auto folded = io::read_network<float>("", model.converted);
-  CHECK(logits_of(folded.network, 1) == logits_of(kept.network, 1));
-  CHECK(logits_of(folded.network, 1) != logits_of(model.network, 1));
+  const auto folded = io::read_darknet_model<float>("", model.converted);
+  CHECK(logits_of(folded.model, 1) == logits_of(kept.model, 1));
+  CHECK(logits_of(folded.model, 1) != logits_of(model.network, 1));
 }
 
 TEST_CASE("the decode family is the converted file's, kept or folded", "[io][detector_file]") {
@@ -203,19 +203,19 @@ TEST_CASE("the decode family is the converted file's, kept or folded", "[io][det
       CHECK(io::DetectorFile(model.converted).metadata().decode == decode);
       CHECK(Parts(model.converted).metadata.at("decode") == detect::name_of(decode));
       for (const auto& cfg : {std::string(), model.cfg}) {
-        const auto loaded = io::read_network<float>(cfg, model.converted, 0, 0, decode);
+        const auto loaded = io::read_darknet_model<float>(cfg, model.converted, 0, 0, decode);
         CHECK(loaded.warnings.empty());
-        const auto resized = loaded.network.resized(96, 96);
-        const auto cast = loaded.network.cast<double>();
-        for (const auto& heads : {loaded.network.heads(), resized.heads(), cast.heads()})
+        const auto resized = loaded.model.resized(96, 96);
+        const auto cast = loaded.model.cast<double>();
+        for (const auto& heads : {loaded.model.heads(), resized.heads(), cast.heads()})
           for (const auto& head : heads) CHECK(head.decode == decode);
-        CHECK(io::read_network<float>(cfg, model.converted).network.heads()[0].decode == decode);
+        CHECK(io::read_darknet_model<float>(cfg, model.converted).model.heads()[0].decode == decode);
       }
     }
   check_refused(
       ErrorKind::mismatch,
       "some.safetensors: is of the decode family ultralytics, which contradicts the darknet asked for",
-      [&] { (void)io::read_network<float>("", model.converted, 0, 0, detect::DecodeFamily::darknet); });
+      [&] { (void)io::read_darknet_model<float>("", model.converted, 0, 0, detect::DecodeFamily::darknet); });
 }
 
 TEST_CASE("Darknet weights have the decode family that is asked for, or that their cfg means",
@@ -224,7 +224,7 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
   const Model model;
   const auto family = [&](const std::string& cfg, const std::string& weights,
                           std::optional<DecodeFamily> asked) {
-    return io::read_network<float>(cfg, weights, 0, 0, asked).network.heads()[0].decode;
+    return io::read_darknet_model<float>(cfg, weights, 0, 0, asked).model.heads()[0].decode;
   };
   CHECK(family(model.cfg, model.weights, {}) == DecodeFamily::darknet);
   CHECK(family(model.cfg, model.weights, DecodeFamily::ultralytics) == DecodeFamily::ultralytics);
@@ -232,12 +232,12 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
   Model scaled;
   scaled.text.replace(scaled.text.rfind("activation=linear"), 17, "activation=logistic");
   const auto doubled = scaled.folder.write("doubled.cfg", scaled.text);
-  const auto loaded = io::read_network<float>(doubled, scaled.weights);
+  const auto loaded = io::read_darknet_model<float>(doubled, scaled.weights);
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0],
              contains("doubled.cfg:50: decode family darknet takes the logistic function of "
                       "outputs of activation=logistic"));
-  CHECK(io::read_network<float>(doubled, scaled.weights, 0, 0, DecodeFamily::scaled).warnings.empty());
+  CHECK(io::read_darknet_model<float>(doubled, scaled.weights, 0, 0, DecodeFamily::scaled).warnings.empty());
 
   const auto said = scaled.folder.write("said.cfg", scaled.text + "new_coords=1\n");
   CHECK(family(said, scaled.weights, {}) == DecodeFamily::scaled);
@@ -252,7 +252,7 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
                           scaled.network.parameters(), doubled);
   CHECK(family("", scaled.converted, {}) == DecodeFamily::scaled);
   CHECK(family(said, scaled.converted, {}) == DecodeFamily::scaled);
-  CHECK(io::read_network<float>("", scaled.converted).warnings.empty());
+  CHECK(io::read_darknet_model<float>("", scaled.converted).warnings.empty());
   io::write_detector_file(scaled.converted, {scaled.text, 0, true, 1e-5, DecodeFamily::ultralytics},
                           scaled.network.parameters(), doubled);
   check_refused(ErrorKind::mismatch, contradiction + "ultralytics",
@@ -292,11 +292,11 @@ TEST_CASE("W19: half precision is widened, double narrowed with a remark, any or
   model.convert();
   const auto good = model.folder.read("some.safetensors");
   model.folder.write("some.safetensors", as_bf16(good));
-  const auto loaded = io::read_network<float>("", model.converted);
+  const auto loaded = io::read_darknet_model<float>("", model.converted);
   CHECK(loaded.warnings.empty());
-  for (std::size_t i = 0; i < loaded.network.parameters().size(); ++i) {
+  for (std::size_t i = 0; i < loaded.model.parameters().size(); ++i) {
     const float exact = model.network.parameters()[i];
-    const float difference = std::abs(loaded.network.parameters()[i] - exact);
+    const float difference = std::abs(loaded.model.parameters()[i] - exact);
     if (!(difference <= std::abs(exact) / 128)) FAIL_CHECK("parameter " << i);
   }
 
@@ -306,7 +306,7 @@ TEST_CASE("W19: half precision is widened, double narrowed with a remark, any or
   std::swap(parts.tensors[0], parts.tensors[1]);
   std::rotate(parts.values.begin(), parts.values.begin() + first, parts.values.begin() + 2 * first);
   parts.write(model.converted);
-  CHECK(same_bits(io::read_network<float>("", model.converted).network.parameters(),
+  CHECK(same_bits(io::read_darknet_model<float>("", model.converted).model.parameters(),
                   model.network.parameters()));
 }
 
@@ -327,10 +327,10 @@ TEST_CASE("W19: double is narrowed with a remark", "[io][detector_file]") {
   model.folder.write("some.safetensors",
                      tapestry::test::safetensors_bytes(
                          header.dump(), {reinterpret_cast<const char*>(wide.data()), 8 * wide.size()}));
-  const auto loaded = io::read_network<float>("", model.converted);
+  const auto loaded = io::read_darknet_model<float>("", model.converted);
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0], contains("19 tensors of F64 were rounded to F32"));
-  CHECK(same_bits(loaded.network.parameters(), model.network.parameters()));
+  CHECK(same_bits(loaded.model.parameters(), model.network.parameters()));
 }
 
 TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][detector_file][bad_input]") {
@@ -343,7 +343,7 @@ TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][det
     Parts parts = good;
     change(parts);
     parts.write(model.converted);
-    check_refused(kind, message, [&] { (void)io::read_network<float>("", model.converted); });
+    check_refused(kind, message, [&] { (void)io::read_darknet_model<float>("", model.converted); });
   };
   const auto mismatch = ErrorKind::mismatch;
   const auto with = [](const std::string& key, const std::string& value) {
@@ -406,40 +406,40 @@ TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][det
   model.folder.write("some.safetensors", bytes);
   check_refused(mismatch,
                 "tensor 'layers.0.bn.bias': not floating point; expected F32, F64, F16 or BF16, found I32",
-                [&] { (void)io::read_network<float>("", model.converted); });
+                [&] { (void)io::read_darknet_model<float>("", model.converted); });
 }
 
-TEST_CASE("read_network tells the two kinds of file apart", "[io][network_file]") {
+TEST_CASE("read_darknet_model tells the two kinds of file apart", "[io][network_file]") {
   const Model model;
   model.convert();
   const auto parameters = model.network.parameters();
-  CHECK(same_bits(io::read_network<float>(model.cfg, model.weights).network.parameters(), parameters));
-  CHECK(same_bits(io::read_network<float>(model.cfg, model.converted).network.parameters(), parameters));
+  CHECK(same_bits(io::read_darknet_model<float>(model.cfg, model.weights).model.parameters(), parameters));
+  CHECK(same_bits(io::read_darknet_model<float>(model.cfg, model.converted).model.parameters(), parameters));
   const auto renamed = model.folder.write("renamed.weights", model.folder.read("some.safetensors"));
-  const auto loaded = io::read_network<float>("", renamed, 96, 128);
-  CHECK(same_bits(loaded.network.parameters(), parameters));
-  CHECK(loaded.network.images_seen() == model.network.images_seen());
-  CHECK(loaded.network.input_height() == 96);
-  CHECK(loaded.network.input_width() == 128);
+  const auto loaded = io::read_darknet_model<float>("", renamed, 96, 128);
+  CHECK(same_bits(loaded.model.parameters(), parameters));
+  CHECK(loaded.model.images_seen() == model.network.images_seen());
+  CHECK(loaded.model.input_height() == 96);
+  CHECK(loaded.model.input_width() == 128);
   check_refused(ErrorKind::usage, "need their cfg",
-                [&] { (void)io::read_network<float>("", model.weights); });
+                [&] { (void)io::read_darknet_model<float>("", model.weights); });
   const auto misnamed = model.folder.write("misnamed.safetensors", model.folder.read("some.weights"));
   check_refused(ErrorKind::malformed, "misnamed.safetensors",
-                [&] { (void)io::read_network<float>(model.cfg, misnamed); });
+                [&] { (void)io::read_darknet_model<float>(model.cfg, misnamed); });
   check_refused(ErrorKind::malformed, "cannot open",
-                [&] { (void)io::read_network<float>("", model.folder.path("absent.safetensors")); });
+                [&] { (void)io::read_darknet_model<float>("", model.folder.path("absent.safetensors")); });
 }
 
 TEST_CASE("another cfg beside a converted detector is used with a remark, or refused", "[io][network_file]") {
   const Model model;
   model.convert();
   const auto wider = model.folder.write("wider.cfg", "# wider\n" + model.text);
-  const auto loaded = io::read_network<float>(wider, model.converted);
+  const auto loaded = io::read_darknet_model<float>(wider, model.converted);
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0], contains("wider.cfg: differs from the cfg inside"));
   const auto other = model.folder.write("other.cfg", tapestry::test::common_layers);
   check_refused(ErrorKind::mismatch, "other.cfg",
-                [&] { (void)io::read_network<float>(other, model.converted); });
+                [&] { (void)io::read_darknet_model<float>(other, model.converted); });
 }
 
 TEST_CASE("write_detector_file refuses what it could not read again", "[io][detector_file]") {
@@ -456,12 +456,12 @@ TEST_CASE("write_detector_file refuses what it could not read again", "[io][dete
 TEST_CASE("a network takes its parameters at once", "[detect][network]") {
   const Model model;
   auto parameters = model.network.parameters();
-  const detect::Network<float> network(model.network.config(), parameters, 96, 128);
+  const detect::DarknetModel<float> network(model.network.config(), parameters, 96, 128);
   CHECK(network.input_width() == 128);
   CHECK(same_bits(network.parameters(), model.network.parameters()));
   parameters.resize({parameters.size() - 1});
   check_refused(ErrorKind::mismatch, "Network: parameters is [",
-                [&] { (void)detect::Network<float>(model.network.config(), parameters); });
+                [&] { (void)detect::DarknetModel<float>(model.network.config(), parameters); });
 }
 
 TEST_CASE("a bad value is found wherever it stands in a large tensor", "[io][detector_file][bad_input]") {
@@ -470,7 +470,7 @@ TEST_CASE("a bad value is found wherever it stands in a large tensor", "[io][det
       "[net]\nwidth=32\nheight=32\nchannels=3\n[convolutional]\nfilters=4000\nsize=1\nactivation=linear\n"
       "[convolutional]\nfilters=18\nsize=1\nactivation=linear\n"
       "[yolo]\nmask=0,1,2\nanchors=1,1, 2,2, 3,3\nclasses=1\nnum=3\n";
-  detect::Network<float> network(io::parse_network_config(text, "some.cfg"));
+  detect::DarknetModel<float> network(io::parse_network_config(text, "some.cfg"));
   const auto path = folder.path("some.safetensors");
   const std::size_t begin = network.layout().layers[1].weight;
   for (const std::size_t at : {0U, 1U, 32767U, 32768U, 65535U, 71999U}) {
@@ -480,7 +480,7 @@ TEST_CASE("a bad value is found wherever it stands in a large tensor", "[io][det
     const auto size = std::filesystem::file_size(path);
     const auto place = "@" + std::to_string(size - 4 * (72000 - at)) + ": element " + std::to_string(at) +
                        " of tensor 'layers.1.weight'; expected a finite float, found ";
-    check_refused(ErrorKind::malformed, place, [&] { (void)io::read_network<float>("", path); });
+    check_refused(ErrorKind::malformed, place, [&] { (void)io::read_darknet_model<float>("", path); });
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <string>
 #include <tapestry/core/random.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
@@ -27,7 +27,7 @@ namespace {
 /// A Darknet network, as two files and as one, and an ONNX model.
 struct Files {
   test::TemporaryFolder folder{};
-  detect::Network<float> network = test::tiny_network<float>();
+  detect::DarknetModel<float> model = test::tiny_model<float>();
   std::string config = folder.write("tiny.cfg", test::tiny_network_text());
   std::string names = folder.write("tiny.names", "car\nvan\n");
   std::string weights = folder.path("tiny.weights");
@@ -35,10 +35,10 @@ struct Files {
   std::string onnx = folder.path("net.onnx");
 
   Files() {
-    io::write_weight_file(weights, network);
+    io::write_weight_file(weights, model);
     io::DetectorMetadata metadata;
     metadata.cfg = test::tiny_network_text();
-    static_cast<void>(io::write_detector_file(converted, metadata, network.parameters(), "tiny.cfg"));
+    static_cast<void>(io::write_detector_file(converted, metadata, model.parameters(), "tiny.cfg"));
     io::write_onnx(onnx, test::yolox_like(64));
   }
 };
@@ -57,7 +57,7 @@ std::string refusal(const io::DetectorFiles& files, ErrorKind kind) {
 TEST_CASE("one call opens a detector, whatever kind of file holds it", "[io][read_detector]") {
   const Files files;
   const auto pictures = test::random_array<float>({1, 48, 48, 3}, 1);
-  const auto expected = detect::forward(*files.network.detector(), pictures);
+  const auto expected = detect::forward(files.model.detector(), pictures);
   std::vector<std::string> warnings{"gone"};
   for (const io::DetectorFiles& source : {io::DetectorFiles{.weights = files.weights, .config = files.config},
                                           io::DetectorFiles{.weights = files.converted}}) {

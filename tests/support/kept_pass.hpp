@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <vector>
 

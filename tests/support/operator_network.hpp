@@ -152,9 +152,9 @@ std::vector<std::vector<double>> gradients_of(const OperatorNetwork& test, const
   std::vector<T*> wanted;
   for (const auto& input : inputs) found.emplace_back(input.size(), T(0));
   for (auto& gradient : found) wanted.push_back(gradient.data());
-  std::vector<T> constants(network.constants().size(), T(0));
-  network.adjoint(pass, {weights[0].data(), weights[1].data()}, wanted, constants.data());
-  found.push_back(constants);
+  std::vector<T> of_weights(network.weights().size(), T(0));
+  network.adjoint(pass, {weights[0].data(), weights[1].data()}, wanted, of_weights.data());
+  found.push_back(of_weights);
   std::vector<std::vector<double>> gradients;
   for (const auto& gradient : found) gradients.emplace_back(gradient.begin(), gradient.end());
   return gradients;
@@ -189,16 +189,12 @@ inline void check_adjoints(const OperatorNetwork& test, double float_tolerance =
       return result.value;
     });
   }
-  std::vector<double> direction(network.constants().size(), 0.0);
-  const auto drawn = random_values(direction.size(), 6);
-  for (const auto& block : network.weights())
-    for (std::size_t i = 0; i < nn::size_of(block.shape); ++i)
-      direction[block.offset + i] = drawn[block.offset + i];
-  const auto constants = network.constants();
+  const std::vector<double> weights(network.weights().begin(), network.weights().end());
+  const auto direction = random_values(weights.size(), 6);
   check(direction, [&](double step) {
-    auto moved = constants;
+    auto moved = weights;
     for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += step * direction[i];
-    network.set_constants(moved);
+    network.set_weights(moved);
     Objective result;
     static_cast<void>(gradients_of(test, network, result));
     return result.value;

@@ -6,7 +6,7 @@
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
@@ -83,23 +83,22 @@ inline std::string tiny_network_text(const std::string& activation = "leaky") {
 }
 
 template <class T>
-detect::Network<T> tiny_network(const std::string& activation = "leaky", std::uint64_t seed = 5) {
-  detect::Network<T> network(io::parse_network_config(tiny_network_text(activation), "tiny.cfg"));
+detect::DarknetModel<T> tiny_model(const std::string& activation = "leaky", std::uint64_t seed = 5) {
+  detect::DarknetModel<T> model(io::parse_network_config(tiny_network_text(activation), "tiny.cfg"));
   Random random(seed);
-  network.initialise(random);
-  return network;
+  model.initialise(random);
+  return model;
 }
 
 template <class T>
 detect::Detector<T> tiny_detector(const std::string& activation = "leaky", std::uint64_t seed = 5) {
-  return tiny_network<T>(activation, seed).make_detector();
+  return tiny_model<T>(activation, seed).detector();
 }
 
-/// Gives every constant of a detector the value NaN.
+/// Gives every weight of a detector the value NaN.
 template <class T>
 void spoil(detect::Detector<T>& detector) {
-  const std::size_t count = std::as_const(detector).network().constants().size();
-  detector.network().set_constants(std::vector<T>(count, std::numeric_limits<T>::quiet_NaN()));
+  detector.set_weights(filled<T, 1>({detector.weights().size()}, std::numeric_limits<T>::quiet_NaN()));
 }
 
 template <class T>

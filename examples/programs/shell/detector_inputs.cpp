@@ -1,6 +1,6 @@
 #include "detector_inputs.hpp"
 
-#include <tapestry/io/network_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <utility>
 
 namespace tapestry::shell {

@@ -54,9 +54,9 @@ class Hardening {
         settings_(settings),
         scene_(scene),
         objective_(detector.detector(), objective_options(settings, scene.class_index)),
-        adam_(detector.parameters().size(), {settings.weight_rate}),
+        adam_(detector.weights().size(), {settings.weight_rate}),
         batch_(scene.store, scene.usable, scene.clean, settings.pictures, settings.painted) {
-    state_.parameters = detector.parameters();
+    state_.parameters = detector.weights();
     state_.adam = adam_.state();
     begin_round();
   }
@@ -71,7 +71,7 @@ class Hardening {
   /// A copy of everything a checkpoint needs; also what read_hardening() compares one with.
   [[nodiscard]] HardeningState state() const {
     HardeningState state = state_;
-    state.parameters = detector_.parameters();
+    state.parameters = detector_.weights();
     state.adam = adam_.state();
     auto training = training_->state();
     state.paint = std::move(training.parameter);
@@ -90,7 +90,7 @@ class Hardening {
     const std::uint64_t learnt = within > settings_.attack_steps ? within - settings_.attack_steps : 0;
     detail::require_size(path, "history", round * settings_.steps + learnt, state.history.size());
     detail::require_size(path, "adam_step", state.history.size(), state.adam.step);
-    detector_.set_parameters(state.parameters);
+    detector_.set_weights(state.parameters);
     adam_.restore(state.adam);
     for (const auto& paint : state.paints) pool_.add(scene_.car, paint, settings_.seed);
     state_ = std::move(state);
@@ -150,21 +150,21 @@ class Hardening {
     tape_.clear();
     const auto scope = tape_.activate();
     const ArrayVariable<float, 4> images = batch_.images();
-    auto values = detector_.parameters();
-    const auto parameters = tape_.input(values);
-    const auto terms = terms_of(detector_.forward(images, parameters));
+    auto values = detector_.weights();
+    const auto weights = tape_.input(values);
+    const auto terms = terms_of(detector_.forward(images, weights));
     if (!std::isfinite(terms.total.value()))
       throw NumericError("harden: the detector's loss in step " + std::to_string(state_.done + 1) +
                          " is not finite");
     tape_.reverse(terms.total);
     adam_.set_learning_rate(
         warm_cosine_rate(settings_.weight_rate, index, settings_.rounds * settings_.steps, 50));
-    const auto gradient = parameters.adjoint();
+    const auto gradient = weights.adjoint();
     if (!are_finite({gradient.data(), gradient.size()}))
       throw NumericError("harden: the gradient of the weights in step " + std::to_string(state_.done + 1) +
                          " is not finite");
     adam_.step(values, gradient);
-    detector_.set_parameters(values);
+    detector_.set_weights(values);
     const auto number = [](const Variable<float>& term) { return static_cast<double>(term.value()); };
     state_.history.push_back({number(terms.box), number(terms.objectness), number(terms.classification),
                               number(terms.total), objective_.terms().total});

@@ -1,10 +1,10 @@
 #include "inputs.hpp"
 
 #include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/frame_folder.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <tapestry/raster/ambient_occlusion.hpp>

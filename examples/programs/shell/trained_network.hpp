@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <numbers>
 #include <string>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/decode_family.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/network_file.hpp>
 
 namespace tapestry::shell {
 
@@ -30,19 +30,19 @@ inline std::string trainable_cfg(const std::string& cfg, const std::string& weig
   return cfg.empty() ? own_cfg : io::read_text_file(cfg);
 }
 
-/// Writes the network in the form that the file's name asks for: a detector with its cfg, or Darknet weights.
-inline void save_network(const detect::Network<float>& network, const std::string& cfg,
-                         const std::string& path) {
+/// Writes the model in the form that the file's name asks for: a detector with its cfg, or Darknet weights.
+inline void save_model(const detect::DarknetModel<float>& model, const std::string& cfg,
+                       const std::string& path) {
   if (!path.ends_with(".safetensors")) {
-    io::write_weight_file(path, network);
+    io::write_weight_file(path, model);
     return;
   }
   io::DetectorMetadata metadata;
   metadata.cfg = cfg;
-  metadata.images_seen = network.images_seen();
-  metadata.batch_norm_epsilon = network.config().batch_norm_epsilon;
-  metadata.decode = detect::decode_family_of(network.config());
-  io::write_detector_file(path, metadata, network.parameters(), network.config().name);
+  metadata.images_seen = model.images_seen();
+  metadata.batch_norm_epsilon = model.config().batch_norm_epsilon;
+  metadata.decode = detect::decode_family_of(model.config());
+  io::write_detector_file(path, metadata, model.parameters(), model.config().name);
 }
 
 /// The learning rate of a step, counted from 0: it rises evenly over the first `warm_up` steps and falls as

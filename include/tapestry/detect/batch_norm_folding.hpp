@@ -12,8 +12,8 @@ namespace tapestry::detect {
 [[nodiscard]] NetworkConfig without_batch_norm(NetworkConfig config);
 
 /// The parameters of without_batch_norm(config) that give the same outputs: with f = γ/√(σ² + ε) of each
-/// filter, weights f·w and biases β − f·μ. They are worked out in double and rounded once, as Network does
-/// for inference itself; what is lost is training with the batch's own statistics.
+/// filter, weights f·w and biases β − f·μ. They are worked out in double and rounded once, as a Detector
+/// does for inference itself; what is lost is training with the batch's own statistics.
 ///
 /// \param layout      of config
 /// \param parameters  in the order of layout; the result is in that of the folded network's
@@ -21,19 +21,5 @@ namespace tapestry::detect {
 template <std::floating_point T>
 [[nodiscard]] Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,
                                           const Array<T, 1>& parameters);
-
-/// Adds (∂folded/∂parameters)ᵀ · folded_adjoint to parameters_adjoint, the running means and variances being
-/// constants, which get nothing; arguments otherwise as in fold_batch_norm().
-///
-///   w̄ += f · f̄w    γ̄ += (Σ w · f̄w − μ · f̄b) / √(σ² + ε)    β̄ += f̄b
-///
-/// with f̄w and f̄b the adjoints of a filter's folded weights and bias. Sums over a filter are taken in double.
-///
-/// \param folded_adjoint  in the order of the folded network's layout
-/// \throws ShapeError     for an adjoint of another length
-template <std::floating_point T>
-void fold_batch_norm_adjoint(const NetworkConfig& config, const ParameterLayout& layout,
-                             const Array<T, 1>& parameters, const Array<T, 1>& folded_adjoint,
-                             Array<T, 1>& parameters_adjoint);
 
 }  // namespace tapestry::detect

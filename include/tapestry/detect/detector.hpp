@@ -90,9 +90,13 @@ class Detector {
 
   void set_engine(nn::Engine engine) { network_.set_engine(engine); }
 
-  /// The network's constants, and which of them are weights.
   [[nodiscard]] const nn::Network<T>& network() const { return network_; }
-  [[nodiscard]] nn::Network<T>& network() { return network_; }
+
+  /// Values of the constants that training changes, one behind the other; see nn::Network::weight_blocks().
+  [[nodiscard]] Array<T, 1> weights() const;
+  /// Passes of before keep their results; for an adjoint forward() runs again.
+  /// \throws ShapeError unless there are as many as weights()
+  void set_weights(const Array<T, 1>& weights);
 
   /// A photograph, [h, w, 3] of any extents, RGB in [0, 1], as a batch of one picture that forward() takes.
   /// \throws DomainError if an extent is 0
@@ -138,14 +142,14 @@ class Detector {
   [[nodiscard]] std::vector<Detection> in_photograph(std::vector<Detection> detections, std::size_t height,
                                                      std::size_t width) const;
 
-  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the like for the constants, each unless
+  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the like for the weights, each unless
   /// null; null for a head stands for zeros.
-  /// \param pass  of forward() or forward_within() in another mode than inference, for constants in
+  /// \param pass  of forward() or forward_within() in another mode than inference, for weights in
   ///              Mode::training; may be used again
-  /// \param constants_adjoint  in the order of network().constants(); only its weights are added to
+  /// \param weights_adjoint  in the order of weights()
   /// \throws DomainError for a pass that kept nothing, ShapeError for extents that do not fit it
   void pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                 Array<T, 4>* images_adjoint, Array<T, 1>* constants_adjoint = nullptr) const;
+                 Array<T, 4>* images_adjoint, Array<T, 1>* weights_adjoint = nullptr) const;
 
   /// pull_back() to the images alone.
   void input_adjoint(Pass<T>& pass, const std::vector<Array<T, 4>>& logits_adjoint,
@@ -209,7 +213,7 @@ class Detector {
   /// Adds the pullback of one pass to the images that it ran.
   /// \param gathered  as outputs_gathered of nn::Network::adjoint()
   void pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
-                     Array<T, 4>* images_adjoint, T* constants_adjoint,
+                     Array<T, 4>* images_adjoint, T* weights_adjoint,
                      const std::vector<T*>& gathered = {}) const;
 
   [[nodiscard]] std::size_t image_size() const { return input_channels() * height_ * width_; }

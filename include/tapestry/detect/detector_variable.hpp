@@ -51,19 +51,17 @@ template <std::floating_point T>
 /// The same in training mode, differentiable by the pictures and by the weights. Batch normalisation that the
 /// network holds keeps its running statistics.
 ///
-/// The detector takes over the constants' values, which must stay until the tape's last reverse(). Those that
-/// are no weights, see nn::Network::weights(), have the adjoint 0.
+/// The detector takes over the weights' values, which must stay until the tape's last reverse().
 ///
 /// \param images     [N, H, W, 3], RGB in [0, 1]
-/// \param constants  [detector.network().constants().size()], in its order
+/// \param weights    in the order of detector.weights()
 /// \param pass       as above
-/// \throws ShapeError as Detector::forward(), and if there are not as many constants; whatever is thrown,
-/// they
+/// \throws ShapeError as Detector::forward(), and if there are not as many weights; whatever is thrown, they
 ///         are not taken over
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Detector<T>& detector,
                                                        const ArrayVariable<T, 4>& images,
-                                                       const ArrayVariable<T, 1>& constants,
+                                                       const ArrayVariable<T, 1>& weights,
                                                        std::shared_ptr<Pass<T>> pass = nullptr);
 
 }  // namespace tapestry::detect

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstddef>
-#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/buffer.hpp>
@@ -28,7 +27,6 @@ struct Pass {
   std::size_t images = 0;
   std::vector<nn::NetworkPass<T>> graph{};  ///< one for each image, or one for all
   std::vector<nn::Buffer<T>> inputs{};      ///< likewise: images as the network takes them
-  std::shared_ptr<const void> ran_by{};     ///< of a Network: the graph, which must outlive the pass
 
   /// NetworkPass::take_kinks() of each image.
   /// \throws DomainError unless both passes are forward()'s for a gradient of the same number of images

@@ -10,8 +10,9 @@ namespace tapestry::detect {
 /// from the outputs through operators that only present values; in the order in which they are joined there.
 [[nodiscard]] std::vector<std::string> raw_outputs(const nn::NetworkDescription& description);
 
-/// The last value on which all raw outputs depend: where everything that the heads see still lies in one
-/// layer. Empty if there is none.
-[[nodiscard]] std::string common_layer(const nn::NetworkDescription& description);
+/// The last value on which all these values depend: of raw outputs, where everything that the heads see still
+/// lies in one layer. Empty if there is none.
+[[nodiscard]] std::string common_layer(const nn::NetworkDescription& description,
+                                       const std::vector<std::string>& outputs);
 
 }  // namespace tapestry::detect

@@ -6,6 +6,7 @@
 #include <tapestry/io/implementation/atomic_file.hpp>
 #include <tapestry/io/implementation/coco.hpp>
 #include <tapestry/io/implementation/darknet/cfg_file.hpp>
+#include <tapestry/io/implementation/darknet/model_file.hpp>
 #include <tapestry/io/implementation/darknet/weight_file.hpp>
 #include <tapestry/io/implementation/dataset/voc_folder.hpp>
 #include <tapestry/io/implementation/dataset/yolo_labels.hpp>
@@ -25,7 +26,6 @@
 #include <tapestry/io/implementation/mtl_file.hpp>
 #include <tapestry/io/implementation/names_file.hpp>
 #include <tapestry/io/implementation/nearest_word.hpp>
-#include <tapestry/io/implementation/network_file.hpp>
 #include <tapestry/io/implementation/npy.hpp>
 #include <tapestry/io/implementation/npz_file.hpp>
 #include <tapestry/io/implementation/obj_file.hpp>

@@ -5,6 +5,7 @@
 #include <tapestry/loss/implementation/adversarial_variable.hpp>
 #include <tapestry/loss/implementation/attention.hpp>
 #include <tapestry/loss/implementation/attention_variable.hpp>
+#include <tapestry/loss/implementation/cross_entropy.hpp>
 #include <tapestry/loss/implementation/dynamic_match.hpp>
 #include <tapestry/loss/implementation/max_score.hpp>
 #include <tapestry/loss/implementation/mesh_regularity.hpp>

@@ -59,7 +59,7 @@ template <class T>
   return addresses;
 }
 
-/// What losses of a batch have to know of the network that gave the logits; detect::Network is one.
+/// What losses of a batch have to know of the network that gave the logits; detect::DarknetModel is one.
 template <class D>
 concept Detector = requires(const D& detector) {
   { detector.heads() } -> std::convertible_to<const std::vector<detect::Head>&>;

@@ -20,14 +20,14 @@ template <std::floating_point T>
                                                        const ArrayVariable<T, 4>& x,
                                                        std::shared_ptr<NetworkPass<T>> pass = nullptr);
 
-/// The same in training mode, differentiable by the weights, too. The network takes over the constants'
-/// values, which must stay until the tape's last reverse(); those that are no weights have the adjoint 0.
+/// The same in training mode, differentiable by the weights, too. The network takes over the weights'
+/// values, which must stay until the tape's last reverse().
 ///
-/// \param constants  [network.constants().size()], in its order
-/// \throws ShapeError also if there are not as many constants; whatever is thrown, they are not taken over
+/// \param weights  in the order of network.weights()
+/// \throws ShapeError also if there are not as many weights; whatever is thrown, they are not taken over
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& x,
-                                                       const ArrayVariable<T, 1>& constants,
+                                                       const ArrayVariable<T, 1>& weights,
                                                        std::shared_ptr<NetworkPass<T>> pass = nullptr);
 
 }  // namespace tapestry::nn

@@ -5,6 +5,7 @@
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/raw_outputs.hpp>
 #include <vector>
 
 #include "../../support/catch.hpp"
@@ -15,6 +16,16 @@
 namespace camouflage = tapestry::camouflage;
 namespace test = tapestry::test;
 
+namespace {
+/// A detector that observes the last layer that all heads see.
+template <class T>
+tapestry::detect::Detector<T> observing_detector(const std::string& activation) {
+  const auto model = test::tiny_model<T>(activation);
+  const auto network = model.description();
+  return model.detector({tapestry::detect::common_layer(network, network.outputs)});
+}
+}  // namespace
+
 TEST_CASE("the gradient through every method agrees with central differences",
           "[camouflage][method][gradient]") {
   const auto car = test::stepped_car();
@@ -22,9 +33,7 @@ TEST_CASE("the gradient through every method agrees with central differences",
                                     std::string("das"), std::string("das_full"), std::string("solid"));
   const auto method = camouflage::method_by_name<double>(name, car, 1);
   // What a score asks of a layer is constant only in a network that is piecewise linear above it.
-  auto layers = test::tiny_network<double>(method.attention > 0 ? "leaky" : "mish");
-  layers.tell_layers({layers.common_layer().value()});
-  const auto network = layers.make_detector();
+  const auto network = observing_detector<double>(method.attention > 0 ? "leaky" : "mish");
   camouflage::Objective<double> objective(network, {});
   objective.follow(method);
   std::vector<std::shared_ptr<const camouflage::View<double>>> views;
@@ -63,9 +72,7 @@ TEST_CASE("a method trains to the same bits with one and two threads, and goes o
   const auto car = test::stepped_car();
   const std::string name = GENERATE(std::string("planar_patch"), std::string("camou"), std::string("upc"),
                                     std::string("das"), std::string("solid"), std::string("random"));
-  auto layers = test::tiny_network<float>();
-  layers.tell_layers({layers.common_layer().value()});
-  const auto network = layers.make_detector();
+  const auto network = observing_detector<float>("leaky");
   auto store = test::tiny_store<float>(car, 3);
   camouflage::Objective<float> objective(network, {});
   objective.follow(camouflage::method_by_name<float>(name, car, 1));

@@ -1,4 +1,4 @@
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 
@@ -262,14 +262,14 @@ TEST_CASE("a [region] is a head of anchors in cells, its training options are pa
           "coord_scale=1\nabsolute=1\nthresh = .6\nrandom=1\n",
       "some.cfg");
   CHECK(config.warnings.empty());
-  const detect::Network<float> network(config);
+  const detect::DarknetModel<float> network(config);
   REQUIRE(network.heads().size() == 1);
   const detect::Head& head_of_region = network.heads()[0];
   CHECK(head_of_region.exclusive_classes);
   CHECK(head_of_region.decode == detect::DecodeFamily::darknet);
   CHECK(head_of_region.anchors[1] == std::array<double, 2>{3.2, 6});  // cells of 2 px
   CHECK(network.resized(96, 128).heads()[0].anchors == head_of_region.anchors);
-  CHECK(!detect::Network<float>(
+  CHECK(!detect::DarknetModel<float>(
              io::parse_network_config(replaced(good_region, "softmax=1", "softmax=0"), "some.cfg"))
              .heads()[0]
              .exclusive_classes);
@@ -303,7 +303,7 @@ TEST_CASE("nms_kind=diounms says by which measure boxes are suppressed", "[io][d
   const auto measure = [](const std::string& options) {
     const auto config = io::parse_network_config(good + options, "some.cfg");
     CHECK(config.warnings.empty());
-    return detect::Network<float>(config).suppression_measure();
+    return detect::DarknetModel<float>(config).suppression_measure();
   };
   CHECK(measure("") == detect::SuppressionMeasure{});
   CHECK(measure("nms_kind=greedynms\nbeta_nms=0.7\n") == detect::SuppressionMeasure{});

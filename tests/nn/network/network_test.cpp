@@ -107,9 +107,9 @@ TEST_CASE("results that are a constant or an input outlive the network, its cons
   nn::NetworkPass<double> pass, gone;
   network->forward({x->data()}, pass, nn::Mode::training);
   network->forward({x->data()}, gone);
-  std::vector<double> other = network->constants();
-  for (double& constant : other) constant *= 10;
-  network->set_constants(other);
+  std::vector<double> other(network->weights().begin(), network->weights().end());
+  for (double& weight : other) weight *= 10;
+  network->set_weights(other);
   const auto results = [](const nn::NetworkPass<double>& of) {
     std::vector<double> values;
     for (std::size_t i = 0; i < 4; ++i) values.insert(values.end(), of.output(i), of.output(i) + 2);
@@ -136,7 +136,7 @@ TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it 
                        {"", "Tanh", {"product"}, {"bent"}, {}},
                        {"", "Add", {"bent", "w"}, {"y"}, {}}};
   nn::Network<double> network(description);
-  REQUIRE(network.weights().size() == 1);
+  REQUIRE(network.weight_blocks().size() == 1);
   nn::Buffer<double> x(4), adjoint(4);
   for (std::size_t i = 0; i < 4; ++i) {
     x.data()[i] = 0.5 - 0.3 * static_cast<double>(i);
@@ -144,7 +144,7 @@ TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it 
   }
   nn::NetworkPass<double> pass;
   network.forward({x.data()}, pass, nn::Mode::training);
-  std::vector<double> gradient(network.constants().size(), 0.0);
+  std::vector<double> gradient(network.weights().size(), 0.0);
   network.adjoint(pass, {adjoint.data(), adjoint.data()}, {nullptr}, gradient.data());
   const auto value_at = [&](std::size_t i, double step) {
     auto moved = description;
@@ -161,7 +161,7 @@ TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it 
   for (std::size_t i = 0; i < 4; ++i) {
     CAPTURE(i, is_result);
     const double difference = (value_at(i, 1e-5) - value_at(i, -1e-5)) / 2e-5;
-    CHECK(std::abs(gradient[network.weights()[0].offset + i] - difference) <= 1e-9);
+    CHECK(std::abs(gradient[network.weight_blocks()[0].offset + i] - difference) <= 1e-9);
   }
 }
 
@@ -171,7 +171,7 @@ TEST_CASE("the adjoint of a weight that is a result is the sum of a batch's", "[
   description.outputs = {"y", "w"};
   description.constants["w"] = {{1, 2}, nn::ElementType::floating, std::vector<double>{3, 5}};
   const nn::Network<double> network(description);
-  REQUIRE(network.weights().size() == 1);
+  REQUIRE(network.weight_blocks().size() == 1);
   nn::Buffer<double> x(3), adjoint(6);
   for (std::size_t n = 0; n < 3; ++n) x.data()[n] = static_cast<double>(n);
   for (std::size_t i = 0; i < 6; ++i) adjoint.data()[i] = std::pow(2, i);
@@ -181,9 +181,9 @@ TEST_CASE("the adjoint of a weight that is a result is the sum of a batch's", "[
     CHECK(pass.output(0)[2 * n + 1] == 5 * x.data()[n]);
     CHECK(pass.output(1)[2 * n + 1] == 5);
   }
-  std::vector<double> gradient(network.constants().size(), 0.0);
+  std::vector<double> gradient(network.weights().size(), 0.0);
   network.adjoint(pass, {adjoint.data(), adjoint.data()}, {nullptr}, gradient.data());
-  const double* const of_weight = gradient.data() + network.weights()[0].offset;
+  const double* const of_weight = gradient.data() + network.weight_blocks()[0].offset;
   CHECK(of_weight[0] == (1 + 4 + 16) + (0 * 1 + 1 * 4 + 2 * 16));
   CHECK(of_weight[1] == (2 + 8 + 32) + (0 * 2 + 1 * 8 + 2 * 32));
 }

@@ -95,13 +95,13 @@ class Run {
                      [](double w) { return static_cast<T>(w); });
       adjoints[o] = seeds[o].data();
     }
-    std::vector<T> sums(input_size, T(0)), constants(network.constants().size(), T(0));
+    std::vector<T> sums(input_size, T(0)), weights(network.weights().size(), T(0));
     std::vector<T*> goals;
     for (std::size_t i = 0, next = 0; i < inputs_.size(); next += inputs_[i++].size())
       goals.push_back(sums.data() + next);
     const bool trains = mode == nn::Mode::training;
-    network.adjoint(pass, adjoints, goals, trains ? constants.data() : nullptr);
-    if (trains) sums.insert(sums.end(), constants.begin(), constants.end());
+    network.adjoint(pass, adjoints, goals, trains ? weights.data() : nullptr);
+    if (trains) sums.insert(sums.end(), weights.begin(), weights.end());
     return {sums.begin(), sums.end()};
   }
 
@@ -169,7 +169,7 @@ void check_slopes(Run<double>& run, const Numbers& x, std::uint64_t seed, Tally&
   const Numbers gradient = run.gradient(x, nn::Mode::input_gradient),
                 all = run.gradient(x, nn::Mode::training);
   const Numbers by_inputs(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(x.size()));
-  const Numbers by_constants(all.begin() + static_cast<std::ptrdiff_t>(x.size()), all.end());
+  const Numbers by_weights(all.begin() + static_cast<std::ptrdiff_t>(x.size()), all.end());
   tally.expect(by_inputs == gradient, "input gradients of two modes differ");
   const Numbers direction = drawn(x.size(), seed);
   check_slope(slope_of(
@@ -182,23 +182,19 @@ void check_slopes(Run<double>& run, const Numbers& x, std::uint64_t seed, Tally&
                   magnitude),
               dot(gradient, direction), "slope by the inputs", tally);
   if (run.network.weights().empty()) return;
-  const auto constants = run.network.constants();
-  const Numbers everywhere = drawn(constants.size(), seed + 1);
-  Numbers along(constants.size(), 0.0);
-  for (const nn::WeightBlock& block : run.network.weights())
-    for (std::size_t i = block.offset; i < block.offset + nn::size_of(block.shape); ++i)
-      along[i] = everywhere[i];
+  const Numbers weights(run.network.weights().begin(), run.network.weights().end());
+  const Numbers along = drawn(weights.size(), seed + 1);
   check_slope(slope_of(
                   [&](double step) {
-                    auto moved = constants;
+                    auto moved = weights;
                     for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += step * along[i];
-                    run.network.set_constants(moved);
+                    run.network.set_weights(moved);
                     run.forward(x);
                     return run.objective();
                   },
                   magnitude),
-              dot(by_constants, along), "slope by the weights", tally);
-  run.network.set_constants(constants);
+              dot(by_weights, along), "slope by the weights", tally);
+  run.network.set_weights(weights);
 }
 
 /// Float against double. Where a kink is so near that it lies on the other side in float, the gradient in
@@ -239,12 +235,12 @@ nn::NetworkDescription opened(nn::NetworkDescription description) {
 /// themselves.
 struct BatchRun {
   std::vector<std::vector<float>> results, gradients;  ///< by outputs, by inputs
-  std::vector<float> constants;
+  std::vector<float> weights;
 
   /// \param first  of the batch of inputs
   BatchRun(const nn::Network<float>& network, const std::vector<nn::Buffer<float>>& inputs, std::size_t first,
            std::size_t count)
-      : constants(network.constants().size(), 0.F) {
+      : weights(network.weights().size(), 0.F) {
     std::vector<const float*> addresses, adjoints;
     std::vector<float*> goals;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
@@ -258,7 +254,7 @@ struct BatchRun {
     for (std::size_t o = 0; o < network.output_count(); ++o)
       results.emplace_back(pass.output(o), pass.output(o) + count * nn::size_of(network.output_shape(o)));
     for (const auto& result : results) adjoints.push_back(result.data());
-    network.adjoint(pass, adjoints, goals, constants.data());
+    network.adjoint(pass, adjoints, goals, weights.data());
   }
 };
 
@@ -274,7 +270,7 @@ void check_batch(const nn::NetworkDescription& description, std::uint64_t seed, 
                    [](double value) { return static_cast<float>(value); });
   }
   const BatchRun together(network, inputs, 0, batch);
-  Numbers sums(network.constants().size(), 0.0);
+  Numbers sums(network.weights().size(), 0.0);
   double size = 0;  // of what is summed
   const auto is_part = [](const auto& parts, const auto& all, std::size_t n) {
     for (std::size_t i = 0; i < parts.size(); ++i)
@@ -287,11 +283,11 @@ void check_batch(const nn::NetworkDescription& description, std::uint64_t seed, 
     const BatchRun alone(network, inputs, n, 1);
     tally.expect(is_part(alone.results, together.results, n), "results of one of a batch differ");
     tally.expect(is_part(alone.gradients, together.gradients, n), "gradients of one of a batch differ");
-    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += static_cast<double>(alone.constants[i]);
-    size += largest({alone.constants.begin(), alone.constants.end()});
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += static_cast<double>(alone.weights[i]);
+    size += largest({alone.weights.begin(), alone.weights.end()});
   }
   // Terms are summed in another order, some 1000 of them.
-  tally.expect_at_most(largest(difference(sums, {together.constants.begin(), together.constants.end()})),
+  tally.expect_at_most(largest(difference(sums, {together.weights.begin(), together.weights.end()})),
                        1e-4 * (1 + size), "weight gradients of a batch");
 }
 

@@ -32,14 +32,6 @@ template <class T>
          std::sqrt(static_cast<double>(parameters[own.variance + filter]) + epsilon);
 }
 
-/// How many parameters are left when batch normalisation is folded.
-[[nodiscard]] inline std::size_t folded_count(const ParameterLayout& layout) {
-  std::size_t count = 0;
-  for (const ParameterBlock& block : layout.blocks)
-    if (block.role == ParameterRole::bias || block.role == ParameterRole::weight) count += block.count;
-  return count;
-}
-
 }  // namespace tapestry::detect::detail
 
 namespace tapestry::detect {
@@ -78,43 +70,9 @@ Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& 
   return array_of(folded);
 }
 
-template <std::floating_point T>
-void fold_batch_norm_adjoint(const NetworkConfig& config, const ParameterLayout& layout,
-                             const Array<T, 1>& parameters, const Array<T, 1>& folded_adjoint,
-                             Array<T, 1>& parameters_adjoint) {
-  require_shape("fold_batch_norm_adjoint", "folded_adjoint", folded_adjoint, {detail::folded_count(layout)});
-  require_shape("fold_batch_norm_adjoint", "parameters_adjoint", parameters_adjoint, parameters.shape());
-  std::size_t from = 0;
-  for (const ParameterBlock& block : layout.blocks) {
-    if (block.role != ParameterRole::bias && block.role != ParameterRole::weight) continue;
-    const LayerConfig& layer = config.layers[block.layer];
-    const ConvolutionParameters& own = layout.layers[block.layer];
-    const std::size_t filter_size = block.count / layer.filters;
-    for (std::size_t m = 0; m < layer.filters; ++m) {
-      const bool is_weight = block.role == ParameterRole::weight;
-      const double factor = layer.batch_normalize && is_weight
-                                ? detail::folded_factor(parameters, own, m, config.batch_norm_epsilon)
-                                : 1;
-      double factor_adjoint = 0;
-      for (std::size_t i = m * filter_size; i < (m + 1) * filter_size; ++i, ++from) {
-        const auto adjoint = static_cast<double>(folded_adjoint[from]);
-        parameters_adjoint[block.offset + i] += static_cast<T>(factor * adjoint);
-        factor_adjoint += adjoint * (is_weight ? static_cast<double>(parameters[block.offset + i])
-                                               : -static_cast<double>(parameters[own.mean + m]));
-      }
-      if (layer.batch_normalize)
-        parameters_adjoint[own.scale + m] +=
-            static_cast<T>(factor_adjoint / std::sqrt(static_cast<double>(parameters[own.variance + m]) +
-                                                      config.batch_norm_epsilon));
-    }
-  }
-}
-
 template Array<float, 1> fold_batch_norm<float>(const NetworkConfig& config, const ParameterLayout& layout,
                                                 const Array<float, 1>& parameters);
 template Array<double, 1> fold_batch_norm<double>(const NetworkConfig& config, const ParameterLayout& layout,
                                                   const Array<double, 1>& parameters);
-template decltype(fold_batch_norm_adjoint<float>) fold_batch_norm_adjoint<float>;
-template decltype(fold_batch_norm_adjoint<double>) fold_batch_norm_adjoint<double>;
 
 }  // namespace tapestry::detect

@@ -53,19 +53,18 @@ std::vector<ArrayVariable<T, 4>> forward_within(const Detector<T>& detector,
 
 template <std::floating_point T>
 std::vector<ArrayVariable<T, 4>> forward(Detector<T>& detector, const ArrayVariable<T, 4>& images,
-                                         const ArrayVariable<T, 1>& constants,
-                                         std::shared_ptr<Pass<T>> pass) {
+                                         const ArrayVariable<T, 1>& weights, std::shared_ptr<Pass<T>> pass) {
   detector.require_images(images.value());
-  require_shape("forward", "constants", constants.value(), {detector.network().constants().size()});
-  tapestry::detail::require_recordable<T>(images.link(), constants.link());
-  detector.network().set_constants({constants.value().data(), constants.value().data() + constants.size()});
+  require_shape("forward", "weights", weights.value(), {detector.network().weights().size()});
+  tapestry::detail::require_recordable<T>(images.link(), weights.link());
+  detector.set_weights(weights.value());
   if (!pass) pass = std::make_shared<Pass<T>>();
   detector.forward(images.value(), *pass, Mode::training);
   const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                          Array<T, 4>* images_adjoint, Array<T, 1>* constants_adjoint) {
-    detector.pull_back(*pass, logits_adjoint, images_adjoint, constants_adjoint);
+                                          Array<T, 4>* images_adjoint, Array<T, 1>* weights_adjoint) {
+    detector.pull_back(*pass, logits_adjoint, images_adjoint, weights_adjoint);
   };
-  return record_shared_arrays<T, 4>(detail::shared_logits(pass), pullback, images, constants);
+  return record_shared_arrays<T, 4>(detail::shared_logits(pass), pullback, images, weights);
 }
 
 }  // namespace tapestry::detect
@@ -92,11 +91,11 @@ template decltype(forward_within<double>) forward_within<double>;
 
 template std::vector<ArrayVariable<float, 4>> forward<float>(Detector<float>& detector,
                                                              const ArrayVariable<float, 4>& images,
-                                                             const ArrayVariable<float, 1>& constants,
+                                                             const ArrayVariable<float, 1>& weights,
                                                              std::shared_ptr<Pass<float>> pass);
 template std::vector<ArrayVariable<double, 4>> forward<double>(Detector<double>& detector,
                                                                const ArrayVariable<double, 4>& images,
-                                                               const ArrayVariable<double, 1>& constants,
+                                                               const ArrayVariable<double, 1>& weights,
                                                                std::shared_ptr<Pass<double>> pass);
 
 }  // namespace tapestry::detect

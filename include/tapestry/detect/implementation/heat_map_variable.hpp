@@ -7,7 +7,6 @@
 #include <tapestry/detect/best_candidate.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/detect/heat_map_variable.hpp>
-#include <tapestry/detect/network_variable.hpp>
 #include <utility>
 #include <vector>
 

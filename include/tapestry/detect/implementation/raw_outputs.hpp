@@ -49,9 +49,8 @@ std::vector<std::string> raw_outputs(const nn::NetworkDescription& description) 
   return found;
 }
 
-std::string common_layer(const nn::NetworkDescription& description) {
+std::string common_layer(const nn::NetworkDescription& description, const std::vector<std::string>& outputs) {
   std::map<std::string, std::size_t> readers;  // of each value, raw outputs that depend on it
-  const auto outputs = raw_outputs(description);
   for (const std::string& output : outputs) {
     std::set<std::string_view> needed{output};
     for (auto node = description.nodes.rbegin(); node != description.nodes.rend(); ++node) {

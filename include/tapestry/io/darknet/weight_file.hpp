@@ -2,7 +2,7 @@
 #include <concepts>
 #include <cstdint>
 #include <string>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <vector>
@@ -49,10 +49,10 @@ namespace detail {
 /// \throws FileError (write)
 void write_weight_file(const std::string& path, std::uint64_t images_seen, const Array<float, 1>& parameters);
 
-/// Writes a network's parameters, rounded to float, and its count of images; errors as above.
+/// Writes a model's parameters, rounded to float, and its count of images; errors as above.
 template <std::floating_point T>
-void write_weight_file(const std::string& path, const detect::Network<T>& network) {
-  write_weight_file(path, network.images_seen(), cast<float>(network.parameters()));
+void write_weight_file(const std::string& path, const detect::DarknetModel<T>& model) {
+  write_weight_file(path, model.images_seen(), cast<float>(model.parameters()));
 }
 
 }  // namespace tapestry::io

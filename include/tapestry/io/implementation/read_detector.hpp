@@ -9,14 +9,14 @@
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/network.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_description_file.hpp>
 #include <tapestry/io/names_file.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/nn/engine.hpp>
@@ -36,18 +36,19 @@ namespace tapestry::io::detail {
                    {path, "", "there is no layer that all heads see, to map attention over"});
 }
 
-/// The layer of a Darknet network that a number names, or without one the last that all heads see.
+/// The value of a Darknet model that a layer's number names, or without one the last that all heads see.
 template <std::floating_point T>
-[[nodiscard]] std::size_t darknet_layer(const detect::Network<T>& network, const std::string& layer) {
+[[nodiscard]] std::string darknet_layer(const detect::DarknetModel<T>& model, const std::string& layer) {
   if (layer.empty()) {
-    if (const auto common = network.common_layer()) return *common;
-    throw no_common_layer(network.config().name);
+    const auto network = model.description();
+    const auto common = detect::common_layer(network, network.outputs);
+    return common.empty() ? throw no_common_layer(network.path) : common;
   }
   const bool is_number =
       layer.size() < 6 && std::ranges::all_of(layer, [](unsigned char c) { return std::isdigit(c) != 0; });
   if (!is_number)
     throw Error(ErrorKind::usage, "layer '" + layer + "': layers of Darknet networks are numbers, from 0");
-  return std::stoul(layer);
+  return model.value_name(std::stoul(layer));
 }
 
 template <std::floating_point T>
@@ -57,15 +58,15 @@ template <std::floating_point T>
     throw Error(ErrorKind::usage, files.weights + ": is described by its cfg, not by " + files.description);
   std::optional<detect::DecodeFamily> decode;
   if (!files.decode.empty()) decode = detect::decode_family_by_name(files.decode);
-  auto [network, remarks] = read_network<T>(files.config, files.weights, files.size, files.size, decode);
-  if (warnings != nullptr) *warnings = std::move(remarks);
-  if (network.heads().empty())
+  const auto [model, remarks] =
+      read_darknet_model<T>(files.config, files.weights, files.size, files.size, decode);
+  if (warnings != nullptr) *warnings = remarks;
+  if (model.heads().empty())
     throw FileError(ErrorKind::mismatch,
-                    {network.config().name, "", "the network has no [yolo] or [region] section"});
-  std::vector<std::size_t> layers;
-  for (const std::string& layer : files.layers) layers.push_back(darknet_layer(network, layer));
-  network.tell_layers(layers);
-  return network.make_detector();
+                    {model.config().name, "", "the network has no [yolo] or [region] section"});
+  std::vector<std::string> layers;
+  for (const std::string& layer : files.layers) layers.push_back(darknet_layer(model, layer));
+  return model.detector(layers);
 }
 
 /// Description of an ONNX model.
@@ -93,7 +94,7 @@ template <std::floating_point T>
   const auto network = read_onnx(files.weights);
   auto layers = files.layers;
   for (std::string& layer : layers) {
-    if (layer.empty()) layer = detect::common_layer(network);
+    if (layer.empty()) layer = detect::common_layer(network, detect::raw_outputs(network));
     if (layer.empty()) throw no_common_layer(files.weights);
   }
   return detect::Detector<T>(network, description_for(files, network), files.size, layers);

@@ -4,12 +4,16 @@
 #include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/nn/network/network.hpp>
 #include <vector>
 
 namespace tapestry::io {
 
 /// New elements of initialisers, by their names.
 using WeightValues = std::map<std::string, std::vector<float>>;
+
+/// The weights of a network as it has them now.
+[[nodiscard]] WeightValues weight_values(const nn::Network<float>& network);
 
 /// The bytes of an ONNX model with other elements in some of its initialisers, everything else as it was,
 /// byte for byte: names, versions, outputs, and what it says for people.

@@ -33,12 +33,12 @@ void require_input(const Network<T>& network, const Array<T, 4>& x) {
     static_cast<void>(batch_of_maps("a result", network.output_shape(i), 1));
 }
 
-/// \param constants  variables of the network's constants, or nothing
-template <std::floating_point T, class... Constants>
+/// \param weights  variables of the network's weights, or nothing
+template <std::floating_point T, class... Weights>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> record_network(const Network<T>& network, Mode mode,
                                                               std::shared_ptr<NetworkPass<T>> pass,
                                                               const ArrayVariable<T, 4>& x,
-                                                              const Constants&... constants) {
+                                                              const Weights&... weights) {
   if (!pass) pass = std::make_shared<NetworkPass<T>>();
   const std::size_t batch = x.value().shape(0);
   const auto input = std::make_shared<Buffer<T>>(x.value().size());
@@ -50,14 +50,14 @@ template <std::floating_point T, class... Constants>
     std::copy_n(pass->output(i), results.back().size(), results.back().data());
   }
   const auto pullback = [&network, pass, input](const std::vector<const Array<T, 4>*>& adjoints,
-                                                Array<T, 4>* x_adjoint, auto*... constants_adjoint) {
+                                                Array<T, 4>* x_adjoint, auto*... weights_adjoint) {
     std::vector<const T*> of_results;
     for (const auto* adjoint : adjoints) of_results.push_back(adjoint == nullptr ? nullptr : adjoint->data());
-    T* of_constants = nullptr;
-    ((of_constants = constants_adjoint == nullptr ? nullptr : constants_adjoint->data()), ...);
-    network.adjoint(*pass, of_results, {x_adjoint == nullptr ? nullptr : x_adjoint->data()}, of_constants);
+    T* of_weights = nullptr;
+    ((of_weights = weights_adjoint == nullptr ? nullptr : weights_adjoint->data()), ...);
+    network.adjoint(*pass, of_results, {x_adjoint == nullptr ? nullptr : x_adjoint->data()}, of_weights);
   };
-  return record_arrays<T, 4>(std::move(results), pullback, x, constants...);
+  return record_arrays<T, 4>(std::move(results), pullback, x, weights...);
 }
 
 }  // namespace tapestry::nn::detail
@@ -74,13 +74,13 @@ std::vector<ArrayVariable<T, 4>> forward(const Network<T>& network, const ArrayV
 
 template <std::floating_point T>
 std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& x,
-                                         const ArrayVariable<T, 1>& constants,
+                                         const ArrayVariable<T, 1>& weights,
                                          std::shared_ptr<NetworkPass<T>> pass) {
   detail::require_input(network, x.value());
-  require_shape("nn::forward", "constants", constants.value(), {network.constants().size()});
-  tapestry::detail::require_recordable<T>(x.link(), constants.link());
-  network.set_constants({constants.value().data(), constants.value().data() + constants.value().size()});
-  return detail::record_network(std::as_const(network), Mode::training, std::move(pass), x, constants);
+  require_shape("nn::forward", "weights", weights.value(), {network.weights().size()});
+  tapestry::detail::require_recordable<T>(x.link(), weights.link());
+  network.set_weights({weights.value().data(), weights.value().size()});
+  return detail::record_network(std::as_const(network), Mode::training, std::move(pass), x, weights);
 }
 
 template std::vector<ArrayVariable<float, 4>> forward<float>(const Network<float>&,

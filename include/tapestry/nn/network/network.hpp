@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/engine.hpp>
@@ -53,16 +54,17 @@ class Network {
   /// The step that makes a value, for NetworkPass::state(). \throws DomainError if none does
   [[nodiscard]] std::size_t step_of(const std::string& value) const;
 
-  /// Where each weight lies among constants(). Only these get an adjoint, from all that reads them. A
-  /// constant of the description is several here, each with an adjoint of its own, if it is read in both
-  /// layouts or if others are computed from it beforehand.
-  [[nodiscard]] const std::vector<WeightBlock>& weights() const { return program_.weights; }
-  /// All constants, weights among them.
-  [[nodiscard]] const std::vector<T>& constants() const { return program_.constants; }
+  /// Where each weight lies among weights(). A constant of the description is several here, each with an
+  /// adjoint of its own, if it is read in both layouts or if others are computed from it beforehand.
+  [[nodiscard]] const std::vector<WeightBlock>& weight_blocks() const { return program_.weights; }
+  /// Values of the constants that training changes, one behind the other.
+  [[nodiscard]] std::span<const T> weights() const {
+    return {program_.constants.data(), program_.weight_count};
+  }
   /// Passes of before keep their results; for an adjoint forward() runs again.
   ///
-  /// \throws ShapeError unless there are as many as constants()
-  void set_constants(const std::vector<T>& constants);
+  /// \throws ShapeError unless there are as many as weights()
+  void set_weights(std::span<const T> weights);
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
   /// \param pass    takes the results, and what `mode` says is kept
@@ -75,7 +77,7 @@ class Network {
 
   /// forward() of one picture, the only input, [1, H, W, C], that changes from call to call within a window:
   /// the same bits, but what the window does not reach is taken from `kept`, which is filled if it does not
-  /// hold: at first, and when the rest of the picture, the constants, the engine or the mode have changed.
+  /// hold: at first, and when the rest of the picture, the weights, the engine or the mode have changed.
   /// adjoint() then adds to the input's adjoint within the window only. In Mode::training everything is
   /// computed, and nothing kept.
   ///
@@ -87,20 +89,20 @@ class Network {
   /// Share of the multiply-adds of a whole pass, from 0 to 1, that forward_within() leaves out.
   [[nodiscard]] double share_kept(const Window& window, Mode mode = Mode::input_gradient) const;
 
-  /// Adds the pullback of output_adjoints to inputs_adjoint and to constants_adjoint.
+  /// Adds the pullback of output_adjoints to inputs_adjoint and to weights_adjoint.
   ///
   /// \param pass               of forward() in another mode than inference; may be used again
   /// \param output_adjoints    one an output, of output_shape() for each of the pass's batch; null stands for
   ///                           zeros
   /// \param inputs_adjoint     one an input, likewise; null where not wanted
-  /// \param constants_adjoint  of as many values as constants(), or null; only weights() are added to
+  /// \param weights_adjoint    of as many values as weights(), from all that reads them, or null
   /// \param outputs_gathered   one an output, null where not wanted, or none: receives the total gradient at
   /// an
   ///                           output within the network, from its own adjoint and from later layers. Needs
   ///                           an input's adjoint
-  /// \throws DomainError if the pass kept nothing, or for constants unless it was for training
+  /// \throws DomainError if the pass kept nothing, or for weights unless it was for training
   void adjoint(NetworkPass<T>& pass, const std::vector<const T*>& output_adjoints,
-               const std::vector<T*>& inputs_adjoint, T* constants_adjoint = nullptr,
+               const std::vector<T*>& inputs_adjoint, T* weights_adjoint = nullptr,
                const std::vector<T*>& outputs_gathered = {}) const;
 
  private:
@@ -120,7 +122,7 @@ class Network {
   ProgramUse use_;
   std::size_t input_count_;
   Engine engine_ = Engine::automatic;
-  std::shared_ptr<const void> version_{};  ///< another for other constants
+  std::shared_ptr<const void> version_{};  ///< another for other weights
 };
 
 extern template class Network<float>;

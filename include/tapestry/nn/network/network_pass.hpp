@@ -24,6 +24,7 @@ class NetworkPass {
  public:
   /// Values of a result in row-major order, of each of the batch; the pass's own until it is used again.
   [[nodiscard]] const T* output(std::size_t i) const { return where_[outputs_.at(i)]; }
+  [[nodiscard]] std::size_t output_count() const { return outputs_.size(); }
   /// Whether it is of forward_within(), so that adjoints are defined within windows only.
   [[nodiscard]] bool is_within() const { return plan_ != nullptr; }
 
@@ -94,7 +95,7 @@ class NetworkPass {
   void release(const ProgramUse& use, std::size_t value, std::size_t step);
 
   void adjoint(const Program<T>& program, const ProgramUse& use, const std::vector<const T*>& output_adjoints,
-               const std::vector<T*>& inputs_adjoint, T* constants_adjoint,
+               const std::vector<T*>& inputs_adjoint, T* weights_adjoint,
                const std::vector<T*>& outputs_gathered, Engine engine);
 
   void seed(const Program<T>& program, std::size_t i, const T* adjoint);

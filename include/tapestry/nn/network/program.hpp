@@ -37,7 +37,7 @@ struct ProgramStep {
 struct WeightBlock {
   std::string name{};
   Shape shape{};
-  std::size_t offset = 0;  ///< among the constants
+  std::size_t offset = 0;  ///< among the weights
 };
 
 /// A network at fixed extents, as steps that run one after another.
@@ -45,8 +45,8 @@ template <std::floating_point T>
 struct Program {
   std::vector<ProgramValue> values{};
   std::vector<ProgramStep<T>> steps{};
-  std::vector<T>
-      constants{};  ///< values of all constants that steps read, one behind the other, and a few zeros
+  std::vector<T> constants{};  ///< that steps read: the weights' values, those of others, a few zeros
+  std::size_t weight_count = 0;
   std::vector<std::size_t> inputs{};
   std::vector<std::size_t> outputs{};
   std::vector<WeightBlock> weights{};

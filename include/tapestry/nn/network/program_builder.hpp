@@ -76,6 +76,9 @@ class ProgramBuilder {
 
   void note_weights(const ProgramStep<T>& step);
 
+  /// Moves the weights to the front of the constants, in the order in which steps read them first.
+  void put_weights_first();
+
   /// An operand for the maker, with its values if they are known.
   [[nodiscard]] Operand operand_of(const std::string& name, bool is_last);
 

@@ -113,7 +113,7 @@ TEST_CASE("a value that is both operands gets the sum of both adjoints", "[nn][n
 TEST_CASE("slopes of PRelu are weights that training changes", "[nn][network][gradient]") {
   const nn::Network<double> network(
       description_of({"PRelu", {{1, 2, 1, 2}}, {}, {{1, numbers({2, 1, 1}, {0.25, 0.5})}}}));
-  REQUIRE(network.weights().size() == 1);
+  REQUIRE(network.weight_blocks().size() == 1);
   nn::Buffer<double> x(4);
   const double values[] = {-1, 2, -3, -4};
   std::copy_n(values, 4, x.data());

@@ -133,7 +133,7 @@ TEST_CASE("a batch of pictures is normalised as one tensor of all", "[nn][networ
     for (const std::size_t n : {0U, 3U})
       CHECK(bits(of_one.output(result) + 3 * n, 3) == bits(of_all.output(result), 3));
   const auto adjoint = random_values(240, 4);
-  std::vector<double> x_one(240), x_all(240), weights_one(one.constants().size()), weights_all = weights_one;
+  std::vector<double> x_one(240), x_all(240), weights_one(one.weights().size()), weights_all = weights_one;
   one.adjoint(of_one, {adjoint.data(), nullptr, nullptr}, {x_one.data()}, weights_one.data());
   all.adjoint(of_all, {adjoint.data(), nullptr, nullptr}, {x_all.data()}, weights_all.data());
   CHECK(x_one == x_all);

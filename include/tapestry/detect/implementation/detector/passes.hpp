@@ -23,6 +23,19 @@ void Detector<T>::require_images(const Array<T, 4>& images) const {
 }
 
 template <std::floating_point T>
+Array<T, 1> Detector<T>::weights() const {
+  const auto values = network_.weights();
+  Array<T, 1> weights(Extents<1>{values.size()});
+  std::ranges::copy(values, weights.data());
+  return weights;
+}
+
+template <std::floating_point T>
+void Detector<T>::set_weights(const Array<T, 1>& weights) {
+  network_.set_weights({weights.data(), weights.size()});
+}
+
+template <std::floating_point T>
 void Detector<T>::forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode) const {
   require_images(images);
   run(images, std::vector<KeptPicture<T>*>(images.shape(0), nullptr), pass, mode);
@@ -49,7 +62,6 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
     throw DomainError("Detector::forward: a foreign engine runs forward only");
   pass.mode = mode;
   pass.images = images.shape(0);
-  pass.ran_by.reset();
   const std::size_t each = mode == Mode::training && trains_together_ ? pass.images : 1;
   const std::size_t count = pass.images / each;
   pass.graph.resize(mode == Mode::inference ? 1 : count);  // whose memory serves one image after another
@@ -85,24 +97,23 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
 
 template <std::floating_point T>
 void Detector<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>& logits_adjoint,
-                            Array<T, 4>* images_adjoint, Array<T, 1>* parameters_adjoint) const {
+                            Array<T, 4>* images_adjoint, Array<T, 1>* weights_adjoint) const {
   require_logits_adjoint("Detector::pull_back", pass, logits_adjoint);
   if (images_adjoint != nullptr)
     require_shape("Detector::pull_back", "images_adjoint", *images_adjoint,
                   {pass.images, height_, width_, input_channels()});
-  if (parameters_adjoint != nullptr)
-    require_shape("Detector::pull_back", "parameters_adjoint", *parameters_adjoint,
-                  {network_.constants().size()});
+  if (weights_adjoint != nullptr)
+    require_shape("Detector::pull_back", "weights_adjoint", *weights_adjoint, {network_.weights().size()});
   for (std::size_t n = pass.graph.size(); n-- > 0;) {  // the last one's memory is in the cache
     const auto adjoints = output_adjoints(pass, n, logits_adjoint);
     pull_back_one(pass, n, adjoints.of_outputs, images_adjoint,
-                  parameters_adjoint == nullptr ? nullptr : parameters_adjoint->data());
+                  weights_adjoint == nullptr ? nullptr : weights_adjoint->data());
   }
 }
 
 template <std::floating_point T>
 void Detector<T>::pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
-                                Array<T, 4>* images_adjoint, T* constants_adjoint,
+                                Array<T, 4>* images_adjoint, T* weights_adjoint,
                                 const std::vector<T*>& gathered) const {
   nn::Buffer<T> input_adjoint;
   if (images_adjoint != nullptr) {
@@ -110,7 +121,7 @@ void Detector<T>::pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<
     input_adjoint.fill_zero();
   }
   network_.adjoint(pass.graph[n], of_outputs, {images_adjoint != nullptr ? input_adjoint.data() : nullptr},
-                   constants_adjoint, gathered);
+                   weights_adjoint, gathered);
   if (images_adjoint == nullptr) return;
   T* const to = images_adjoint->data() + n * input_adjoint.size();
   if (kind_.encoding == InputEncoding{}) {

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>

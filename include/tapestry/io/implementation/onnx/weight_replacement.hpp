@@ -62,6 +62,15 @@ inline void require_replaceable(const ProtobufMessage& tensor, const ElementSpan
 
 namespace tapestry::io {
 
+WeightValues weight_values(const nn::Network<float>& network) {
+  WeightValues values;
+  for (const nn::WeightBlock& block : network.weight_blocks()) {
+    const auto weights = network.weights().subspan(block.offset, nn::size_of(block.shape));
+    values[block.name].assign(weights.begin(), weights.end());
+  }
+  return values;
+}
+
 std::string with_weights(std::string_view bytes, const std::string& path, const WeightValues& weights) {
   const ProtobufFile file{path, bytes};
   std::string replaced(bytes);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
@@ -23,11 +24,11 @@
 namespace tapestry::nn {
 
 template <std::floating_point T>
-void Network<T>::set_constants(const std::vector<T>& constants) {
-  if (constants.size() != program_.constants.size())
-    throw ShapeError("Network: constants is [" + std::to_string(constants.size()) + "], expected [" +
-                     std::to_string(program_.constants.size()) + "]");
-  std::ranges::copy(constants, program_.constants.begin());  // in place: passes point to them
+void Network<T>::set_weights(std::span<const T> weights) {
+  if (weights.size() != program_.weight_count)
+    throw ShapeError("Network: weights is [" + std::to_string(weights.size()) + "], expected [" +
+                     std::to_string(program_.weight_count) + "]");
+  std::ranges::copy(weights, program_.constants.begin());  // in place: passes point to them
   prepare();
 }
 
@@ -41,9 +42,9 @@ std::size_t Network<T>::step_of(const std::string& value) const {
 
 template <std::floating_point T>
 void Network<T>::adjoint(NetworkPass<T>& pass, const std::vector<const T*>& output_adjoints,
-                         const std::vector<T*>& inputs_adjoint, T* constants_adjoint,
+                         const std::vector<T*>& inputs_adjoint, T* weights_adjoint,
                          const std::vector<T*>& outputs_gathered) const {
-  pass.adjoint(program_, use_, output_adjoints, inputs_adjoint, constants_adjoint, outputs_gathered, engine_);
+  pass.adjoint(program_, use_, output_adjoints, inputs_adjoint, weights_adjoint, outputs_gathered, engine_);
 }
 
 template <std::floating_point T>

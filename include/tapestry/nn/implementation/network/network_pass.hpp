@@ -132,11 +132,11 @@ void NetworkPass<T>::release(const ProgramUse& use, std::size_t value, std::size
 template <std::floating_point T>
 void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
                              const std::vector<const T*>& output_adjoints,
-                             const std::vector<T*>& inputs_adjoint, T* constants_adjoint,
+                             const std::vector<T*>& inputs_adjoint, T* weights_adjoint,
                              const std::vector<T*>& outputs_gathered, Engine engine) {
   if (mode_ == Mode::inference || buffers_.size() != program.values.size())
     throw DomainError("Network::adjoint: the pass kept nothing; run forward() for a gradient first");
-  if (constants_adjoint != nullptr && mode_ != Mode::training)
+  if (weights_adjoint != nullptr && mode_ != Mode::training)
     throw DomainError("Network::adjoint: the pass was not for training");
   adjoints_.resize(program.values.size());
   goals_.assign(program.values.size(), nullptr);
@@ -144,10 +144,10 @@ void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
     if (i < inputs_adjoint.size() && window_of(plan_.get(), program.inputs[i]) == nullptr)
       goals_[program.inputs[i]] = inputs_adjoint[i];
   wants_inputs_ = std::ranges::any_of(inputs_adjoint, [](const T* wanted) { return wanted != nullptr; });
-  wants_weights_ = constants_adjoint != nullptr;
+  wants_weights_ = weights_adjoint != nullptr;
   for (std::size_t v = 0; wants_weights_ && v < program.values.size(); ++v)
     if (program.values[v].is_constant() && use.follows_weights[v])
-      goals_[v] = constants_adjoint + program.values[v].constant;
+      goals_[v] = weights_adjoint + program.values[v].constant;
   find_gathered(program, outputs_gathered);
   for (std::size_t i = 0; i < program.outputs.size(); ++i) seed(program, i, output_adjoints.at(i));
   for (std::size_t s = program.steps.size(); s-- > 0;) pull_back(program, use, s, engine);

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <map>
@@ -56,6 +57,7 @@ Program<T> ProgramBuilder<T>::build() {
                       {description_.path, "", "nothing makes the output " + in_quotes(name)});
   for (const std::string& name : description_.outputs)
     program_.outputs.push_back(value_of(name, known_.at(name), false, shape_of(known_.at(name)).size()));
+  if (stores_constants_) put_weights_first();
   program_.constants.resize(program_.constants.size() + readable_past_end, T(0));
   return std::move(program_);
 }
@@ -200,6 +202,33 @@ void ProgramBuilder<T>::note_weights(const ProgramStep<T>& step) {
     if (value.is_constant() && noted_.insert(step.inputs[i]).second)
       program_.weights.push_back({value.name, value.shape, value.constant});
   }
+}
+
+template <std::floating_point T>
+void ProgramBuilder<T>::put_weights_first() {
+  const auto begin = program_.constants.begin();
+  std::vector<T> others;  // few beside the weights, which move in place
+  std::vector<ProgramValue*> of_others;
+  std::map<std::size_t, std::size_t> moved;
+  for (std::size_t v = 0; v < program_.values.size(); ++v) {
+    ProgramValue& value = program_.values[v];
+    if (!value.is_constant()) continue;
+    const auto first = begin + static_cast<std::ptrdiff_t>(value.constant);
+    const auto last = first + static_cast<std::ptrdiff_t>(size_of(value.shape));
+    if (noted_.contains(v)) {
+      moved[value.constant] = program_.weight_count;
+      std::copy(first, last, begin + static_cast<std::ptrdiff_t>(program_.weight_count));
+      value.constant = program_.weight_count;
+      program_.weight_count += size_of(value.shape);
+    } else {
+      of_others.push_back(&value);
+      value.constant = others.size();
+      others.insert(others.end(), first, last);
+    }
+  }
+  for (WeightBlock& weight : program_.weights) weight.offset = moved.at(weight.offset);
+  for (ProgramValue* const value : of_others) value->constant += program_.weight_count;
+  std::ranges::copy(others, begin + static_cast<std::ptrdiff_t>(program_.weight_count));
 }
 
 template <std::floating_point T>

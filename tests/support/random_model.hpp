@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/random.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <utility>
 
 #include "cfg_text.hpp"
@@ -16,14 +16,14 @@ inline const std::string classifier_layers = cfg_text("classifier_layers");
 inline const std::string product_layers = cfg_text("product_layers");
 inline const std::string region_layers = cfg_text("region_layers");
 
-/// The network of a cfg with random weights, shifts, scales and running statistics.
+/// The model of a cfg with random weights, shifts, scales and running statistics.
 template <class T>
-detect::Network<T> random_detector(detect::NetworkConfig config, std::uint64_t seed, std::size_t size = 0) {
-  detect::Network<T> network(std::move(config), size, size);
+detect::DarknetModel<T> random_model(detect::NetworkConfig config, std::uint64_t seed, std::size_t size = 0) {
+  detect::DarknetModel<T> model(std::move(config), size, size);
   Random random(seed);
-  network.initialise(random);
-  auto& parameters = network.parameters();
-  for (const auto& block : network.layout().blocks) {
+  model.initialise(random);
+  auto& parameters = model.parameters();
+  for (const auto& block : model.layout().blocks) {
     if (block.role == detect::ParameterRole::weight) continue;
     const bool is_positive =
         block.role == detect::ParameterRole::scale || block.role == detect::ParameterRole::variance;
@@ -31,6 +31,6 @@ detect::Network<T> random_detector(detect::NetworkConfig config, std::uint64_t s
       parameters[block.offset + i] =
           static_cast<T>(random.uniform(is_positive ? 0.5 : -0.3, is_positive ? 1.5 : 0.3));
   }
-  return network;
+  return model;
 }
 }  // namespace tapestry::test

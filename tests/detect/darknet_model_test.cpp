@@ -1,4 +1,4 @@
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include "../support/cfg_text.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
-#include "../support/random_detector.hpp"
+#include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 
 namespace detect = tapestry::detect;
@@ -72,8 +72,8 @@ num=2
 const std::string wide_layers = tapestry::test::cfg_text("wide_layers");
 
 template <class T>
-detect::Network<T> random_network(const std::string& cfg) {
-  return tapestry::test::random_detector<T>(io::parse_network_config(cfg, "some.cfg"), 1);
+detect::DarknetModel<T> random_model(const std::string& cfg) {
+  return tapestry::test::random_model<T>(io::parse_network_config(cfg, "some.cfg"), 1);
 }
 
 template <class T>
@@ -83,6 +83,13 @@ std::vector<Array<T, 4>> random_like(const std::vector<Array<T, 4>>& arrays, std
   for (auto& array : result)
     for (auto& value : array.storage()) value = static_cast<T>(random.uniform(-1, 1));
   return result;
+}
+
+template <class T>
+std::vector<const Array<T, 4>*> pointers_to(const std::vector<Array<T, 4>>& arrays) {
+  std::vector<const Array<T, 4>*> pointers;
+  for (const auto& array : arrays) pointers.push_back(&array);
+  return pointers;
 }
 
 double dot(const std::vector<Array<double, 4>>& a, const std::vector<Array<double, 4>>& b) {
@@ -107,16 +114,17 @@ double central_difference(Function f, double h) {
 }
 }  // namespace
 
-TEST_CASE("the input gradient agrees with central differences", "[detect][network][gradient]") {
-  const auto network = random_network<double>(
+TEST_CASE("the input gradient agrees with central differences", "[detect][darknet_model][gradient]") {
+  const auto model = random_model<double>(
       GENERATE(every_layer, unequal_layers, region_layers, product_layers, strided_shortcuts));
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   for (const auto mode : {detect::Mode::input_gradient, detect::Mode::training}) {
+    const auto detector = mode == detect::Mode::training ? model.learning_detector() : model.detector();
     detect::Pass<double> pass;
-    network.forward(images, pass, mode);
+    detector.forward(images, pass, mode);
     const auto adjoint = random_like(pass.logits, 3);
     auto gradient = tapestry::zeros<double, 4>({2, 16, 16, 3});
-    for (int half = 0; half < 2; ++half) network.input_adjoint(pass, adjoint, gradient);  // adjoints add
+    for (int half = 0; half < 2; ++half) detector.input_adjoint(pass, adjoint, gradient);  // adjoints add
     tapestry::Random random(4);
     for (int trial = 0; trial < 12; ++trial) {
       const std::size_t i = random.index(images.size());
@@ -124,7 +132,7 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][networ
         auto moved = images;
         moved.data()[i] += step;
         detect::Pass<double> other;
-        network.forward(moved, other, mode);
+        detector.forward(moved, other, mode);
         return dot(other.logits, adjoint);
       };
       CHECK(gradient.data()[i] / 2 ==
@@ -134,18 +142,19 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][networ
 }
 
 TEST_CASE("what convolutions do beside their sums agrees with central differences and with one pass each",
-          "[detect][network][gradient]") {
-  const auto network =
-      random_network<double>(GENERATE(fused_layers, grouped_layers, leaky_products, more_activations));
+          "[detect][darknet_model][gradient]") {
+  const auto detector =
+      random_model<double>(GENERATE(fused_layers, grouped_layers, leaky_products, more_activations))
+          .detector();
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   detect::Pass<double> pass;
-  network.forward(images, pass, detect::Mode::input_gradient);
+  detector.forward(images, pass, detect::Mode::input_gradient);
   detect::Pass<double> inference;
-  network.forward(images, inference, detect::Mode::inference);
+  detector.forward(images, inference, detect::Mode::inference);
   CHECK(relative_distance(inference.logits[0], pass.logits[0]) == 0);
   const auto adjoint = random_like(pass.logits, 3);
   auto gradient = tapestry::zeros<double, 4>({2, 16, 16, 3});
-  network.input_adjoint(pass, adjoint, gradient);
+  detector.input_adjoint(pass, adjoint, gradient);
   tapestry::Random random(4);
   for (int trial = 0; trial < 24; ++trial) {
     const std::size_t i = random.index(images.size());
@@ -153,7 +162,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
       auto moved = images;
       moved.data()[i] += step;
       detect::Pass<double> other;
-      network.forward(moved, other, detect::Mode::inference);
+      detector.forward(moved, other, detect::Mode::inference);
       return dot(other.logits, adjoint);
     };
     constexpr double step = 1e-6;  // linear between kinks; rounding of the sum is 1e-14 / step
@@ -161,38 +170,46 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
   }
 }
 
-TEST_CASE("the parameter gradient agrees with central differences", "[detect][network][gradient]") {
-  auto network = random_network<double>(
+TEST_CASE("the parameter gradient agrees with central differences", "[detect][darknet_model][gradient]") {
+  const auto model = random_model<double>(
       GENERATE(every_layer, unequal_layers, region_layers, product_layers, strided_shortcuts));
+  const bool batch_statistics = GENERATE(true, false);
+  auto detector = model.learning_detector(batch_statistics);
   const auto images = random_array<double>({3, 16, 16, 3}, 2);
   detect::Pass<double> pass;
-  network.forward(images, pass, detect::Mode::training);
+  detector.forward(images, pass, detect::Mode::training);
   const auto adjoint = random_like(pass.logits, 3);
-  auto gradient = tapestry::zeros<double, 1>({network.parameters().size()});
-  for (int half = 0; half < 2; ++half) network.parameter_adjoint(pass, adjoint, gradient);
+  const auto weights = detector.weights();
+  auto gradient = tapestry::zeros<double, 1>({weights.size()});
+  for (int half = 0; half < 2; ++half) detector.pull_back(pass, pointers_to(adjoint), nullptr, &gradient);
+  std::size_t learning = 0;
+  for (const auto& block : model.layout().blocks)
+    learning += detect::is_running_statistic(block.role) ? 0 : 1;
+  REQUIRE(detector.network().weight_blocks().size() == learning);
   tapestry::Random random(4);
-  for (const auto& block : network.layout().blocks) {
-    const std::size_t i = block.offset + random.index(block.count);
-    const double kept = network.parameters()[i];
+  for (const auto& block : detector.network().weight_blocks()) {
+    const std::size_t i = block.offset + random.index(nn::size_of(block.shape));
     const auto value = [&](double step) {
-      network.parameters()[i] = kept + step;
+      auto moved = weights;
+      moved[i] += step;
+      detector.set_weights(moved);
       detect::Pass<double> other;
-      network.forward(images, other, detect::Mode::training);
+      detector.forward(images, other, detect::Mode::training);
       return dot(other.logits, adjoint);
     };
-    CAPTURE(block.layer, static_cast<int>(block.role));
+    CAPTURE(block.name, batch_statistics);
     CHECK(gradient[i] / 2 == Approx(central_difference(value, step_length)).epsilon(1e-7).margin(rounding));
-    network.parameters()[i] = kept;
   }
 }
 
-TEST_CASE("float follows double", "[detect][network]") {
-  const auto network = random_network<double>(real_layers);
+TEST_CASE("float follows double", "[detect][darknet_model]") {
+  const auto model = random_model<double>(real_layers);
   const auto images = random_array<double>({2, 32, 32, 3}, 2);
-  const auto single = network.cast<float>();
+  const auto detector = model.detector();
+  const auto single = model.cast<float>().detector();
   detect::Pass<double> pass;
   detect::Pass<float> single_pass;
-  network.forward(images, pass, detect::Mode::input_gradient);
+  detector.forward(images, pass, detect::Mode::input_gradient);
   single.forward(tapestry::cast<float>(images), single_pass, detect::Mode::input_gradient);
   const auto adjoint = random_like(pass.logits, 3);
   std::vector<Array<float, 4>> single_adjoint;
@@ -202,50 +219,53 @@ TEST_CASE("float follows double", "[detect][network]") {
   }
   auto gradient = tapestry::zeros<double, 4>({2, 32, 32, 3});
   auto single_gradient = tapestry::zeros<float, 4>({2, 32, 32, 3});
-  network.input_adjoint(pass, adjoint, gradient);
+  detector.input_adjoint(pass, adjoint, gradient);
   single.input_adjoint(single_pass, single_adjoint, single_gradient);
   CHECK(relative_distance(single_gradient, gradient) < 3e-6);
 }
 
-TEST_CASE("with the kinks of the float pass every engine's gradient follows double", "[detect][network]") {
-  const auto network = random_network<double>(wide_layers);
+TEST_CASE("with the kinks of the float pass every engine's gradient follows double",
+          "[detect][darknet_model]") {
+  const auto model = random_model<double>(wide_layers);
   const auto images = random_array<double>({2, 64, 64, 3}, 2);
-  auto single = network.cast<float>();
-  single.set_engine(
-      GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4));
-  CAPTURE(nn::name_of(single.engine()));
+  const auto detector = model.detector();
+  auto single = model.cast<float>().detector();
+  const auto engine =
+      GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2, nn::Engine::winograd_f4);
+  single.set_engine(engine);
+  CAPTURE(nn::name_of(engine));
   detect::Pass<double> pass;
   detect::Pass<float> single_pass;
-  network.forward(images, pass, detect::Mode::input_gradient);
+  detector.forward(images, pass, detect::Mode::input_gradient);
   single.forward(tapestry::cast<float>(images), single_pass, detect::Mode::input_gradient);
   CHECK(relative_distance(single_pass.logits[0], pass.logits[0]) < 2e-6);
   const auto adjoint = random_like(pass.logits, 3);
   auto gradient = tapestry::zeros<double, 4>({2, 64, 64, 3});
   auto single_gradient = tapestry::zeros<float, 4>({2, 64, 64, 3});
   pass.take_kinks(single_pass);
-  network.input_adjoint(pass, adjoint, gradient);
+  detector.input_adjoint(pass, adjoint, gradient);
   single.input_adjoint(single_pass, {tapestry::cast<float>(adjoint[0])}, single_gradient);
   CHECK(relative_distance(single_gradient, gradient) < 3e-6);
 
   detect::Pass<double> inference;
-  network.forward(images, inference);
+  detector.forward(images, inference);
   CHECK_THROWS_AS(inference.take_kinks(single_pass), tapestry::DomainError);
 }
 
 TEST_CASE("in bfloat16 logits stay within 1e-2, the gradient at the same kinks within 2e-2",
-          "[detect][network]") {
-  auto network = random_network<float>(wide_layers);
+          "[detect][darknet_model]") {
+  auto detector = random_model<float>(wide_layers).detector();
   const auto images = random_array<float>({2, 64, 64, 3}, 2);
   detect::Pass<float> pass, rounded;
-  network.forward(images, pass, detect::Mode::input_gradient);
+  detector.forward(images, pass, detect::Mode::input_gradient);
   const auto adjoint = random_like(pass.logits, 3);
   auto gradient = tapestry::zeros<float, 4>({2, 64, 64, 3});
   auto rounded_gradient = gradient;
-  network.input_adjoint(pass, adjoint, gradient);
-  network.set_engine(nn::Engine::bfloat16);
-  network.forward(images, rounded, detect::Mode::input_gradient);
+  detector.input_adjoint(pass, adjoint, gradient);
+  detector.set_engine(nn::Engine::bfloat16);
+  detector.forward(images, rounded, detect::Mode::input_gradient);
   rounded.take_kinks(pass);
-  network.input_adjoint(rounded, adjoint, rounded_gradient);
+  detector.input_adjoint(rounded, adjoint, rounded_gradient);
   const double logits_error = relative_distance(rounded.logits[0], pass.logits[0]);
   const double gradient_error = relative_distance(rounded_gradient, gradient);
   CAPTURE(logits_error, gradient_error);
@@ -254,22 +274,23 @@ TEST_CASE("in bfloat16 logits stay within 1e-2, the gradient at the same kinks w
   CHECK(std::min(logits_error, gradient_error) > 1e-4);  // they are rounded at all
 }
 
-TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][network]") {
-  auto network = random_network<float>(GENERATE(real_layers, wide_layers));
-  network.set_engine(GENERATE(nn::Engine::automatic, nn::Engine::winograd_f4, nn::Engine::bfloat16));
-  network = network.resized(32, 32);
+TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][darknet_model]") {
+  const auto model = random_model<float>(GENERATE(real_layers, wide_layers)).resized(32, 32);
+  auto detector = model.detector(), learning = model.learning_detector();
+  const auto engine = GENERATE(nn::Engine::automatic, nn::Engine::winograd_f4, nn::Engine::bfloat16);
+  detector.set_engine(engine);
+  learning.set_engine(engine);
   const auto images = random_array<float>({7, 32, 32, 3}, 2);
   const auto run = [&](int threads) {
     tapestry::limit_threads(threads);
     detect::Pass<float> pass;
-    network.forward(images, pass, detect::Mode::training);
+    learning.forward(images, pass, detect::Mode::training);
     const auto adjoint = random_like(pass.logits, 3);
     auto gradient = tapestry::zeros<float, 4>({7, 32, 32, 3});
-    auto parameters_adjoint = tapestry::zeros<float, 1>({network.parameters().size()});
-    network.input_adjoint(pass, adjoint, gradient);
-    network.parameter_adjoint(pass, adjoint, parameters_adjoint);
+    auto weights_adjoint = tapestry::zeros<float, 1>({learning.weights().size()});
+    learning.pull_back(pass, pointers_to(adjoint), &gradient, &weights_adjoint);
     auto bits = flat(gradient);
-    bits.insert(bits.end(), parameters_adjoint.begin(), parameters_adjoint.end());
+    bits.insert(bits.end(), weights_adjoint.begin(), weights_adjoint.end());
     for (const auto& logits : pass.logits)
       bits.insert(bits.end(), logits.data(), logits.data() + logits.size());
     return bits;
@@ -283,94 +304,98 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][n
 
   detect::Pass<float> all;
   detect::Pass<float> single;
-  network.forward(images, all);
+  detector.forward(images, all);
   for (std::size_t n = 0; n < 7; ++n) {
     Array<float, 4> image({1, 32, 32, 3});
     std::copy_n(images.data() + n * image.size(), image.size(), image.data());
-    network.forward(image, single);  // the pass is used again
+    detector.forward(image, single);  // the pass is used again
     for (std::size_t h = 0; h < all.logits.size(); ++h)
       CHECK(std::equal(single.logits[h].data(), single.logits[h].data() + single.logits[h].size(),
                        all.logits[h].data() + n * single.logits[h].size()));
   }
 }
 
-TEST_CASE("inference and gradient passes give the same logits", "[detect][network]") {
-  const auto network = random_network<float>(every_layer);
+TEST_CASE("inference and gradient passes give the same logits", "[detect][darknet_model]") {
+  const auto detector = random_model<float>(every_layer).detector();
   const auto images = random_array<float>({1, 16, 16, 3}, 2);
   detect::Pass<float> inference;
   detect::Pass<float> gradient;
-  network.forward(images, inference);
-  network.forward(images, gradient, detect::Mode::input_gradient);
+  detector.forward(images, inference);
+  detector.forward(images, gradient, detect::Mode::input_gradient);
   for (std::size_t h = 0; h < 2; ++h) CHECK(flat(inference.logits[h]) == flat(gradient.logits[h]));
 }
 
-TEST_CASE("running statistics of one batch reproduce the training pass", "[detect][network]") {
-  auto network = random_network<double>(real_layers);
+TEST_CASE("running statistics of one batch reproduce the training pass", "[detect][darknet_model]") {
+  auto model = random_model<double>(real_layers);
   const auto images = random_array<double>({4, 32, 32, 3}, 2);
   detect::Pass<double> training;
-  network.forward(images, training, detect::Mode::training);
-  network.update_running_statistics(training, 1);  // take the batch's own
+  model.learning_detector().forward(images, training, detect::Mode::training);
+  model.update_running_statistics(training, 1);  // take the batch's own
   detect::Pass<double> inference;
-  network.forward(images, inference);
+  model.detector().forward(images, inference);
   // The running variance is unbiased: n/(n−1) with n = 4·8·8 in the smallest normalised layer.
   CHECK(relative_distance(inference.logits[0], training.logits[0]) < 1.0 / (4 * 8 * 8 - 1));
 }
 
-TEST_CASE("NaN and infinity in a picture stay visible", "[detect][network]") {
-  const auto network = random_network<float>(every_layer);
+TEST_CASE("NaN and infinity in a picture stay visible", "[detect][darknet_model]") {
+  const auto detector = random_model<float>(every_layer).detector();
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     auto images = random_array<float>({1, 16, 16, 3}, 2);
     images(0, 7, 7, 1) = bad;
     detect::Pass<float> pass;
-    network.forward(images, pass);
+    detector.forward(images, pass);
     const auto logits = flat(pass.logits[1]);
     CHECK(std::any_of(logits.begin(), logits.end(), [](float x) { return !std::isfinite(x); }));
   }
 }
 
-TEST_CASE("parameters that change are noticed by the next pass", "[detect][network]") {
-  auto network = random_network<float>(real_layers);
-  const auto images = random_array<float>({1, 32, 32, 3}, 2);
-  auto& parameters = network.parameters();
-  detect::Pass<float> before;
-  detect::Pass<float> after;
-  network.forward(images, before);
-  parameters[0] += 0.5F;
-  network.forward(images, after);
-  CHECK(flat(before.logits[0]) != flat(after.logits[0]));
+TEST_CASE("a model takes over what its detector has learnt, and keeps running statistics",
+          "[detect][darknet_model]") {
+  auto model = random_model<float>(real_layers);
+  const auto before = model.parameters();
+  auto detector = model.learning_detector();
+  detector.set_weights(Array<float, 1>(2.F * detector.weights()));
+  model.take_weights(detector);
+  for (const auto& block : model.layout().blocks)
+    for (std::size_t i = block.offset; i < block.offset + block.count; ++i)
+      REQUIRE(model.parameters()[i] == (detect::is_running_statistic(block.role) ? 1 : 2) * before[i]);
 }
 
-TEST_CASE("a network of one pixel works", "[detect][network]") {
+TEST_CASE("a network of one pixel works", "[detect][darknet_model]") {
   const std::string cfg =
       "[net]\nwidth=1\nheight=1\n[convolutional]\nfilters=255\nsize=3\npad=1\nactivation=leaky\n[maxpool]"
       "\nsize=2\n"
       "stride=1\n[convolutional]\nfilters=7\nactivation=linear\n[yolo]\nclasses=2\nanchors=1,1\n";
-  const auto network = random_network<double>(cfg);
+  const auto detector = random_model<double>(cfg).learning_detector();
   const auto images = random_array<double>({1, 1, 1, 3}, 2);
   detect::Pass<double> pass;
-  network.forward(images, pass, detect::Mode::training);
+  detector.forward(images, pass, detect::Mode::training);
   CHECK(pass.logits[0].shape() == tapestry::Extents<4>{1, 7, 1, 1});
-  auto gradient = tapestry::zeros<double, 1>({network.parameters().size()});
-  network.parameter_adjoint(pass, pass.logits, gradient);
+  auto gradient = tapestry::zeros<double, 1>({detector.weights().size()});
+  detector.pull_back(pass, pointers_to(pass.logits), nullptr, &gradient);
   CHECK(std::all_of(gradient.begin(), gradient.end(), [](double x) { return std::isfinite(x); }));
 }
 
-TEST_CASE("a network names the arguments that do not fit", "[detect][network]") {  // T21
-  auto network = random_network<float>(real_layers);
+TEST_CASE("a network names the arguments that do not fit", "[detect][darknet_model]") {  // T21
+  auto model = random_model<float>(real_layers);
+  const auto detector = model.detector();
   detect::Pass<float> pass;
-  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({0, 32, 32, 3}), pass),
+  CHECK_THROWS_WITH(detector.forward(tapestry::zeros<float, 4>({0, 32, 32, 3}), pass),
                     "Detector::forward: a batch of no images");
-  CHECK_THROWS_WITH(network.forward(tapestry::zeros<float, 4>({1, 32, 64, 3}), pass),
+  CHECK_THROWS_WITH(detector.forward(tapestry::zeros<float, 4>({1, 32, 64, 3}), pass),
                     "Detector::forward: images is [1, 32, 64, 3], expected [1, 32, 32, 3]");
   const auto images = random_array<float>({1, 32, 32, 3}, 2);
-  network.forward(images, pass);
+  detector.forward(images, pass);
   auto gradient = tapestry::zeros<float, 4>({1, 32, 32, 3});
-  auto parameters_adjoint = tapestry::zeros<float, 1>({network.parameters().size()});
-  CHECK_THROWS_AS(network.input_adjoint(pass, pass.logits, gradient), tapestry::DomainError);
-  network.forward(images, pass, detect::Mode::input_gradient);
-  CHECK_THROWS_AS(network.input_adjoint(pass, {}, gradient), tapestry::ShapeError);
-  CHECK_THROWS_AS(network.parameter_adjoint(pass, pass.logits, parameters_adjoint), tapestry::DomainError);
-  CHECK_THROWS_AS(network.update_running_statistics(pass), tapestry::DomainError);
-  CHECK_THROWS_AS(network.resized(30, 32), tapestry::FileError);
-  CHECK(network.resized(64, 96).heads()[0].grid_width == 24);
+  auto weights_adjoint = tapestry::zeros<float, 1>({detector.weights().size()});
+  CHECK_THROWS_AS(detector.input_adjoint(pass, pass.logits, gradient), tapestry::DomainError);
+  detector.forward(images, pass, detect::Mode::input_gradient);
+  CHECK_THROWS_AS(detector.input_adjoint(pass, {}, gradient), tapestry::ShapeError);
+  CHECK_THROWS_AS(detector.pull_back(pass, pointers_to(pass.logits), nullptr, &weights_adjoint),
+                  tapestry::DomainError);
+  CHECK_THROWS_AS(model.update_running_statistics(pass), tapestry::DomainError);
+  detector.forward(images, pass, detect::Mode::training);  // with running statistics
+  CHECK_THROWS_AS(model.update_running_statistics(pass), tapestry::DomainError);
+  CHECK_THROWS_AS(model.resized(30, 32), tapestry::FileError);
+  CHECK(model.resized(64, 96).heads()[0].grid_width == 24);
 }

@@ -4,15 +4,15 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <vector>
 
 namespace tapestry::io {
 
-/// A network with its parameters, and remarks on what is suspicious about its files.
+/// A model, and remarks on what is suspicious about its files.
 template <std::floating_point T>
-struct LoadedNetwork {
-  detect::Network<T> network;
+struct LoadedModel {
+  detect::DarknetModel<T> model;
   std::vector<std::string> warnings{};
 };
 
@@ -20,8 +20,8 @@ struct LoadedNetwork {
 /// \throws FileError as RegularFile
 [[nodiscard]] bool is_safetensors(const std::string& path);
 
-/// Reads a network whose parameters are Darknet weights, or a detector that convert_weights wrote; the
-/// file itself says which.
+/// Reads a model whose parameters are Darknet weights, or a detector that convert_weights wrote; the file
+/// itself shows which.
 ///
 /// \param cfg      path of the Darknet cfg file; may be empty with a converted detector, which holds its own
 /// \param weights  path
@@ -31,19 +31,19 @@ struct LoadedNetwork {
 ///                 what the cfg says: scaled for new_coords=1, else darknet
 /// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
 ///         another decode family than `decode`; FileError as detect::with_decode(),
-///         read_network_config(), read_weight_file(), DetectorFile and Network's constructor
+///         read_network_config(), read_weight_file(), DetectorFile and DarknetModel's constructor
 template <std::floating_point T>
-[[nodiscard]] LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights,
-                                            std::size_t input_height = 0, std::size_t input_width = 0,
-                                            std::optional<detect::DecodeFamily> decode = {});
+[[nodiscard]] LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& weights,
+                                                std::size_t input_height = 0, std::size_t input_width = 0,
+                                                std::optional<detect::DecodeFamily> decode = {});
 
 /// Reads a classifier, or another network without heads, with Darknet weights.
 ///
 /// \param cfg, weights  paths
-/// \param input_height, input_width  as in read_network()
-/// \throws FileError as read_classifier_config(), read_weight_file() and Network's constructor
+/// \param input_height, input_width  as in read_darknet_model()
+/// \throws FileError as read_classifier_config(), read_weight_file() and DarknetModel's constructor
 template <std::floating_point T>
-[[nodiscard]] LoadedNetwork<T> read_classifier(const std::string& cfg, const std::string& weights,
-                                               std::size_t input_height = 0, std::size_t input_width = 0);
+[[nodiscard]] LoadedModel<T> read_classifier(const std::string& cfg, const std::string& weights,
+                                             std::size_t input_height = 0, std::size_t input_width = 0);
 
 }  // namespace tapestry::io

@@ -6,13 +6,13 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/network.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/network_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -48,8 +48,9 @@ namespace tapestry::io::detail {
 namespace tapestry::io {
 
 template <std::floating_point T>
-LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights, std::size_t input_height,
-                              std::size_t input_width, std::optional<detect::DecodeFamily> decode) {
+LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& weights,
+                                  std::size_t input_height, std::size_t input_width,
+                                  std::optional<detect::DecodeFamily> decode) {
   std::vector<std::string> warnings;
   const auto keep = [&](const std::vector<std::string>& more) {
     warnings.insert(warnings.end(), more.begin(), more.end());
@@ -67,9 +68,9 @@ LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights
     keep(file.warnings());
     const auto layout = detail::layout_of(config, input_height, input_width);
     auto parameters = file.parameters<T>(config, layout);
-    detect::Network<T> network(std::move(config), std::move(parameters), input_height, input_width);
-    network.set_images_seen(file.metadata().images_seen);
-    return {std::move(network), std::move(warnings)};
+    detect::DarknetModel<T> model(std::move(config), std::move(parameters), input_height, input_width);
+    model.set_images_seen(file.metadata().images_seen);
+    return {std::move(model), std::move(warnings)};
   }
   if (cfg.empty()) throw Error(ErrorKind::usage, weights + ": Darknet weights need their cfg file");
   auto config = read_network_config(cfg);
@@ -79,26 +80,26 @@ LoadedNetwork<T> read_network(const std::string& cfg, const std::string& weights
   const WeightFile file =
       read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
   keep(file.warnings);
-  detect::Network<T> network(std::move(config), cast<T>(file.parameters), input_height, input_width);
-  network.set_images_seen(file.images_seen);
-  return {std::move(network), std::move(warnings)};
+  detect::DarknetModel<T> model(std::move(config), cast<T>(file.parameters), input_height, input_width);
+  model.set_images_seen(file.images_seen);
+  return {std::move(model), std::move(warnings)};
 }
 
 template <std::floating_point T>
-LoadedNetwork<T> read_classifier(const std::string& cfg, const std::string& weights, std::size_t input_height,
-                                 std::size_t input_width) {
+LoadedModel<T> read_classifier(const std::string& cfg, const std::string& weights, std::size_t input_height,
+                               std::size_t input_width) {
   auto config = read_classifier_config(cfg);
   std::vector<std::string> warnings = config.warnings;
   const WeightFile file =
       read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
   warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
-  detect::Network<T> network(std::move(config), cast<T>(file.parameters), input_height, input_width);
-  network.set_images_seen(file.images_seen);
-  return {std::move(network), std::move(warnings)};
+  detect::DarknetModel<T> model(std::move(config), cast<T>(file.parameters), input_height, input_width);
+  model.set_images_seen(file.images_seen);
+  return {std::move(model), std::move(warnings)};
 }
 
-template decltype(read_network<float>) read_network<float>;
-template decltype(read_network<double>) read_network<double>;
+template decltype(read_darknet_model<float>) read_darknet_model<float>;
+template decltype(read_darknet_model<double>) read_darknet_model<double>;
 template decltype(read_classifier<float>) read_classifier<float>;
 template decltype(read_classifier<double>) read_classifier<double>;
 

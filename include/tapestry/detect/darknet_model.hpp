@@ -1,0 +1,117 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/detect/pass.hpp>
+#include <tapestry/nn/network/description.hpp>
+#include <vector>
+
+namespace tapestry::detect {
+
+/// A YOLO network, version 2 to 4 and relatives, as Darknet's files hold it: a cfg and the parameters in
+/// Darknet's order. It makes the detectors that run; see network_description(). A detector of a network
+/// without heads, such as a classifier, hands out the last layer's output, [N, C, H, W], in the place of
+/// logits, be it before or behind a softmax.
+template <std::floating_point T>
+class DarknetModel {
+ public:
+  /// Parameters are 0, but scales and variances 1.
+  ///
+  /// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
+  /// \param input_width   likewise
+  /// \throws FileError (mismatch or limit) if the layers do not fit that size
+  explicit DarknetModel(NetworkConfig config, std::size_t input_height = 0, std::size_t input_width = 0);
+
+  /// With these parameters, in the order of layout(); errors as above.
+  /// \throws ShapeError unless there are as many as the cfg needs
+  DarknetModel(NetworkConfig config, Array<T, 1> parameters, std::size_t input_height = 0,
+               std::size_t input_width = 0);
+
+  [[nodiscard]] std::size_t input_height() const { return height_; }
+  [[nodiscard]] std::size_t input_width() const { return width_; }
+  [[nodiscard]] std::size_t input_channels() const { return config_.channels; }
+  [[nodiscard]] const std::vector<Head>& heads() const { return heads_; }
+  /// As nms_kind and beta_nms of the last head say, which is the one that Darknet takes them from.
+  [[nodiscard]] SuppressionMeasure suppression_measure() const;
+  [[nodiscard]] const NetworkConfig& config() const { return config_; }
+  /// Where each layer's parameters lie.
+  [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
+
+  /// All parameters in the order of layout(), running statistics included.
+  [[nodiscard]] Array<T, 1>& parameters() { return parameters_; }
+  [[nodiscard]] const Array<T, 1>& parameters() const { return parameters_; }
+
+  /// Pictures it was trained on, which Darknet's files count.
+  [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }
+  void set_images_seen(std::uint64_t count) { images_seen_ = count; }
+
+  /// Weights normal with variance 2 / (inputs of a filter), biases 0, batch normalisation the identity.
+  /// Source: He et al., "Delving deep into rectifiers" (2015), eq. 10.
+  void initialise(Random& random);
+
+  /// The same model in another precision.
+  template <std::floating_point U>
+  [[nodiscard]] DarknetModel<U> cast() const {
+    DarknetModel<U> other(config_, tapestry::cast<U>(parameters_), height_, width_);
+    other.set_images_seen(images_seen_);
+    return other;
+  }
+
+  /// The same model for pictures of another size; errors as the constructor.
+  [[nodiscard]] DarknetModel resized(std::size_t input_height, std::size_t input_width) const;
+
+  /// Name of the value that a layer of config() computes or hands on, by which a detector observes it.
+  /// \throws FileError (mismatch) for a layer that is not there, or hands on the picture itself
+  [[nodiscard]] std::string value_name(std::size_t layer) const;
+
+  /// network_description() of the parameters as they are.
+  [[nodiscard]] nn::NetworkDescription description(bool batch_statistics = false) const;
+
+  /// The detector of the parameters as they are.
+  /// \param layers  names of observed layers, see value_name()
+  [[nodiscard]] Detector<T> detector(const std::vector<std::string>& layers = {}) const;
+
+  /// A detector whose weights are the parameters that learn, each as the cfg has it: for passes in
+  /// Mode::training; see take_weights() and, with batch statistics, update_running_statistics().
+  ///
+  /// \param batch_statistics  batch normalisation takes the statistics of the pass's batch instead of the
+  ///                          running ones
+  [[nodiscard]] Detector<T> learning_detector(bool batch_statistics = true) const;
+
+  /// Takes over the weights of a learning_detector(); running statistics stay.
+  void take_weights(const Detector<T>& learnt);
+
+  /// Moves running means and variances a part of the way to those of a training pass:
+  /// running ← (1 − momentum)·running + momentum·batch, the variance unbiased.
+  ///
+  /// \param pass  of a learning_detector() with batch statistics, in Mode::training
+  /// \throws DomainError for another pass
+  void update_running_statistics(const Pass<T>& pass, double momentum = 0.1);
+
+ private:
+  void fill(const ParameterBlock& block, T value) {
+    for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
+  }
+
+  [[nodiscard]] Detector<T> make_detector(bool batch_statistics, const std::vector<std::string>& layers,
+                                          bool simplifies) const;
+
+  NetworkConfig config_;
+  std::size_t height_ = 0, width_ = 0;
+  std::vector<FeatureShape> shapes_{};
+  ParameterLayout layout_{};
+  std::vector<Head> heads_{};
+  Array<T, 1> parameters_;
+  std::uint64_t images_seen_ = 0;
+};
+
+extern template class DarknetModel<float>;
+extern template class DarknetModel<double>;
+
+}  // namespace tapestry::detect

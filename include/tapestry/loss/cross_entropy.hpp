@@ -1,0 +1,40 @@
+#pragma once
+#include <concepts>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+
+namespace tapestry::loss {
+
+/// Mean binary cross entropy of logits x with wanted probabilities t, each in [0, 1]:
+///
+///   L = 1/n Σ −t · log σ(x) − (1 − t) · log(1 − σ(x))
+///
+/// It is worked out without overflow, and keeps its digits where σ rounds to 1.
+///
+/// \param logits  [N, C, H, W], not empty
+/// \param wanted  of the same extents
+/// \throws ShapeError unless extents are equal and not 0
+template <std::floating_point T>
+[[nodiscard]] T binary_cross_entropy(const Array<T, 4>& logits, const Array<T, 4>& wanted);
+
+/// Adds value_adjoint · ∂L/∂logits to logits_adjoint: ∂L/∂x = (σ(x) − t)/n.
+template <std::floating_point T>
+void binary_cross_entropy_adjoint(const Array<T, 4>& logits, const Array<T, 4>& wanted, T value_adjoint,
+                                  Array<T, 4>& logits_adjoint);
+
+/// Mean cross entropy of a softmax over axis 1 with wanted shares t of the classes, which sum to 1:
+///
+///   L = 1/(N·H·W) Σ (log Σ_k exp x_k − Σ_k t_k · x_k)
+///
+/// \param logits  [N, K, H, W], not empty; of a classifier H and W are 1
+/// \param wanted  of the same extents
+/// \throws ShapeError unless extents are equal and not 0
+template <std::floating_point T>
+[[nodiscard]] T cross_entropy(const Array<T, 4>& logits, const Array<T, 4>& wanted);
+
+/// Adds value_adjoint · ∂L/∂logits to logits_adjoint: ∂L/∂x_k = (softmax(x)_k − t_k)/(N·H·W).
+template <std::floating_point T>
+void cross_entropy_adjoint(const Array<T, 4>& logits, const Array<T, 4>& wanted, T value_adjoint,
+                           Array<T, 4>& logits_adjoint);
+
+}  // namespace tapestry::loss

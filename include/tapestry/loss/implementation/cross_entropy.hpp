@@ -1,0 +1,140 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/loss/cross_entropy.hpp>
+#include <tapestry/loss/cross_entropy_variable.hpp>
+#include <utility>
+
+namespace tapestry::loss::detail {
+
+template <class T>
+void require_wanted(const char* operation, const Array<T, 4>& logits, const Array<T, 4>& wanted) {
+  require_shape(operation, "wanted", wanted, logits.shape());
+  if (logits.size() == 0) throw ShapeError(std::string(operation) + ": no logits");
+}
+
+/// Calls body(place of class 0, distance of classes, Σ exp(x − largest), largest) for each softmax.
+template <class T, class Body>
+void for_each_softmax(const Array<T, 4>& logits, Body body) {
+  const std::size_t classes = logits.shape(1), cells = logits.shape(2) * logits.shape(3);
+  for (std::size_t n = 0; n < logits.shape(0); ++n)
+    for (std::size_t cell = 0; cell < cells; ++cell) {
+      const std::size_t first = n * classes * cells + cell;
+      double largest = static_cast<double>(logits.data()[first]);
+      for (std::size_t k = 1; k < classes; ++k)
+        largest = std::max(largest, static_cast<double>(logits.data()[first + k * cells]));
+      double sum = 0;
+      for (std::size_t k = 0; k < classes; ++k)
+        sum += std::exp(static_cast<double>(logits.data()[first + k * cells]) - largest);
+      body(first, cells, sum, largest);
+    }
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template <std::floating_point T>
+T binary_cross_entropy(const Array<T, 4>& logits, const Array<T, 4>& wanted) {
+  detail::require_wanted("binary_cross_entropy", logits, wanted);
+  double sum = 0;
+  for (std::size_t i = 0; i < logits.size(); ++i) {
+    const T x = logits.data()[i], t = wanted.data()[i];
+    const T missed = x > 0 ? (1 - t) * x : -t * x;  // NaN passes on
+    sum += static_cast<double>(missed + std::log1p(std::exp(-std::abs(x))));
+  }
+  return static_cast<T>(sum / static_cast<double>(logits.size()));
+}
+
+template <std::floating_point T>
+void binary_cross_entropy_adjoint(const Array<T, 4>& logits, const Array<T, 4>& wanted, T value_adjoint,
+                                  Array<T, 4>& logits_adjoint) {
+  detail::require_wanted("binary_cross_entropy", logits, wanted);
+  require_shape("binary_cross_entropy_adjoint", "logits_adjoint", logits_adjoint, logits.shape());
+  const T scale = value_adjoint / static_cast<T>(logits.size());
+  for (std::size_t i = 0; i < logits.size(); ++i) {
+    const T x = logits.data()[i], t = wanted.data()[i];
+    const T small = std::exp(-std::abs(x)), surer = 1 / (1 + small);  // σ(|x|)
+    const T yes = x > 0 ? surer : small * surer, no = x > 0 ? small * surer : surer;
+    logits_adjoint.data()[i] += scale * ((1 - t) * yes - t * no);  // σ − t, without cancellation
+  }
+}
+
+template <std::floating_point T>
+T cross_entropy(const Array<T, 4>& logits, const Array<T, 4>& wanted) {
+  detail::require_wanted("cross_entropy", logits, wanted);
+  double total = 0;
+  detail::for_each_softmax(logits, [&](std::size_t first, std::size_t distance, double sum, double largest) {
+    total += std::log(sum);
+    for (std::size_t k = 0; k < logits.shape(1); ++k) {  // Σ t = 1, so that `largest` goes into the sum
+      const std::size_t at = first + k * distance;
+      if (wanted.data()[at] != 0)
+        total += static_cast<double>(wanted.data()[at]) * (largest - static_cast<double>(logits.data()[at]));
+    }
+  });
+  return static_cast<T>(total * static_cast<double>(logits.shape(1)) / static_cast<double>(logits.size()));
+}
+
+template <std::floating_point T>
+void cross_entropy_adjoint(const Array<T, 4>& logits, const Array<T, 4>& wanted, T value_adjoint,
+                           Array<T, 4>& logits_adjoint) {
+  detail::require_wanted("cross_entropy", logits, wanted);
+  require_shape("cross_entropy_adjoint", "logits_adjoint", logits_adjoint, logits.shape());
+  const double scale = static_cast<double>(value_adjoint) * static_cast<double>(logits.shape(1)) /
+                       static_cast<double>(logits.size());
+  detail::for_each_softmax(logits, [&](std::size_t first, std::size_t distance, double sum, double largest) {
+    for (std::size_t k = 0; k < logits.shape(1); ++k) {
+      const std::size_t at = first + k * distance;
+      const double share = std::exp(static_cast<double>(logits.data()[at]) - largest) / sum;
+      logits_adjoint.data()[at] += static_cast<T>(scale * (share - static_cast<double>(wanted.data()[at])));
+    }
+  });
+}
+
+template <std::floating_point T>
+Variable<T> binary_cross_entropy(const ArrayVariable<T, 4>& logits,
+                                 std::shared_ptr<const Array<T, 4>> wanted) {
+  const T value = binary_cross_entropy(logits.value(), *wanted);
+  const auto pullback = [x = logits.shared_value(), t = std::move(wanted)](T adjoint,
+                                                                           Array<T, 4>* logits_adjoint) {
+    binary_cross_entropy_adjoint(*x, *t, adjoint, *logits_adjoint);
+  };
+  return record_scalar(value, pullback, logits);
+}
+
+template <std::floating_point T>
+Variable<T> cross_entropy(const ArrayVariable<T, 4>& logits, std::shared_ptr<const Array<T, 4>> wanted) {
+  const T value = cross_entropy(logits.value(), *wanted);
+  const auto pullback = [x = logits.shared_value(), t = std::move(wanted)](T adjoint,
+                                                                           Array<T, 4>* logits_adjoint) {
+    cross_entropy_adjoint(*x, *t, adjoint, *logits_adjoint);
+  };
+  return record_scalar(value, pullback, logits);
+}
+
+template float binary_cross_entropy<float>(const Array<float, 4>&, const Array<float, 4>&);
+template double binary_cross_entropy<double>(const Array<double, 4>&, const Array<double, 4>&);
+template float cross_entropy<float>(const Array<float, 4>&, const Array<float, 4>&);
+template double cross_entropy<double>(const Array<double, 4>&, const Array<double, 4>&);
+template decltype(binary_cross_entropy_adjoint<float>) binary_cross_entropy_adjoint<float>;
+template decltype(binary_cross_entropy_adjoint<double>) binary_cross_entropy_adjoint<double>;
+template decltype(cross_entropy_adjoint<float>) cross_entropy_adjoint<float>;
+template decltype(cross_entropy_adjoint<double>) cross_entropy_adjoint<double>;
+template Variable<float> binary_cross_entropy<float>(const ArrayVariable<float, 4>&,
+                                                     std::shared_ptr<const Array<float, 4>>);
+template Variable<double> binary_cross_entropy<double>(const ArrayVariable<double, 4>&,
+                                                       std::shared_ptr<const Array<double, 4>>);
+template Variable<float> cross_entropy<float>(const ArrayVariable<float, 4>&,
+                                              std::shared_ptr<const Array<float, 4>>);
+template Variable<double> cross_entropy<double>(const ArrayVariable<double, 4>&,
+                                                std::shared_ptr<const Array<double, 4>>);
+
+}  // namespace tapestry::loss
