@@ -166,11 +166,8 @@ std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inp
   return changed;
 }
 
-int run(const CLI::App& app, Options& options) {
-  if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
-    throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
-  if (!options.dataset.dataset.empty())
-    return evaluate_dataset(app, options.dataset, options.detector, options.threads);
+/// \throws Error (usage) for options that do not go together
+void require_consistent(const CLI::App& app, const Options& options) {
   for (const char* option :
        {"--images", "--dataset-names", "--most-detections", "--results", "--csv", "--json"})
     if (app.get_option(option)->count() > 0)
@@ -179,40 +176,44 @@ int run(const CLI::App& app, Options& options) {
     throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
   if (!options.against.empty() && options.clean_only)
     throw Error(ErrorKind::usage, "--against needs --run, which it is compared with");
-  if (!options.run.empty()) adopt_run(app, options);
-  require_sound(app, options);
-  if (options.threads > 0) limit_threads(options.threads);
-  if (!options.protocol.protocol.empty())
-    return evaluate_protocol({options.protocol,
-                              options.scene,
-                              options.detector,
-                              options.clean_only ? "" : options.run,
-                              options.seed,
-                              options.output,
-                              {options.run, options.accept_changed_inputs}});
-  Inputs inputs = load_inputs(options.scene, options.detector);
-  const auto changed = changed_since_runs(options, inputs);
-  const auto& car = inputs.car.painted;
-  const auto& network = inputs.detector;
-  const camouflage::ViewStore<float>::Settings store_settings{network.input_height(), network.input_width(),
-                                                              options.scene.samples,  std::size_t(4) << 30U,
-                                                              inputs.detector.fit(),  inputs.photo_light};
-  const auto loaders = frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed);
-  camouflage::ViewStore<float> store(car, store_settings, loaders);
-  auto usable = views_with_car(store, inputs.warnings);
-  const auto reshaped_by = [&](const std::string& run) {
-    std::optional<ReshapedViews> reshaped;
-    if (run.empty()) return reshaped;
+}
+
+/// The frames as the detector sees them, with the car as the runs have shaped it.
+struct MeasuredViews {
+  MeasuredViews(const Options& options, Inputs& inputs)
+      : settings{inputs.detector.input_height(), inputs.detector.input_width(), options.scene.samples,
+                 std::size_t(4) << 30U,          inputs.detector.fit(),         inputs.photo_light},
+        loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
+        car(inputs.car.painted),
+        store(car, settings, loaders),
+        usable(views_with_car(store, inputs.warnings)),
+        reshaped(reshaped_by(options.clean_only ? "" : options.run)),
+        reshaped_by_other(reshaped_by(options.against)) {
+    print_warnings(inputs.warnings);
+    if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
+  }
+
+  std::optional<ReshapedViews> reshaped_by(const std::string& run) {
+    std::optional<ReshapedViews> views;
+    if (run.empty()) return views;
     const auto offsets = camouflage::read_offsets(run + "/texture.npz", car.mesh.positions.size());
-    if (offsets.size() == 0) return reshaped;
-    reshaped.emplace(car, offsets, store_settings, loaders);
-    usable = reshaped->also_with_car(usable);
-    return reshaped;
-  };
-  auto reshaped = reshaped_by(options.clean_only ? "" : options.run);
-  auto reshaped_by_other = reshaped_by(options.against);
-  print_warnings(inputs.warnings);
-  if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
+    if (offsets.size() == 0) return views;
+    views.emplace(car, offsets, settings, loaders);
+    usable = views->also_with_car(usable);
+    return views;
+  }
+
+  camouflage::ViewStore<float>::Settings settings;
+  std::vector<camouflage::ViewStore<float>::Loader> loaders;
+  const raster::PaintedMesh& car;
+  camouflage::ViewStore<float> store;
+  std::vector<std::size_t> usable;  ///< views that show the car in all of its shapes
+  std::optional<ReshapedViews> reshaped, reshaped_by_other;
+};
+
+/// The car's own colours, the run's paint and the controls, in the shapes of the runs.
+evaluate::SurveyedTextures<float> surveyed_textures(const Options& options, const raster::PaintedMesh& car,
+                                                    MeasuredViews& views) {
   evaluate::SurveyedTextures<float> textures{
       camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
@@ -223,61 +224,108 @@ int run(const CLI::App& app, Options& options) {
   if (!options.against.empty())
     textures.controls.push_back(
         {evaluate::other_run_name, camouflage::read_paint(options.against + "/texture.npz", texel_count)});
-  if (reshaped) textures.reshaped = &reshaped->store();
-  if (reshaped_by_other) textures.reshaped_by_other = &reshaped_by_other->store();
+  if (views.reshaped) textures.reshaped = &views.reshaped->store();
+  if (views.reshaped_by_other) textures.reshaped_by_other = &views.reshaped_by_other->store();
+  return textures;
+}
+
+void add_options_of(const Options& options, RunReport& report) {
+  add_json(report.options, options.scene);
+  add_json(report.options, options.detector);
+  report.options["seed"] = options.seed;
+  if (options.conditions.empty()) return;
+  report.options["conditions"] = options.conditions;
+  report.options["draws"] = options.draws;
+}
+
+/// Everything that a folder takes, the metrics last.
+struct Written {
+  const RunReport& report;
+  const Json& metrics;
+  const std::vector<ChangedInput>& changed;
+  const evaluate::SurveyedTextures<float>& textures;
+  const raster::PaintedMesh& car;  ///< as the run has shaped it
+};
+
+void write_folder(const Options& options, const Written& what, const raster::PaintedMesh& own_car,
+                  PicturePairs pairs, ViewList list) {
+  const char* const shown = options.clean_only ? "clean" : "adversarial";
+  const std::string sheet = std::string(shown) + ".png";
+  io::write_image(options.output + "/" + sheet,
+                  contact_sheet(pairs.above, sheet_columns(pairs.above.size())));
+  write_text(options.output + "/metrics.csv", metrics_csv(what.report));
+  write_text(options.output + "/views.csv", views_csv(list));
+  auto page = page_of(what.report, "Evaluation", options.command, std::move(list));
+  if (!what.changed.empty())
+    page.findings = "<p><b>Inputs have changed since the run: " + escaped(text_of(what.changed)) +
+                    ".</b></p>\n" + page.findings;
+  page.pairs = std::move(pairs);
+  const auto& paint = what.textures.adversarial ? *what.textures.adversarial : what.textures.clean;
+  const auto atlas = camouflage::atlas_of<float>(own_car, paint.colours);
+  page.atlases = {{shown, image::to_bytes(atlas)}};
+  io::write_painted_glb(options.output + "/painted.glb", what.car, atlas);
+  page.glb = io::read_text_file(options.output + "/painted.glb");
+  page.files = {"painted.glb", sheet, "metrics.csv", "views.csv", "metrics.json"};
+  write_text(options.output + "/report.html", page_html(page));
+  write_text(options.output + "/metrics.json", report_text(what.metrics));
+  remark("report: " + options.output + "/report.html");
+}
+
+/// Measures the frames and writes what --output names.
+int survey_frames(Options& options) {
+  Inputs inputs = load_inputs(options.scene, options.detector);
+  const auto changed = changed_since_runs(options, inputs);
+  const auto& car = inputs.car.painted;
+  MeasuredViews views(options, inputs);
+  const auto textures = surveyed_textures(options, car, views);
   std::optional<RunFolder> claim;
   if (!options.output.empty()) {
     claim.emplace(options.output, !is_there(options.output, ErrorKind::write));
     require_no_run(options);  // another process may have begun one there meanwhile
   }
-  evaluate::Meter<float> meter(network, inputs.class_index,
+  evaluate::Meter<float> meter(inputs.detector, inputs.class_index,
                                {options.detector.confidence, options.detector.nms, options.sweep});
-  const char* const shown = options.clean_only ? "clean" : "adversarial";
   PicturePairs pairs = options.clean_only ? PicturePairs{"the untouched frame", "the car in its own colours"}
                                           : PicturePairs{"the car in its own colours", "the camouflage"};
   const auto start = std::chrono::steady_clock::now();
   const auto photography = photography_of(options);
-  SurveyWatch watch(meter, textures.pictures_a_view() * usable.size() * photography.draws,
-                    std::max(network.input_height(), network.input_width()));
-  watch.collect(options.clean_only ? "photo" : "clean", pairs.below, usable.size() * photography.draws);
-  watch.collect(shown, pairs.above, usable.size() * photography.draws);
+  const std::size_t pictures = views.usable.size() * photography.draws;
+  SurveyWatch watch(meter, textures.pictures_a_view() * pictures,
+                    std::max(inputs.detector.input_height(), inputs.detector.input_width()));
+  watch.collect(options.clean_only ? "photo" : "clean", pairs.below, pictures);
+  watch.collect(options.clean_only ? "clean" : "adversarial", pairs.above, pictures);
   RunReport report;
-  report.survey = evaluate::survey(meter, store, usable, textures, watch, photography);
+  report.survey = evaluate::survey(meter, views.store, views.usable, textures, watch, photography);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
-  add_json(report.options, options.scene);
-  add_json(report.options, options.detector);
-  report.options["seed"] = options.seed;
-  if (!options.conditions.empty()) {
-    report.options["conditions"] = options.conditions;
-    report.options["draws"] = options.draws;
-  }
+  add_options_of(options, report);
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
   if (!changed.empty()) metrics["changed_inputs"] = json_of(changed);
   print_sweep(options.sweep, report, metrics);
-  if (options.output.empty()) return 0;
-  const std::string sheet = std::string(shown) + ".png";
-  io::write_image(options.output + "/" + sheet,
-                  contact_sheet(pairs.above, sheet_columns(pairs.above.size())));
-  write_text(options.output + "/metrics.csv", metrics_csv(report));
-  auto list = list_of(report, watch.views());
-  write_text(options.output + "/views.csv", views_csv(list));
-  auto page = page_of(report, "Evaluation", options.command, std::move(list));
-  if (!changed.empty())
-    page.findings = "<p><b>Inputs have changed since the run: " + escaped(text_of(changed)) + ".</b></p>\n" +
-                    page.findings;
-  page.pairs = std::move(pairs);
-  const auto& paint = textures.adversarial ? *textures.adversarial : textures.clean;
-  const auto atlas = camouflage::atlas_of<float>(car, paint.colours);
-  page.atlases = {{shown, image::to_bytes(atlas)}};
-  io::write_painted_glb(options.output + "/painted.glb", reshaped ? reshaped->car() : car, atlas);
-  page.glb = io::read_text_file(options.output + "/painted.glb");
-  page.files = {"painted.glb", sheet, "metrics.csv", "views.csv", "metrics.json"};
-  write_text(options.output + "/report.html", page_html(page));
-  write_text(options.output + "/metrics.json", report_text(metrics));
-  remark("report: " + options.output + "/report.html");
+  if (!options.output.empty())
+    write_folder(options, {report, metrics, changed, textures, views.reshaped ? views.reshaped->car() : car},
+                 car, std::move(pairs), list_of(report, watch.views()));
   return 0;
+}
+
+int run(const CLI::App& app, Options& options) {
+  if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
+    throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
+  if (!options.dataset.dataset.empty())
+    return evaluate_dataset(app, options.dataset, options.detector, options.threads);
+  require_consistent(app, options);
+  if (!options.run.empty()) adopt_run(app, options);
+  require_sound(app, options);
+  if (options.threads > 0) limit_threads(options.threads);
+  if (options.protocol.protocol.empty()) return survey_frames(options);
+  return evaluate_protocol({options.protocol,
+                            options.scene,
+                            options.detector,
+                            options.clean_only ? "" : options.run,
+                            options.seed,
+                            options.output,
+                            {options.run, options.accept_changed_inputs}});
 }
 }  // namespace
 

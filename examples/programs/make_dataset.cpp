@@ -49,7 +49,7 @@ struct Options {
   std::uint64_t seed = 1;
 };
 
-void describe(CLI::App& app, Options& options) {
+void describe_car(CLI::App& app, Options& options) {
   app.add_option("--mesh", options.mesh, "OBJ file of the car; the bundled sedan when left out");
   app.add_option("--up", options.axes.up, up_help)->capture_default_str();
   app.add_option("--forward", options.axes.forward, forward_help)->capture_default_str();
@@ -71,6 +71,9 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--size", options.size, "side of a frame, pixels")
       ->capture_default_str()
       ->check(CLI::Range(32, 2048));
+}
+
+void describe_views(CLI::App& app, Options& options) {
   app.add_option("--elevation", options.elevation,
                  "least and largest height of the camera above the horizon, degrees")
       ->capture_default_str()
@@ -101,6 +104,11 @@ void describe(CLI::App& app, Options& options) {
       ->capture_default_str()
       ->check(CLI::Range(-45.0, 85.0))
       ->needs("--backgrounds");
+}
+
+void describe(CLI::App& app, Options& options) {
+  describe_car(app, options);
+  describe_views(app, options);
   app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
 }
 

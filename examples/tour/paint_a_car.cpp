@@ -4,13 +4,13 @@
 #include <memory>
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over_variable.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/frame_light.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/loss/adversarial_variable.hpp>
@@ -38,7 +38,7 @@ int main() {
     const auto frame = io::read_frame(assets + "frames/test/" + name + ".npz");
     views.push_back(std::make_shared<const raster::TextureOperator<float>>(
         raster::texture_operator<float>(car, *frame.camera, detector.input_height(), detector.input_width(),
-                                        camouflage::frame_light(frame, car.space))));
+                                        io::frame_light(frame, car.space))));
     backdrops.push_back({std::make_shared<const Array<float, 3>>(image::from_bytes<float>(frame.image)),
                          {views.back(), &views.back()->coverage}});
     targets.push_back({frame.label->class_index, frame.label->box});

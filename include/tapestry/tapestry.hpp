@@ -59,7 +59,8 @@
 #include <tapestry/autodiff/tape/write_statement.hpp>
 #include <tapestry/autodiff/tape_statistics.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/camouflage/frame_light.hpp>
+#include <tapestry/camouflage/drawn_views.hpp>
+#include <tapestry/camouflage/ensemble.hpp>
 #include <tapestry/camouflage/method/camou.hpp>
 #include <tapestry/camouflage/method/das.hpp>
 #include <tapestry/camouflage/method/fca.hpp>
@@ -78,6 +79,7 @@
 #include <tapestry/camouflage/paint_file.hpp>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
+#include <tapestry/camouflage/photo_session_variable.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/redrawn_view.hpp>
 #include <tapestry/camouflage/run_state.hpp>
@@ -212,6 +214,7 @@
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>
+#include <tapestry/io/frame_light.hpp>
 #include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>

@@ -7,13 +7,13 @@
 #include <iostream>
 #include <memory>
 #include <string>
-#include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
 #include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/geometry/icosphere.hpp>
 #include <tapestry/image/colour.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/frame_light.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/visibility.hpp>
@@ -182,7 +182,7 @@ TEST_CASE("a view under a photograph's light keeps it, and has the same bits for
   REQUIRE(one.photo_light != nullptr);
   CHECK(one.photo_light->light.shadow == nullptr);
   CHECK(one.photo_light->light.sky == two.photo_light->light.sky);
-  CHECK(one.paint_to_picture.weights == two.paint_to_picture.weights);
+  CHECK(one.paint_to_picture->weights == two.paint_to_picture->weights);
   CHECK(camouflage::make_view<float>(frame, body, 64, 64).photo_light == nullptr);
 }
 
@@ -225,7 +225,7 @@ TEST_CASE("the car of the real frames looks more like its photograph under the p
     const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
     const double grey = image::linearised(0.5);
     const auto before =
-        drawn(car, camera, camouflage::frame_light(frame, car.space), {grey, grey, grey}, height, width);
+        drawn(car, camera, io::frame_light(frame, car.space), {grey, grey, grey}, height, width);
     const auto after = drawn(car, camera, estimate->light, {1, 1, 1}, height, width);
     const auto seen = raster::visibility(car.mesh, camera, height, width, 1);
     std::array<double, 3> sums{0, 0, 0}, mean{0, 0, 0};

@@ -45,7 +45,7 @@ TEST_CASE("a shot's target surrounds the car in the shot's picture", "[camouflag
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       const auto view = store.view(i);
       const auto shot = camouflage::draw_shot(*view, moving_camera(6, 8, 0.2), Random(seed), true);
-      const auto& coverage = view->paint_to_picture.coverage;
+      const auto& coverage = view->paint_to_picture->coverage;
       Array<double, 3> white(tapestry::Extents<3>{coverage.shape(0), coverage.shape(1), 3});
       for (std::size_t p = 0; p < white.size(); ++p) white.data()[p] = coverage.data()[p / 3] > 0 ? 1 : 0;
       const Array<double, 3> black = xt::zeros_like(view->background);

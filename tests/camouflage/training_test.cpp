@@ -272,8 +272,8 @@ TEST_CASE("a view knows from where it is taken and how much of the car the frame
     for (std::size_t x = 0; x < 48; ++x) {
       (*frame.mask)(y, x) = x < from + width / 2 ? 1 : 0;
       if (y < top || y >= top + height || x < from || x >= from + width) continue;
-      all += bare.paint_to_picture.coverage(y - top, x - from);
-      if (x < from + width / 2) left += bare.paint_to_picture.coverage(y - top, x - from);
+      all += bare.paint_to_picture->coverage(y - top, x - from);
+      if (x < from + width / 2) left += bare.paint_to_picture->coverage(y - top, x - from);
     }
   REQUIRE(left < all);
   CHECK(camouflage::make_view<double>(frame, car, 48, 48).hidden_share == Approx(1 - left / all));
@@ -309,7 +309,7 @@ TEST_CASE("a wide frame is letterboxed with the car where the frame shows it", "
   const auto coverage = [](const camouflage::View<double>& view, std::size_t y, std::size_t x) {
     const auto& [top, left, height, width] = view.window;
     const bool is_inside = y >= top && y < top + height && x >= left && x < left + width;
-    return is_inside ? view.paint_to_picture.coverage(y - top, x - left) : 0;
+    return is_inside ? view.paint_to_picture->coverage(y - top, x - left) : 0;
   };
   for (std::size_t y = 0; y < 48; ++y)
     for (std::size_t x = 0; x < 48; ++x)
@@ -350,7 +350,7 @@ TEST_CASE("the car is drawn where a frame that is stretched or in the corner sho
   const auto stretched = camouflage::make_view<double>(frame, car, 48, 48, 2, {FitKind::stretch, 0});
   frame.image = tapestry::filled<std::uint8_t, 3>({48, 48, 3}, std::uint8_t(0));
   const auto whole = camouflage::make_view<double>(frame, car, 48, 48);
-  CHECK((stretched.paint_to_picture.coverage == whole.paint_to_picture.coverage));
+  CHECK((stretched.paint_to_picture->coverage == whole.paint_to_picture->coverage));
   CHECK(stretched.target.w == whole.target.w);
   CHECK(stretched.background(47, 47, 0) != 0);
 }

@@ -38,8 +38,8 @@ TEST_CASE("a view that was kept has the bits of one that is made anew", "[camouf
       const auto kept = keeping.view(0), made = forgetting.view(0);
       CHECK(kept->background == made->background);
       CHECK(kept->background.shape(0) == side);
-      CHECK(kept->paint_to_picture.weights == made->paint_to_picture.weights);
-      CHECK(kept->interior == made->interior);
+      CHECK(kept->paint_to_picture->weights == made->paint_to_picture->weights);
+      CHECK(*kept->interior == *made->interior);
       CHECK(kept->visible_pixels == made->visible_pixels);
     }
     keeping.for_each(

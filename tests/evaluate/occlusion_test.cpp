@@ -27,7 +27,7 @@ double brute_force_share(const tapestry::camouflage::View<double>& view,
   double hidden = 0, total = 0;
   for (std::size_t y = 0; y < view.window.height; ++y)
     for (std::size_t x = 0; x < view.window.width; ++x) {
-      const double share = view.paint_to_picture.coverage(y, x);
+      const double share = view.paint_to_picture->coverage(y, x);
       total += share;
       const std::size_t row = y + view.window.top, column = x + view.window.left;
       if (std::any_of(occluders.begin(), occluders.end(), [&](const evaluate::Occluder& occluder) {
@@ -55,7 +55,7 @@ TEST_CASE("the hidden share is the hidden part of the silhouette", "[evaluate][o
   REQUIRE(view.visible_pixels > 50);
   for (const auto group : groups)
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
-      const auto occlusion = evaluate::draw_occlusion(view.paint_to_picture.coverage, view.window, 48, 48,
+      const auto occlusion = evaluate::draw_occlusion(view.paint_to_picture->coverage, view.window, 48, 48,
                                                       group, tapestry::Random(seed));
       REQUIRE(occlusion);
       CHECK(evaluate::occlusion_group(occlusion->hidden_share) == group);
@@ -87,7 +87,7 @@ TEST_CASE("overlapping rectangles hide a pixel once, and those beside the car no
 TEST_CASE("the same seed draws the same rectangles, another seed others", "[evaluate][occlusion]") {
   const auto view = car_view();
   const auto draw = [&](std::uint64_t seed) {
-    return evaluate::draw_occlusion(view.paint_to_picture.coverage, view.window, 48, 48,
+    return evaluate::draw_occlusion(view.paint_to_picture->coverage, view.window, 48, 48,
                                     OcclusionGroup::middle, tapestry::Random(seed));
   };
   REQUIRE((draw(3) && draw(4)));

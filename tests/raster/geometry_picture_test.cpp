@@ -111,7 +111,7 @@ TEST_CASE("depth, position and normal of a tilted plane are those of the rays th
   const auto mesh = tapestry::test::triangle_soup({{at(-90, -60), at(60, -60), at(-10, 99)}});
   const Vector3 normal = geometry::normalised({0.5, -0.25, -1});  // towards the camera
   const auto depth = drawn<raster::Depth>(mesh);
-  const auto position = drawn<raster::Position>(mesh), normals = drawn<raster::Normal>(mesh);
+  const auto position = drawn<raster::SurfacePosition>(mesh), normals = drawn<raster::Normal>(mesh);
   for (std::size_t row = 0; row < side; ++row)
     for (std::size_t column = 0; column < side; ++column) {
       const double x = (static_cast<double>(column) + 0.5) / 8 - 1,
@@ -134,7 +134,7 @@ TEST_CASE("depth, position and normal of a sphere are a ball's, as far as its fa
   const Vector3 eye{0, -4, 0};
   const auto camera = geometry::look_at(eye, {0, 0, 0}, {0, 0, 1}, 0.5);
   const auto depth = drawn<raster::Depth>(sphere, camera);
-  const auto position = drawn<raster::Position>(sphere, camera);
+  const auto position = drawn<raster::SurfacePosition>(sphere, camera);
   const auto normals = drawn<raster::Normal>(sphere, camera);
   const double half = std::tan(0.25);
   std::size_t compared = 0;
@@ -157,7 +157,8 @@ TEST_CASE("depth, position and normal of a sphere are a ball's, as far as its fa
 }
 
 TEMPLATE_TEST_CASE("off edges the gradients of pictures of geometry agree with central differences",
-                   "[raster][geometry_picture][gradient]", raster::Depth, raster::Position, raster::Normal) {
+                   "[raster][geometry_picture][gradient]", raster::Depth, raster::SurfacePosition,
+                   raster::Normal) {
   const Mesh mesh = box(true);
   for (const Camera& camera : {Camera{}, sheared_camera()})
     check_differences<TestType>(mesh, weights_off_edges<TestType>(mesh, camera), camera);
@@ -180,7 +181,7 @@ TEST_CASE("a half plane that moves takes its depth along, and its edge",
 }
 
 TEMPLATE_TEST_CASE("pictures of geometry and their gradients have the same bits for any number of threads",
-                   "[raster][geometry_picture]", raster::Depth, raster::Position, raster::Normal) {
+                   "[raster][geometry_picture]", raster::Depth, raster::SurfacePosition, raster::Normal) {
   const int threads = tapestry::thread_count();
   const auto mesh = tapestry::test::random_triangles(200, 3, 0.9);
   std::vector<Picture<TestType>> pictures;
@@ -200,7 +201,7 @@ TEMPLATE_TEST_CASE("pictures of geometry and their gradients have the same bits 
 }
 
 TEMPLATE_TEST_CASE("pictures of geometry in hard cases", "[raster][geometry_picture][bad_input]",
-                   raster::Depth, raster::Position, raster::Normal) {
+                   raster::Depth, raster::SurfacePosition, raster::Normal) {
   const auto weights = random_weights<TestType>();
   const auto is_finite = [](const Mesh& mesh, const auto& picture, const auto& gradient) {
     return std::all_of(picture.begin(), picture.end(), [](double x) { return std::isfinite(x); }) &&
@@ -265,7 +266,8 @@ TEMPLATE_TEST_CASE("pictures of geometry in hard cases", "[raster][geometry_pict
 }
 
 TEMPLATE_TEST_CASE("pictures of geometry on the tape depend on positions and pose",
-                   "[raster][geometry_picture][variable]", raster::Depth, raster::Position, raster::Normal) {
+                   "[raster][geometry_picture][variable]", raster::Depth, raster::SurfacePosition,
+                   raster::Normal) {
   const Mesh mesh = box(true);
   const auto weights = random_weights<TestType>();
   tapestry::Tape<double> tape;

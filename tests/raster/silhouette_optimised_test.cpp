@@ -149,7 +149,8 @@ TEST_CASE("over a background, positions and pose have the gradient of a supersam
 }
 
 TEMPLATE_TEST_CASE("through depth, position and normal, positions and pose have a supersampled gradient",
-                   "[raster][geometry_picture][gradient]", raster::Depth, raster::Position, raster::Normal) {
+                   "[raster][geometry_picture][gradient]", raster::Depth, raster::SurfacePosition,
+                   raster::Normal) {
   const Mesh mesh = sedan();
   constexpr std::size_t rank = raster::geometry_rank<TestType>;
   const auto weights = tapestry::test::scoring_weights(size);
@@ -172,7 +173,7 @@ TEMPLATE_TEST_CASE("through depth, position and normal, positions and pose have 
               for (std::size_t k = 0; k < 3; ++k)
                 point = geometry::add(
                     point, geometry::scale(at.positions[static_cast<std::size_t>(at.faces[face][k])], b[k]));
-              if constexpr (std::is_same_v<TestType, raster::Position>) return point;
+              if constexpr (std::is_same_v<TestType, raster::SurfacePosition>) return point;
               const double depth = geometry::view_from_world(camera(), point)[2];
               return {depth, depth, depth};
             });

@@ -96,7 +96,7 @@ TEST_CASE("depth, position and normal of a sliver that owns samples outweigh no 
         });
       };
       check(raster::Depth{}, depth_weights);
-      check(raster::Position{}, weights);
+      check(raster::SurfacePosition{}, weights);
       check(raster::Normal{}, weights);
     }
   }

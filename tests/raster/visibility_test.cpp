@@ -382,7 +382,7 @@ TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit
   const Camera camera = tapestry::geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.3);
   const raster::Projection projection(camera, 480, 640);
   const raster::RayGrid rays(camera, 480, 640);
-  std::vector<std::vector<raster::Triangle>> made;
+  std::vector<std::vector<raster::ScreenTriangle>> made;
   std::vector<std::vector<std::array<double, 3>>> views;
   for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
     const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
@@ -393,7 +393,7 @@ TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit
     const auto count = kernels.list_faces(mesh.faces.data(), 0, 500, screen.data(), 640, 480, list.data());
     const auto end = std::partition(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(count),
                                     [](std::int32_t face) { return face >= 0; });
-    std::vector<raster::Triangle> triangles(mesh.faces.size());
+    std::vector<raster::ScreenTriangle> triangles(mesh.faces.size());
     std::vector<raster::TileRange> tiles(mesh.faces.size());
     triangles.resize(kernels.set_up(rays, mesh.faces.data(), list.data(),
                                     static_cast<std::size_t>(end - list.begin()), screen.data(), view.data(),

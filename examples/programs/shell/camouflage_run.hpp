@@ -241,17 +241,25 @@ class CamouflageRun {
     write_painted(reshaped ? reshaped->car() : inputs_.car.painted, paint.colours);
     write_matched_controls(textures.controls);
     if (inputs_.photo_light) write_text(path("light.json"), report_text(light_json(test, usable)));
+    write_sheets(before, after);
+    report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    report.held_out = inputs_.frames.held_out;
+    report.history = training.history();
+    report.options = settings_json(options_);
+    write_report(report, list_of(report, watch.views()), textures, std::move(before), std::move(after));
+  }
+
+  void write_sheets(const std::vector<Bitmap>& before, const std::vector<Bitmap>& after) const {
     const std::size_t columns = sheet_columns(before.size());
     StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
     io::write_image(path("before.png"), contact_sheet(before, columns));
     StopSignal::throw_if_arrived();
     io::write_image(path("after.png"), contact_sheet(after, columns));
     io::write_image(path("result.png"), comparison(before, after, 6));
-    report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    report.held_out = inputs_.frames.held_out;
-    report.history = training.history();
-    report.options = settings_json(options_);
-    auto list = list_of(report, watch.views());
+  }
+
+  void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures<float>& textures,
+                    std::vector<Bitmap> before, std::vector<Bitmap> after) const {
     write_text(path("views.csv"), views_csv(list));
     auto page = page_of(report, "Camouflage run",
                         repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),

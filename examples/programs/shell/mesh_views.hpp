@@ -187,7 +187,7 @@ inline Array<float, 3> mesh_view(const std::string& view, const PaintedScene& sc
   if (view == "uv") return detail::uv_view(scene.mesh, scene.layout.u_extent, camera, picture);
   if (view == "face") return detail::face_view(scene.mesh, camera, picture);
   if (view == "depth") return detail::stretched_view<raster::Depth>(scene.mesh, camera, picture);
-  if (view == "position") return detail::stretched_view<raster::Position>(scene.mesh, camera, picture);
+  if (view == "position") return detail::stretched_view<raster::SurfacePosition>(scene.mesh, camera, picture);
   if (view == "coverage") return detail::coverage_view(scene.mesh, camera, picture);
   return detail::colour_view(scene, camera, picture);
 }
@@ -215,7 +215,7 @@ inline Measurements measured_view(const std::string& view, const PaintedScene& s
   };
   if (view == "depth") return measured(detail::seen_geometry<raster::Depth>(scene.mesh, camera, picture));
   if (view == "position")
-    return measured(detail::seen_geometry<raster::Position>(scene.mesh, camera, picture));
+    return measured(detail::seen_geometry<raster::SurfacePosition>(scene.mesh, camera, picture));
   return measured(detail::seen_geometry<raster::Normal>(scene.mesh, camera, picture));
 }
 

@@ -18,7 +18,7 @@ namespace tapestry::shell {
 
 double car_share_of(const camouflage::View<float>& view) {
   double covered = 0;
-  for (const float coverage : view.paint_to_picture.coverage) covered += static_cast<double>(coverage);
+  for (const float coverage : view.paint_to_picture->coverage) covered += static_cast<double>(coverage);
   return 3 * covered / static_cast<double>(view.background.size());
 }
 

@@ -98,6 +98,46 @@ inline void count_in(TapeStatistics::Row& row, std::size_t operands, std::size_t
   row.operands += operands;
   row.bytes += bytes;
 }
+
+/// Counts of one kind of statement each, and what lies from a statement on.
+struct StatementCounts {
+  static constexpr std::array names{"inputs",     "1 operand",       "2 operands",
+                                    "3 operands", "4 to 7 operands", "8 operands or more"};
+  TapeStatistics::Row all{"all", 0, 0, 0};
+  std::array<TapeStatistics::Row, names.size()> by_operands{};
+  std::map<std::string, TapeStatistics::Row> by_name{};
+  /// Operands and bytes from a statement on, for the statements that are keys already.
+  std::map<std::size_t, std::pair<std::size_t, std::size_t>> behind{};
+};
+
+/// Walks over all statements, the last one first.
+template <class T>
+void count_statements(const TapeState<T>& state, StatementCounts& counts) {
+  std::size_t record = state.record_count();
+  std::vector<std::uint32_t> inputs;
+  state.visit_backwards([&](const StatementRun& run) {
+    const Word* end = run.words_end;
+    for (std::size_t index = run.end_index; index-- > run.first_index;) {
+      const auto kind = run.kinds[index - run.first_index];
+      std::size_t operands = 0;
+      const Word* const begin = for_each_operand<T>(end, kind, [&](std::size_t, const T&) { ++operands; });
+      const std::size_t bytes = sizeof(kind) + static_cast<std::size_t>(end - begin) * sizeof(Word);
+      end = begin;
+      if (kind == StatementKind::record) {
+        const TapeRecord<T>& operation = *state.records()[--record].record;
+        inputs.clear();
+        operation.list_inputs(inputs);
+        operands = inputs.size();
+        count_in(counts.by_name[operation_name(operation.operation())], operands, bytes);
+      } else {
+        count_in(counts.by_operands[operands < 4 ? operands : operands < 8 ? 4 : 5], operands, bytes);
+      }
+      count_in(counts.all, operands, bytes);
+      if (const auto found = counts.behind.find(index); found != counts.behind.end())
+        found->second = {counts.all.operands, counts.all.bytes};
+    }
+  });
+}
 }  // namespace detail
 
 /// Counts what a tape holds: scalar statements by their number of operands, operations with a pullback by
@@ -110,45 +150,18 @@ inline void count_in(TapeStatistics::Row& row, std::size_t operands, std::size_t
 template <class T>
 [[nodiscard]] TapeStatistics tape_statistics(const Tape<T>& tape) {
   const auto& state = *tape.shared_state();
-  constexpr std::array names{"inputs",     "1 operand",       "2 operands",
-                             "3 operands", "4 to 7 operands", "8 operands or more"};
-  TapeStatistics result{{"all", 0, 0, 0}, {}, {}, {}};
-  std::array<TapeStatistics::Row, names.size()> by_operands;
-  std::map<std::string, TapeStatistics::Row> by_name;
-  std::map<std::size_t, std::pair<std::size_t, std::size_t>>
-      behind;  // operands and bytes from a statement on
-  state.visit_labels(
-      [&](const std::string&, std::size_t begin, std::size_t end) { behind[begin], behind[end]; });
-  std::size_t record = state.record_count();
-  std::vector<std::uint32_t> inputs;
-  state.visit_backwards([&](const detail::StatementRun& run) {
-    const detail::Word* end = run.words_end;
-    for (std::size_t index = run.end_index; index-- > run.first_index;) {
-      const auto kind = run.kinds[index - run.first_index];
-      std::size_t operands = 0;
-      const detail::Word* const begin =
-          detail::for_each_operand<T>(end, kind, [&](std::size_t, const T&) { ++operands; });
-      const std::size_t bytes = sizeof(kind) + static_cast<std::size_t>(end - begin) * sizeof(detail::Word);
-      end = begin;
-      if (kind == detail::StatementKind::record) {
-        const TapeRecord<T>& operation = *state.records()[--record].record;
-        inputs.clear();
-        operation.list_inputs(inputs);
-        operands = inputs.size();
-        detail::count_in(by_name[detail::operation_name(operation.operation())], operands, bytes);
-      } else {
-        detail::count_in(by_operands[operands < 4 ? operands : operands < 8 ? 4 : 5], operands, bytes);
-      }
-      detail::count_in(result.all, operands, bytes);
-      if (const auto found = behind.find(index); found != behind.end())
-        found->second = {result.all.operands, result.all.bytes};
-    }
+  detail::StatementCounts counts;
+  state.visit_labels([&](const std::string&, std::size_t begin, std::size_t end) {
+    counts.behind[begin], counts.behind[end];
   });
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    by_operands[i].name = names[i];
-    if (by_operands[i].count > 0) result.statements.push_back(std::move(by_operands[i]));
+  detail::count_statements<T>(state, counts);
+  TapeStatistics result{counts.all, {}, {}, {}};
+  for (std::size_t i = 0; i < counts.names.size(); ++i) {
+    counts.by_operands[i].name = counts.names[i];
+    if (counts.by_operands[i].count > 0) result.statements.push_back(std::move(counts.by_operands[i]));
   }
-  for (auto& [name, row] : by_name) result.operations.push_back({name, row.count, row.operands, row.bytes});
+  for (auto& [name, row] : counts.by_name)
+    result.operations.push_back({name, row.count, row.operands, row.bytes});
   std::stable_sort(result.operations.begin(), result.operations.end(),
                    [](const auto& a, const auto& b) { return a.count > b.count; });
   state.visit_labels([&](const std::string& path, std::size_t begin, std::size_t end) {
@@ -156,8 +169,8 @@ template <class T>
     auto row = std::find_if(result.labels.begin(), result.labels.end(), same);
     if (row == result.labels.end()) row = result.labels.insert(row, {path, 0, 0, 0});
     row->count += end - begin;
-    row->operands += behind[begin].first - behind[end].first;
-    row->bytes += behind[begin].second - behind[end].second;
+    row->operands += counts.behind[begin].first - counts.behind[end].first;
+    row->bytes += counts.behind[begin].second - counts.behind[end].second;
   });
   return result;
 }

@@ -1,6 +1,8 @@
 #pragma once
 /// \file
 /// The compiled part of camouflage/, for one source file of a program; see tapestry/implementation.hpp.
+#include <tapestry/camouflage/implementation/drawn_views.hpp>
+#include <tapestry/camouflage/implementation/ensemble.hpp>
 #include <tapestry/camouflage/implementation/kept_layers.hpp>
 #include <tapestry/camouflage/implementation/method/camou.hpp>
 #include <tapestry/camouflage/implementation/method/das.hpp>

@@ -1,9 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <map>
-#include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/detect/detector.hpp>
@@ -23,7 +21,7 @@ inline constexpr double least_share_kept = 0.25;
 template <class T>
 class KeptLayers {
  public:
-  using Views = std::span<const std::shared_ptr<const View<T>>>;
+  using Views = ViewSpan<T>;
 
   /// Kept layers of each view, for detect::forward_within(); null for views that are not worth it or
   /// beyond the memory, nothing if all are.

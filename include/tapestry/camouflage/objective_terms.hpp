@@ -42,4 +42,18 @@ inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7>
      {"printability", &ObjectiveTerms::printability},
      {"total", &ObjectiveTerms::total}}};
 
+/// The values of the terms, of which those of the loss are variables.
+template <class Term>
+[[nodiscard]] ObjectiveTerms numbers_of(const loss::AdversarialTerms<Term>& adversarial,
+                                        const Term& smoothness, const Term& printability, const Term& total) {
+  const auto number = [](const Term& term) { return static_cast<double>(term.value()); };
+  return {number(adversarial.iou),
+          number(adversarial.objectness),
+          number(adversarial.classification),
+          number(adversarial.max_score),
+          number(smoothness),
+          number(printability),
+          number(total)};
+}
+
 }  // namespace tapestry::camouflage

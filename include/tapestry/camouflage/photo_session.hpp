@@ -1,12 +1,13 @@
 #pragma once
 #include <concepts>
-#include <memory>
+#include <cstddef>
 #include <optional>
-#include <span>
 #include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <vector>
 
 namespace tapestry::camouflage {
@@ -33,7 +34,15 @@ template <std::floating_point T>
 
 /// Draws a print of a paint and a photograph of each view.
 template <std::floating_point T>
-[[nodiscard]] PhotoSession draw_session(std::span<const std::shared_ptr<const View<T>>> views,
-                                        const image::Conditions& conditions, Random random, bool is_smooth);
+[[nodiscard]] PhotoSession draw_session(ViewSpan<T> views, const image::Conditions& conditions, Random random,
+                                        bool is_smooth);
+
+/// \throws ShapeError if a session has not a shot for each of so many views
+void require_shots(const PhotoSession* session, std::size_t views);
+
+/// Where the car is in the pictures of some views, or in their photographs if there is a session.
+template <std::floating_point T>
+[[nodiscard]] std::vector<loss::Target> targets_of(ViewSpan<T> views, const PhotoSession* session,
+                                                   std::size_t class_index);
 
 }  // namespace tapestry::camouflage

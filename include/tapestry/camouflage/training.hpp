@@ -105,22 +105,33 @@ class Training {
   /// Leaves the terms in terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session);
 
-  /// Has `width` numbers found for each of some indices by the process that the index is dealt to, and takes
-  /// them in order.
-  /// \param find  of an index, its numbers
-  /// \param take  what an index's numbers are given to
+  /// What a view adds to a step.
+  struct Share {
+    ObjectiveTerms terms{};
+    Array<T, 2> slopes{};  ///< by the parameter, or empty where they are not wanted
+
+    [[nodiscard]] std::vector<double> numbers() const;
+    static Share of(const double* numbers, const Extents<2>& extents);
+  };
+
+  /// Has the share of each of some views found by the process that the view is dealt to, and takes them in
+  /// order.
+  /// \param extents  of the slopes
   template <class Find, class Take>
-  void deal(const std::vector<std::size_t>& indices, std::size_t width, Find find, Take take) {
-    for (std::size_t first = 0; first < indices.size(); first += shared_.processes) {
+  void deal(const std::vector<std::size_t>& views, const Extents<2>& extents, Find find, Take take) {
+    if (shared_.processes == 1) {
+      for (const std::size_t view : views) take(view, find(view));
+      return;
+    }
+    for (std::size_t first = 0; first < views.size(); first += shared_.processes) {
+      const std::size_t own = first + shared_.own,
+                        width = ObjectiveTerms::all.size() + extents[0] * extents[1];
       std::vector<double> numbers;
-      if (const std::size_t i = first + shared_.own; i < indices.size()) numbers = find(indices[i]);
-      if (shared_.processes > 1) {
-        numbers.resize(width);
-        numbers = shared_.gathered(numbers);
-      }
-      const double* from = numbers.data();
-      for (std::size_t i = first; i < std::min(first + shared_.processes, indices.size()); ++i, from += width)
-        take(indices[i], from);
+      if (own < views.size()) numbers = find(views[own]).numbers();
+      numbers.resize(width);
+      numbers = shared_.gathered(numbers);
+      for (std::size_t i = first; i < std::min(first + shared_.processes, views.size()); ++i)
+        take(views[i], Share::of(numbers.data() + (i - first) * width, extents));
     }
   }
 
@@ -136,9 +147,9 @@ class Training {
       const auto shot = shot_of(i);
       const ArrayVariable<T, 2> parameter(state_.parameter);
       static_cast<void>(objective_(parameter, std::span(&views[i], 1), shot ? &*shot : nullptr));
-      return std::vector<double>{objective_.terms().total};
+      return Share{objective_.terms(), {}};
     };
-    deal(all, 1, loss_of, [&](std::size_t i, const double* loss) { losses[i] = *loss; });
+    deal(all, {0, 0}, loss_of, [&](std::size_t i, const Share& share) { losses[i] = share.terms.total; });
     if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
       return divisors;  // the step is refused by its terms
     const auto weights = worst_view_weights(losses, options_.worst_share);

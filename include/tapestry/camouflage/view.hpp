@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/core/array.hpp>
@@ -21,7 +22,7 @@ namespace tapestry::camouflage {
 template <class T>
 struct Sight {
   geometry::Camera camera;           ///< that sees the frame in the network's input
-  raster::Light light;               ///< see frame_light()
+  raster::Light light;               ///< see io::frame_light()
   Array<T, 2> mask;                  ///< m, [H, W], 1 where the car would show
   std::size_t samples_per_axis = 2;  ///< of a pixel
 };
@@ -33,10 +34,12 @@ struct Sight {
 template <class T>
 struct View {
   std::string name;
-  Array<T, 3> background;                       ///< I, [H, W, 3], RGB in [0, 1]
-  raster::TextureOperator<T> paint_to_picture;  ///< texture → m·O, [h, w, 3], multiplied by its coverage m·c
-  image::PixelWindow window;                    ///< where that lies in the frame; empty if nothing shows
-  Array<T, 2> interior;            ///< [h, w], 1 where a pixel and those right and below are all car
+  Array<T, 3> background;  ///< I, [H, W, 3], RGB in [0, 1]
+  /// Texture → m·O, [h, w, 3], multiplied by its coverage m·c.
+  std::shared_ptr<const raster::TextureOperator<T>> paint_to_picture;
+  image::PixelWindow window;  ///< where that lies in the frame; empty if nothing shows
+  /// [h, w], 1 where a pixel and those right and below are all car.
+  std::shared_ptr<const Array<T, 2>> interior;
   detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels in which the car shows
   double hidden_share = 0;         ///< of the car's silhouette in the picture, by the frame's mask
@@ -51,6 +54,9 @@ struct View {
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
+
+template <class T>
+using ViewSpan = std::span<const std::shared_ptr<const View<T>>>;
 
 namespace detail {
 /// The camera that sees the frame in its place: the field of view grows by what is beside the frame, and a
@@ -78,7 +84,7 @@ template <class T>
 /// \param car    with the pyramid of its atlas if that is filtered
 /// \param photo  how the light is estimated from the frame's picture; without it, or where no point of the
 /// car can
-///               be made out in it, the light is frame_light()
+///               be made out in it, the light is io::frame_light()
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <class T>

@@ -63,6 +63,19 @@ template <class T>
                                           const camouflage::Paint<T>* paint, const Photography& photography,
                                           std::size_t draw);
 
+namespace detail {
+/// Rates and means of what was found.
+inline void summarise(Measurement& measurement, const std::vector<std::vector<bool>>& found_in_sweep,
+                      std::size_t draws) {
+  measurement.rate = detection_rate(measurement.found, draws);
+  const auto& confidences = measurement.best_confidence;
+  if (!confidences.empty())
+    measurement.mean_best_confidence = std::accumulate(confidences.begin(), confidences.end(), 0.0) /
+                                       static_cast<double>(confidences.size());
+  for (const auto& found : found_in_sweep) measurement.sweep.push_back(detection_rate(found, draws));
+}
+}  // namespace detail
+
 /// Measures one paint, or the untouched frames when `paint` is null, in some views: several pictures at once,
 /// each on a thread of its own.
 ///
@@ -109,13 +122,7 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
     visit(MeasuredPicture<T>{name, photograph.picture, *view, photograph.target, result});
     if ((i + 1) % draws == 0) shown[i / draws].reset();
   });
-  measurement.rate = detection_rate(measurement.found, photography.draws);
-  const auto& confidences = measurement.best_confidence;
-  if (!confidences.empty())
-    measurement.mean_best_confidence = std::accumulate(confidences.begin(), confidences.end(), 0.0) /
-                                       static_cast<double>(confidences.size());
-  for (const auto& found : found_in_sweep)
-    measurement.sweep.push_back(detection_rate(found, photography.draws));
+  detail::summarise(measurement, found_in_sweep, photography.draws);
   return measurement;
 }
 

@@ -32,7 +32,7 @@ template <class T>
 /// \param targets   one an image
 /// \throws DomainError if there are no targets, ShapeError if they are not as many as the images; otherwise
 ///         as adversarial()
-template <Detector D, std::floating_point T>
+template <DetectorLike D, std::floating_point T>
 [[nodiscard]] AdversarialTerms<Variable<T>> adversarial(const D& detector,
                                                         const std::vector<ArrayVariable<T, 4>>& logits,
                                                         std::span<const Target> targets,

@@ -7,15 +7,15 @@
 namespace tapestry::loss {
 
 /// The cell of a grid that holds a point, if the point lies in the picture.
-struct Cell {
+struct GridCell {
   std::size_t row = 0, column = 0;
   bool exists = false;
 };
 
 /// \param box  pixels of the network's input; its centre decides. A centre on or over the right or lower
 ///             border has no cell, whatever part of the box is visible.
-[[nodiscard]] inline Cell cell_of(const detect::Head& head, const detect::Box& box, std::size_t input_height,
-                                  std::size_t input_width) {
+[[nodiscard]] inline GridCell cell_of(const detect::Head& head, const detect::Box& box,
+                                      std::size_t input_height, std::size_t input_width) {
   const auto in_cells = [&](double centre, std::size_t extent, std::size_t cells) {
     if (head.stride > 0) return centre / static_cast<double>(head.stride);
     return centre / static_cast<double>(extent) * static_cast<double>(cells);
@@ -45,7 +45,7 @@ template <class T>
         "matched_candidates: candidates of the decode family decoded have no cells to be matched by; "
         "expected "
         "another loss than as_coded");
-  const Cell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
+  const GridCell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
   std::vector<Candidate> matched;
   if (!cell.exists || !(target.box.w > 0 && target.box.h > 0)) return matched;
   const auto ratio = [](double a, double b) { return std::max(a / b, b / a); };

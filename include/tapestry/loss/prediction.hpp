@@ -59,9 +59,9 @@ template <class T>
   return addresses;
 }
 
-/// What losses of a batch have to know of the network that gave the logits; detect::DarknetModel is one.
+/// What losses of a batch have to know of the network that gave the logits; detect::Detector is one.
 template <class D>
-concept Detector = requires(const D& detector) {
+concept DetectorLike = requires(const D& detector) {
   { detector.heads() } -> std::convertible_to<const std::vector<detect::Head>&>;
   { detector.input_height() } -> std::convertible_to<std::size_t>;
   { detector.input_width() } -> std::convertible_to<std::size_t>;

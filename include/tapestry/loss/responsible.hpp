@@ -45,7 +45,7 @@ template <class T>
 [[nodiscard]] double score_at_centre(const Predictions<T>& predictions, std::size_t head_index,
                                      const Target& target) {
   const auto& head = predictions.heads[head_index];
-  const Cell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
+  const GridCell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
   double best = 0;
   for (std::size_t anchor = 0; cell.exists && anchor < head.anchor_count(); ++anchor) {
     const double score = judge(predictions, {head_index, anchor, cell.row, cell.column}, target).score();
@@ -101,7 +101,7 @@ struct CellsOfExclusiveClasses {
 
 /// The best of the candidates looked at.
 template <class T>
-struct BestCandidate {
+struct BestSoFar {
   std::optional<Responsible> found;
   double score = 0;  ///< to be beaten by the next one; NaN ends the search
   T hopeless = 0;    ///< a bound() below it cannot
@@ -110,7 +110,7 @@ struct BestCandidate {
 /// Looks through the cells of one anchor.
 template <class T, class Cells>
 void search_cells(const Predictions<T>& predictions, Candidate candidate, const Target& target,
-                  const Cells& cells, BestCandidate<T>& best) {
+                  const Cells& cells, BestSoFar<T>& best) {
   const std::size_t width = predictions.heads[candidate.head].grid_width;
   T hopeless = best.hopeless;
   for (std::size_t cell = 0; cell < cells.count; ++cell) {
@@ -141,7 +141,7 @@ template <class T>
   const auto& head = predictions.heads[head_index];
   const std::size_t cells = head.grid_height * head.grid_width;
   const double first_bound = std::max(beaten, detail::score_at_centre(predictions, head_index, target));
-  detail::BestCandidate<T> best{{}, beaten, static_cast<T>(detail::hopeless_sum(first_bound))};
+  detail::BestSoFar<T> best{{}, beaten, static_cast<T>(detail::hopeless_sum(first_bound))};
   for (std::size_t anchor = 0; anchor < head.anchor_count() && !std::isnan(best.score); ++anchor) {
     const Candidate candidate{head_index, anchor};
     const T* const first = predictions.logits[head_index]->data() + logit_index(predictions, candidate, 0);

@@ -36,7 +36,7 @@ template <class T>
 /// \param logits    per head [N, A·(5+K), H, W]
 /// \param truths    one entry an image, boxes in pixels of the network's input
 /// \throws as yolo_training()
-template <Detector D, std::floating_point T>
+template <DetectorLike D, std::floating_point T>
 [[nodiscard]] YoloTrainingVariables<T> yolo_training(const D& detector,
                                                      const std::vector<ArrayVariable<T, 4>>& logits,
                                                      const Truths& truths,

@@ -28,7 +28,7 @@ template <class T>
 /// \param logits    per head [N, D, H, W]
 /// \param truths    one entry an image, boxes in pixels of the network's input
 /// \throws as dynamic_matches()
-template <Detector D, std::floating_point T>
+template <DetectorLike D, std::floating_point T>
 [[nodiscard]] YoloTrainingVariables<T> yolox_training(const D& detector,
                                                       const std::vector<ArrayVariable<T, 4>>& logits,
                                                       const Truths& truths,

@@ -3,17 +3,17 @@
 // TAPESTRY_BFLOAT16 is defined the processor has instructions for them, elsewhere the same arithmetic is done
 // in float: the product of two bfloat16 is exact, so that the order of the sum alone decides its bits.
 
-using Word = std::uint32_t;
-using Words = Register<Word>;
+using Bits = std::uint32_t;
+using Words = Register<Bits>;
 typedef std::uint16_t Halves __attribute__((vector_size(TAPESTRY_VECTOR_BYTES / 2)));
 typedef std::uint16_t HalvesMemory
     __attribute__((vector_size(TAPESTRY_VECTOR_BYTES / 2), aligned(2), may_alias));
 
 inline Words load_words(const float* words) {
-  return *reinterpret_cast<const typename Vector<Word>::Memory*>(words);
+  return *reinterpret_cast<const typename Vector<Bits>::Memory*>(words);
 }
 inline void store_words(float* to, const Words& words) {
-  *reinterpret_cast<typename Vector<Word>::Memory*>(to) = words;
+  *reinterpret_cast<typename Vector<Bits>::Memory*>(to) = words;
 }
 
 #if !defined(TAPESTRY_BFLOAT16)
@@ -57,7 +57,7 @@ struct PairProduct {
   }
   __attribute__((always_inline)) static inline Register<float> added(Register<float> sum, Words weight,
                                                                      const float* in) {
-    Word pair;
+    Bits pair;
     __builtin_memcpy(&pair, in, sizeof pair);
 #if defined(TAPESTRY_BFLOAT16)
     __m512i pairs = _mm512_set1_epi32(static_cast<int>(pair));
@@ -66,7 +66,7 @@ struct PairProduct {
 #endif
     return _mm512_dpbf16_ps(sum, reinterpret_cast<__m512bh>(weight), reinterpret_cast<__m512bh>(pairs));
 #else
-    const Word first_bits = pair << 16, second_bits = pair & 0xffff0000U;
+    const Bits first_bits = pair << 16, second_bits = pair & 0xffff0000U;
     float first, second;
     __builtin_memcpy(&first, &first_bits, sizeof first);
     __builtin_memcpy(&second, &second_bits, sizeof second);

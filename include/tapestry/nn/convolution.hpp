@@ -72,7 +72,7 @@ template <std::floating_point T>
 struct ConvolutionRows {
   const PackedConvolution<T>& packed;
   const ConvolutionTasks& tasks;
-  Region<T> region;
+  ConvolutionRegion<T> region;
   std::size_t first_row;
   std::size_t end_row;
   T* out;  ///< the whole output picture
@@ -180,7 +180,7 @@ void convolve(const PackedConvolution<T>& packed, std::size_t images, const T* i
     const BlockRange panels = block_range(task % tasks.panel_tasks, tasks.panels, tasks.panels_per_task);
     const T* picture = in + image * in_image_size;
     const bool in_runs = tasks.row_width != packed.shape.columns.output;
-    const detail::Region<T> region =
+    const detail::ConvolutionRegion<T> region =
         tasks.copies
             ? detail::copy_region(packed.shape, picture, range.begin, range.end - range.begin, scratch)
             : detail::direct_region(packed.shape, picture, in_runs ? 0 : range.begin);

@@ -11,7 +11,7 @@ namespace tapestry::nn::detail {
 
 /// The inputs of some output rows, all inside memory: either the picture itself or a copy with its zeros.
 template <std::floating_point T>
-struct Region {
+struct ConvolutionRegion {
   const T* first;  ///< what output (first row, column 0) reads at tap (0, 0), channel 0
   std::size_t row_step;
   std::size_t pixel_step;
@@ -35,8 +35,9 @@ template <std::floating_point T>
 
 /// Copies what `row_count` output rows from `first_row` on read, with zeros where they read outside.
 template <std::floating_point T>
-[[nodiscard]] Region<T> copy_region(const ConvolutionShape& shape, const T* picture, std::size_t first_row,
-                                    std::size_t row_count, Buffer<T>& scratch) {
+[[nodiscard]] ConvolutionRegion<T> copy_region(const ConvolutionShape& shape, const T* picture,
+                                               std::size_t first_row, std::size_t row_count,
+                                               Buffer<T>& scratch) {
   const std::size_t channels = shape.in_channels;
   const std::size_t pixel_step = copied_pixel_step<T>(channels);
   const std::size_t height = shape.rows.reach(row_count);
@@ -74,8 +75,8 @@ template <std::floating_point T>
 
 /// The region without a copy, for a convolution that reads only inside the picture.
 template <std::floating_point T>
-[[nodiscard]] Region<T> direct_region(const ConvolutionShape& shape, const T* picture,
-                                      std::size_t first_row) {
+[[nodiscard]] ConvolutionRegion<T> direct_region(const ConvolutionShape& shape, const T* picture,
+                                                 std::size_t first_row) {
   const std::size_t row_step = shape.columns.input * shape.in_channels;
   const auto top = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(first_row * shape.rows.stride) -
                                             shape.rows.padding);

@@ -60,8 +60,8 @@ void pack_adjoint_panel(const T* adjoint, std::size_t pixels, std::size_t channe
 
 /// Adds one panel's part of a unit: sum[k, lane] += Σ_pixels in[pixel, k] · panel[pixel, lane].
 template <std::floating_point T>
-void add_weight_panel(const ConvolutionShape& shape, const Region<T>& region, std::size_t row_count,
-                      std::size_t group, std::size_t width, const T* panel, T* sum) {
+void add_weight_panel(const ConvolutionShape& shape, const ConvolutionRegion<T>& region,
+                      std::size_t row_count, std::size_t group, std::size_t width, const T* panel, T* sum) {
   const Kernels<T>& simd = kernels<T>();
   const std::size_t columns = shape.columns.output;
   const std::size_t rows_at_once = std::max<std::size_t>(1, longest_reduction / columns);
@@ -98,8 +98,8 @@ void add_weight_panel(const ConvolutionShape& shape, const Region<T>& region, st
 
 /// Adds the depthwise part of a unit.
 template <std::floating_point T>
-void add_depthwise_weights(const ConvolutionShape& shape, const Region<T>& region, std::size_t row_count,
-                           const T* adjoint, T* sum) {
+void add_depthwise_weights(const ConvolutionShape& shape, const ConvolutionRegion<T>& region,
+                           std::size_t row_count, const T* adjoint, T* sum) {
   std::vector<std::ptrdiff_t> offsets;
   for (std::size_t y = 0; y < shape.rows.taps; ++y)
     for (std::size_t x = 0; x < shape.columns.taps; ++x)
@@ -160,9 +160,9 @@ void add_unit(const ConvolutionShape& shape, const WeightAdjointPlan& plan, cons
   const T* picture = in + image * shape.in_size();
   const T* adjoint =
       out_adjoint + image * shape.out_size() + rows.begin * shape.columns.output * shape.out_channels;
-  const Region<T> region = reads_only_inside(shape)
-                               ? direct_region(shape, picture, rows.begin)
-                               : copy_region(shape, picture, rows.begin, row_count, scratch);
+  const ConvolutionRegion<T> region = reads_only_inside(shape)
+                                          ? direct_region(shape, picture, rows.begin)
+                                          : copy_region(shape, picture, rows.begin, row_count, scratch);
   if (shape.is_depthwise()) return add_depthwise_weights(shape, region, row_count, adjoint, sum);
   const std::size_t lanes = kernels<T>().lanes;
   const std::size_t padded = round_up(shape.group_out(), lanes);

@@ -34,11 +34,11 @@ inline void write_signs(const R& value, std::uint8_t* bits) {
 /// value · slope in the lanes whose bit is not set; `bits` are those of one vector, or of a byte.
 template <class T>
 inline Register<T> gated(const std::uint8_t* bits, const Register<T>& value, T slope) {
-  using Lanes = typename Vector<Position<T>>::Register;
+  using Lanes = typename Vector<ElementIndex<T>>::Register;
   using Word = std::conditional_t<Vector<T>::lanes == 16, std::uint16_t, std::uint8_t>;
   Word word;
   __builtin_memcpy(&word, bits, sizeof(word));
-  return ((Lanes{} + static_cast<Position<T>>(word)) & lane_bits<T>()) != 0 ? value : value * slope;
+  return ((Lanes{} + static_cast<ElementIndex<T>>(word)) & lane_bits<T>()) != 0 ? value : value * slope;
 }
 
 /// Copies `count` < lanes values of a vector; most often half of them.

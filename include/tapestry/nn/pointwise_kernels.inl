@@ -108,7 +108,7 @@ inline void interleave_lanes(const Register<T>& a, const Register<T>& b, Registe
 template <class T, bool HasChoice>
 inline void max_pool_window(const MaxPoolArguments<T>& a) {
   constexpr std::size_t lanes = Vector<T>::lanes;
-  using Choices = typename Vector<Position<T>>::Register;
+  using Choices = typename Vector<ElementIndex<T>>::Register;
   for (std::size_t channel = 0; channel < a.channels; channel += lanes) {
     Register<T> best = load(a.in + channel);
     Choices choice = Choices{} + a.first_position;
@@ -120,14 +120,14 @@ inline void max_pool_window(const MaxPoolArguments<T>& a) {
                                          : (value > best) | (value != value);
         best = is_better ? value : best;
         if constexpr (HasChoice) {
-          const auto position = a.first_position + static_cast<Position<T>>(row * a.width + column);
+          const auto position = a.first_position + static_cast<ElementIndex<T>>(row * a.width + column);
           choice = is_better ? Choices{} + position : choice;
         }
       }
     }
     const std::size_t count = a.channels - channel;
     store_lanes<T>(best, a.out + channel, count);
-    if constexpr (HasChoice) store_lanes<Position<T>>(choice, a.choice + channel, count);
+    if constexpr (HasChoice) store_lanes<ElementIndex<T>>(choice, a.choice + channel, count);
   }
 }
 

@@ -103,7 +103,7 @@ struct GatherArguments {
 
 /// Index of a pixel in a picture; as wide as T, so that vectors of both have as many lanes.
 template <class T>
-using Position = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+using ElementIndex = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
 
 /// One window of a max-pooling.
 template <class T>
@@ -113,10 +113,10 @@ struct MaxPoolArguments {
   std::size_t columns;
   std::size_t row_step;
   std::size_t channels;
-  Position<T> first_position;
+  ElementIndex<T> first_position;
   std::size_t width;  ///< positions of a row of the picture
   T* out;
-  Position<T>* choice;  ///< or null
+  ElementIndex<T>* choice;  ///< or null
 };
 
 /// The kinds of tile that Winograd's algorithm is written for; see winograd.hpp. The same along both axes.

@@ -6,8 +6,8 @@
 
 /// 2^i in lane i.
 template <class T>
-inline typename Vector<Position<T>>::Register lane_bits() {
-  using Lanes = typename Vector<Position<T>>::Register;
+inline typename Vector<ElementIndex<T>>::Register lane_bits() {
+  using Lanes = typename Vector<ElementIndex<T>>::Register;
   if constexpr (Vector<T>::lanes == 16) {
     return Lanes{1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
   } else if constexpr (Vector<T>::lanes == 8) {

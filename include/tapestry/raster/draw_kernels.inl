@@ -9,7 +9,7 @@ struct Edge {
   std::int64_t per_row;
 };
 
-inline Edge edge_of(const Triangle& t, std::size_t side, std::int32_t column, std::int32_t row) {
+inline Edge edge_of(const ScreenTriangle& t, std::size_t side, std::int32_t column, std::int32_t row) {
   const std::size_t next = side == 2 ? 0 : side + 1;
   Edge edge;
   edge.per_column = std::int64_t{t.y[side]} - t.y[next];
@@ -23,17 +23,17 @@ inline Edge edge_of(const Triangle& t, std::size_t side, std::int32_t column, st
 }
 
 /// Rows and columns of a tile, ends included.
-struct Box {
+struct PixelBox {
   std::int32_t first_row, last_row, first_column, last_column;
 };
 
 /// What a triangle's box and a tile share; columns are widened to whole groups of 16.
-inline Box shared_box(const Triangle& t, const Tile& tile) {
+inline PixelBox shared_box(const ScreenTriangle& t, const Tile& tile) {
   constexpr std::int32_t half = subpixel_steps / 2;
   const std::int32_t left = least(least(t.x[0], t.x[1]), t.x[2]), top = least(least(t.y[0], t.y[1]), t.y[2]);
   const std::int32_t right = greatest(greatest(t.x[0], t.x[1]), t.x[2]);
   const std::int32_t bottom = greatest(greatest(t.y[0], t.y[1]), t.y[2]);
-  Box box;
+  PixelBox box;
   box.first_column = greatest(((left + subpixel_steps - 1 - half) >> subpixel_bits) - tile.column, 0);
   box.last_column = least(((right - half) >> subpixel_bits) - tile.column, tile.columns - 1);
   box.first_row = greatest(((top + subpixel_steps - 1 - half) >> subpixel_bits) - tile.row, 0);
@@ -46,7 +46,7 @@ inline Box shared_box(const Triangle& t, const Tile& tile) {
 
 /// Fits the edges of a large triangle to 32 bits within a box: sides that leave the box alone become 0. False
 /// when the whole box is outside, or when an edge does not fit; then `fits` is false.
-inline bool fit_edges(const Box& box, Edge* edges, bool& fits) {
+inline bool fit_edges(const PixelBox& box, Edge* edges, bool& fits) {
   const std::int64_t width = box.last_column - box.first_column, height = box.last_row - box.first_row;
   for (std::size_t side = 0; side < 3; ++side) {
     Edge& edge = edges[side];
@@ -65,7 +65,8 @@ inline bool fit_edges(const Box& box, Edge* edges, bool& fits) {
 }
 
 /// One sample after the other, with 64 bits, for sides longer than about 100,000 samples.
-inline void draw_by_samples(const Triangle& t, const Tile& tile, const Box& box, const Edge* edges) {
+inline void draw_by_samples(const ScreenTriangle& t, const Tile& tile, const PixelBox& box,
+                            const Edge* edges) {
   for (std::int32_t row = box.first_row; row <= box.last_row; ++row) {
     for (std::int32_t column = box.first_column; column <= least(box.last_column, tile.columns - 1);
          ++column) {
@@ -104,7 +105,7 @@ inline Ints all(std::int32_t value) { return Ints{} + value; }
 
 inline Floats all(float value) { return value - Floats{}; }  // less 0 nothing changes, not even a sign
 
-inline RowSetup row_setup(const Triangle& t, const Edge* edges) {
+inline RowSetup row_setup(const ScreenTriangle& t, const Edge* edges) {
   RowSetup setup;
   Ints lane;
   for (std::size_t i = 0; i < lanes; ++i) lane[i] = static_cast<std::int32_t>(i);
@@ -138,7 +139,7 @@ inline void draw_vector(const RowSetup& setup, const Ints& outside, const Floats
 
 /// Rows of a box. What is read again and again is copied first: the compiler must take it that pixels alias
 /// it.
-inline void draw_rows(const Triangle& t, const Tile& tile, const Box& box, const Edge* edges) {
+inline void draw_rows(const ScreenTriangle& t, const Tile& tile, const PixelBox& box, const Edge* edges) {
   const RowSetup setup = row_setup(t, edges);
   const std::int32_t groups = (box.last_column - box.first_column + 1) / depth_group;
   const double per_row = t.inverse_depth[2];
@@ -171,8 +172,8 @@ inline void draw_rows(const Triangle& t, const Tile& tile, const Box& box, const
   }
 }
 
-inline void draw_triangle(const Triangle& t, const Tile& tile) {
-  const Box box = shared_box(t, tile);
+inline void draw_triangle(const ScreenTriangle& t, const Tile& tile) {
+  const PixelBox box = shared_box(t, tile);
   if (box.first_row > box.last_row) return;
   Edge edges[3];
   for (std::size_t side = 0; side < 3; ++side)
@@ -190,6 +191,6 @@ inline void draw_triangle(const Triangle& t, const Tile& tile) {
   draw_rows(t, tile, box, edges);
 }
 
-inline void draw_triangles(const Triangle* const* triangles, std::size_t count, const Tile& tile) {
+inline void draw_triangles(const ScreenTriangle* const* triangles, std::size_t count, const Tile& tile) {
   for (std::size_t i = 0; i < count; ++i) draw_triangle(*triangles[i], tile);
 }

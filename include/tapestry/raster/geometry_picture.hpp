@@ -27,7 +27,7 @@ struct Depth {
 };
 
 /// Where the surface lies in the world; channels x, y, z.
-struct Position {
+struct SurfacePosition {
   static constexpr std::size_t channel_count = 3;
 };
 
@@ -37,10 +37,10 @@ struct Normal {
   static constexpr std::size_t channel_count = 3;
 };
 
-/// What a picture of a mesh's geometry shows: Depth, Position or Normal.
+/// What a picture of a mesh's geometry shows: Depth, SurfacePosition or Normal.
 template <class Output>
 concept GeometryOutput =
-    std::same_as<Output, Depth> || std::same_as<Output, Position> || std::same_as<Output, Normal>;
+    std::same_as<Output, Depth> || std::same_as<Output, SurfacePosition> || std::same_as<Output, Normal>;
 
 /// Axes of a picture of a mesh's geometry: [H, W] of a depth, [H, W, 3] of the others.
 template <GeometryOutput Output>
@@ -61,7 +61,7 @@ struct ShownGeometry {
   [[nodiscard]] Colour at(std::int32_t face, const std::array<double, 3>& b) const {
     if constexpr (std::same_as<Output, Depth>)
       return {blended(positions_view, face, b)[2]};
-    else if constexpr (std::same_as<Output, Position>)
+    else if constexpr (std::same_as<Output, SurfacePosition>)
       return blended(mesh.positions, face, b);
     else
       return seen_normal(mesh, static_cast<std::size_t>(face), eye);
@@ -175,7 +175,7 @@ SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& 
 /// shows of the mesh. A fragment counts where its samples lie on average, see texture_operator(). The result
 /// is the same for any number of threads.
 ///
-/// \tparam Output  Depth, Position or Normal
+/// \tparam Output  Depth, SurfacePosition or Normal
 /// \returns        [H, W] of a depth, else [H, W, 3]; row 0 on top
 /// \throws as visibility()
 template <GeometryOutput Output, std::floating_point T>

@@ -16,7 +16,7 @@ namespace tapestry::raster {
 /// geometry_picture_adjoint(). Positions and normals are those in the world after the mesh has taken its
 /// pose. Passive inputs record nothing.
 ///
-/// \tparam Output    Depth, Position or Normal
+/// \tparam Output    Depth, SurfacePosition or Normal
 /// \param mesh       copied: it may change or go once this returns
 /// \param positions  [V, 3], instead of the mesh's own; of extent 0: the mesh's own
 /// \param pose       [6], w (radians) and t (units of the world): the mesh stands at exp(w)·x + t; of extent

@@ -31,9 +31,10 @@ struct RasterKernels {
                             std::int32_t* list) = nullptr;
   std::size_t (*set_up)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                         const std::int32_t* list, std::size_t count, const ScreenVertex* vertices,
-                        const std::array<double, 3>* view, const SetupOptions& options, Triangle* triangles,
-                        TileRange* tiles) = nullptr;
-  void (*draw_triangles)(const Triangle* const* triangles, std::size_t count, const Tile& tile) = nullptr;
+                        const std::array<double, 3>* view, const SetupOptions& options,
+                        ScreenTriangle* triangles, TileRange* tiles) = nullptr;
+  void (*draw_triangles)(const ScreenTriangle* const* triangles, std::size_t count,
+                         const Tile& tile) = nullptr;
   void (*barycentrics)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                        const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,
                        const double* column, const double* row, double* const* result) = nullptr;

@@ -179,7 +179,7 @@ inline TileRange tiles_of(const ScreenVertex* const* v, const FourInts& last_sam
 }
 
 /// Everything of a triangle but its depth; false when it has no area, or is turned away and those are culled.
-inline bool set_screen(const ScreenVertex* const* v, std::int32_t face, bool culls_back, Triangle& t) {
+inline bool set_screen(const ScreenVertex* const* v, std::int32_t face, bool culls_back, ScreenTriangle& t) {
   const std::int64_t x1 = std::int64_t{v[1]->x} - v[0]->x, y1 = std::int64_t{v[1]->y} - v[0]->y;
   const std::int64_t x2 = std::int64_t{v[2]->x} - v[0]->x, y2 = std::int64_t{v[2]->y} - v[0]->y;
   const std::int64_t doubled_area = x1 * y2 - y1 * x2;
@@ -208,7 +208,8 @@ inline Doubles within(const Doubles& value) {
 /// The plane n·q = n·a through corners a, b, c meets the ray z·(rx, ry, 1) at 1/z = n·(rx, ry, 1) / n·a.
 /// Corners come in an order that depends on their places only, so that faces with the same corners get the
 /// same bits and tie, whatever their winding.
-inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t count, Triangle* triangles) {
+inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t count,
+                       ScreenTriangle* triangles) {
   for (std::size_t i = 0; i < count; i += VertexBlock::wide) {
     Doubles a[3], u[3], w[3], normal[3];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -238,7 +239,7 @@ inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t 
                            reinterpret_cast<Longs>(within(per_column)) &
                            reinterpret_cast<Longs>(within(per_row));
     for (std::size_t lane = 0; lane < VertexBlock::wide && i + lane < count; ++lane) {
-      Triangle& t = triangles[i + lane];
+      ScreenTriangle& t = triangles[i + lane];
       const bool is_steep = is_sound[lane] == 0;
       t.inverse_depth[0] = is_steep ? static_cast<double>(t.inverse_depth_max) : first[lane];
       t.inverse_depth[1] = is_steep ? 0 : per_column[lane];
@@ -252,8 +253,8 @@ inline void set_depths(const RayGrid& rays, const FaceBlock& block, std::size_t 
 /// \param list  faces of the mesh
 inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                           const std::int32_t* list, std::size_t count, const ScreenVertex* vertices,
-                          const std::array<double, 3>* view, const SetupOptions& options, Triangle* triangles,
-                          TileRange* tiles) {
+                          const std::array<double, 3>* view, const SetupOptions& options,
+                          ScreenTriangle* triangles, TileRange* tiles) {
   FaceBlock block = {};
   const FourInts last_sample = {options.columns - 1, options.rows - 1, 0, 0};
   std::size_t total = 0, waiting = 0;

@@ -103,7 +103,7 @@ class TiledTriangles {
  private:
   /// Triangles of a run of faces, in face order, and how many of them each tile gets.
   struct Block {
-    std::unique_ptr<Triangle[]> triangles;
+    std::unique_ptr<ScreenTriangle[]> triangles;
     std::unique_ptr<TileRange[]> tiles;  ///< of each triangle
     std::size_t size = 0;
     std::vector<std::uint32_t> counts;
@@ -146,7 +146,7 @@ class TiledTriangles {
     const auto is_cut = [](std::int32_t face) { return face < 0; };
     const auto cut_count = static_cast<std::size_t>(std::count_if(listed, listed + count, is_cut));
     const std::size_t most = count + cut_count * (detail::CutSetup::most_triangles - 1);
-    block.triangles = std::make_unique_for_overwrite<Triangle[]>(most);
+    block.triangles = std::make_unique_for_overwrite<ScreenTriangle[]>(most);
     block.tiles = std::make_unique_for_overwrite<TileRange[]>(most);
     const SetupOptions options{static_cast<std::int32_t>(sample_columns_),
                                static_cast<std::int32_t>(sample_rows_), culling == FaceCulling::back};
@@ -182,7 +182,7 @@ class TiledTriangles {
       for_each_tile(block.tiles[i], [&](std::size_t tile) { ++block.counts[tile]; });
   }
 
-  [[nodiscard]] TileRange tile_range(const Triangle& triangle) const {
+  [[nodiscard]] TileRange tile_range(const ScreenTriangle& triangle) const {
     const SampleRange rows = sample_range(triangle.y, sample_rows_);
     const SampleRange columns = sample_range(triangle.x, sample_columns_);
     constexpr std::int32_t high = tile_height, wide = tile_width;
@@ -206,7 +206,7 @@ class TiledTriangles {
       for (Block& block : blocks_) total += block.counts[tile];
     }
     begin_.back() = total;
-    triangles_ = std::make_unique_for_overwrite<const Triangle*[]>(total);
+    triangles_ = std::make_unique_for_overwrite<const ScreenTriangle*[]>(total);
     parallel_for(blocks_.size(), [&](std::size_t index) {
       std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
       for (std::size_t before = 0; before < index; ++before)
@@ -230,7 +230,7 @@ class TiledTriangles {
   std::vector<geometry::Vector3> positions_view_;
   std::vector<Block> blocks_;
   std::vector<std::size_t> begin_;  ///< of each tile's triangles, and their end
-  std::unique_ptr<const Triangle*[]> triangles_;
+  std::unique_ptr<const ScreenTriangle*[]> triangles_;
   std::size_t non_finite_faces_ = 0;
 };
 

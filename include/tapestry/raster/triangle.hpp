@@ -11,7 +11,7 @@ namespace tapestry::raster {
 /// fused or not. At sample (row, column) with column = 16·g + lane
 ///   1/z = clamp(float((c₀ + c₁·16·g) + c₂·row) + lane·step),
 /// where c₁ and c₂ have 37 significant bits and step, which is c₁ again, has 20: all products are exact.
-struct Triangle {
+struct ScreenTriangle {
   std::array<std::int32_t, 3> x;  ///< 1/256 of a sample's width; corners run clockwise on the screen
   std::array<std::int32_t, 3> y;  ///< 1/256 of a sample's height
   std::int32_t face;
@@ -20,7 +20,7 @@ struct Triangle {
   float step;
   std::array<double, 3> inverse_depth;  ///< c₀, c₁, c₂
 
-  bool operator==(const Triangle&) const = default;
+  bool operator==(const ScreenTriangle&) const = default;
 };
 
 inline constexpr std::int32_t depth_group = 16;  ///< samples side by side that share c₀ + c₁·16·g

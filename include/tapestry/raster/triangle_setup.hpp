@@ -54,7 +54,7 @@ class CutSetup {
   /// Returns the number of triangles.
   /// \param corners  in view space
   std::size_t add(std::int32_t face, const std::array<geometry::Vector3, 3>& corners,
-                  Triangle* triangles) const {
+                  ScreenTriangle* triangles) const {
     const ViewClip::Polygon polygon = clip_.cut(corners);
     if (polygon.size < 3) return 0;
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
@@ -64,7 +64,7 @@ class CutSetup {
       farthest = std::max(farthest, polygon.points[i][2]);
       place[i] = snapped(projection_, polygon.points[i]);
     }
-    Triangle triangle;
+    ScreenTriangle triangle;
     triangle.face = face;
     triangle.inverse_depth_min = static_cast<float>(1 / farthest);
     triangle.inverse_depth_max = static_cast<float>(1 / nearest);
@@ -82,7 +82,7 @@ class CutSetup {
 
  private:
   /// False when the triangle has no area, or shows a side that is not drawn.
-  [[nodiscard]] bool turn_clockwise(Triangle& triangle) const {
+  [[nodiscard]] bool turn_clockwise(ScreenTriangle& triangle) const {
     auto& x = triangle.x;
     auto& y = triangle.y;
     const std::int64_t doubled_area = (std::int64_t{x[1]} - x[0]) * (std::int64_t{y[2]} - y[0]) -
@@ -95,7 +95,7 @@ class CutSetup {
   }
 
   /// See set_depths() in raster_kernels.inl.
-  void set_depth(std::array<geometry::Vector3, 3> corners, Triangle& triangle) const {
+  void set_depth(std::array<geometry::Vector3, 3> corners, ScreenTriangle& triangle) const {
     std::sort(corners.begin(), corners.end());
     const geometry::Vector3 normal = geometry::cross(geometry::subtract(corners[1], corners[0]),
                                                      geometry::subtract(corners[2], corners[0]));

@@ -27,7 +27,7 @@ namespace detail {
 inline double attention_share(const Array<float, 3>& picture, const camouflage::View<float>& view,
                               const FurtherDetector& detector, HeatMap heat_map) {
   auto car = zeros<float, 2>({picture.shape(0), picture.shape(1)});
-  const auto& coverage = view.paint_to_picture.coverage;
+  const auto& coverage = view.paint_to_picture->coverage;
   for (std::size_t y = 0; y < coverage.shape(0); ++y)
     for (std::size_t x = 0; x < coverage.shape(1); ++x)
       car(view.window.top + y, view.window.left + x) = coverage(y, x);

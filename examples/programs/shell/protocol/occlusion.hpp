@@ -57,7 +57,7 @@ inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64
                                                        std::size_t frame) -> std::optional<FrameChange> {
     const auto& background = view.background;
     auto occlusion = evaluate::draw_occlusion(
-        view.paint_to_picture.coverage, view.window, background.shape(0), background.shape(1),
+        view.paint_to_picture->coverage, view.window, background.shape(0), background.shape(1),
         static_cast<evaluate::OcclusionGroup>(frames[frame].row), random.fork(frame));
     if (!occlusion) return std::nullopt;
     return FrameChange{occlusion->hidden_share, [occluders = std::move(occlusion->occluders)](auto& picture) {

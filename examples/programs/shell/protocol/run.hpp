@@ -202,6 +202,66 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
 
 }  // namespace detail
 
+namespace detail {
+
+/// The run's folder, and what an earlier run of the same settings has measured there.
+struct ProtocolFolder {
+  std::string folder;  ///< empty for ranks that write nothing
+  std::optional<RunFolder> claim{};
+  evaluate::ProtocolOutcomes outcomes;
+
+  ProtocolFolder(std::string path, const Json& settings, std::size_t frames, std::size_t textures)
+      : folder(std::move(path)), outcomes(frames, textures) {
+    if (!folder.empty()) {
+      claim.emplace(folder, !is_there(folder, ErrorKind::write));
+      settle_folder(folder, settings);
+      if (is_there(outcomes_path(), ErrorKind::malformed))
+        outcomes = read_outcomes(outcomes_path(), frames, textures);
+    }
+    share_outcomes(outcomes);
+  }
+  [[nodiscard]] std::string outcomes_path() const { return folder.empty() ? "" : folder + "/outcomes.npz"; }
+};
+
+[[nodiscard]] inline std::vector<evaluate::Meter<float>> meters_of(const ProtocolInputs& inputs,
+                                                                   const ProtocolRequest& request) {
+  std::vector<evaluate::Meter<float>> meters;
+  for (const auto& [detector, class_index] : inputs.detectors)
+    meters.emplace_back(
+        detector, class_index,
+        evaluate::MeterSettings{request.detector.confidence, request.detector.nms, swept_thresholds});
+  return meters;
+}
+
+/// Measures what is still to do. \returns false if a signal stopped it
+[[nodiscard]] inline bool has_measured(ProtocolMeasurement& measurement, const ProtocolSource& source,
+                                       const Protocol& protocol, const std::string& folder) try {
+  measurement.run(source);
+  return true;
+} catch (const Stopped&) {
+  std::cerr << "\nstopped with " << measurement.frames_pending() << " of " << protocol.frames.size()
+            << " frames to go; " << (folder.empty() ? "nothing was written" : "the same command goes on")
+            << '\n';
+  return false;
+}
+
+/// Puts a sheet of heat maps of each detector among the result's pictures.
+inline void add_attention(const std::string& folder, const Protocol& protocol,
+                          const std::vector<evaluate::Control<float>>& textures,
+                          const ProtocolMeasurement& measurement, const ProtocolSource& source,
+                          const ProtocolInputs& inputs, const ProtocolRequest& request,
+                          ProtocolResult& result) {
+  for (std::size_t column = 0; column < inputs.detectors.size(); ++column)
+    result.pictures.emplace_back(
+        "Attention of " + protocol.table.columns[column] + ": " + result.shown_names(),
+        io::png_file(
+            folder + "/" + protocol.name + ".html",
+            attention_sheet(column, protocol, result, textures, measurement.outcomes(), source,
+                            inputs.detectors[column], heat_map_by_name(request.settings.heat_map_kind))));
+}
+
+}  // namespace detail
+
 /// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html, of
 /// renders frames.csv and of photographs photographs.csv. Killed at any moment, the same command goes on
 /// where it was. Under mpirun the frames are dealt to the ranks; the files are the same for any number of
@@ -217,48 +277,22 @@ inline int evaluate_protocol(ProtocolRequest request) {
                                 .make(request.settings, request.seed, detail::subject_of(request, inputs));
   auto textures = detail::textures_of(inputs.car.painted, request);
   if (!protocol.bare_name.empty()) textures.push_back({protocol.bare_name, {}});
-  std::vector<evaluate::Meter<float>> meters;
-  for (const auto& [detector, class_index] : inputs.detectors)
-    meters.emplace_back(
-        detector, class_index,
-        evaluate::MeterSettings{request.detector.confidence, request.detector.nms, swept_thresholds});
+  auto meters = detail::meters_of(inputs, request);
   const Json settings = detail::settings_of(request, inputs);
   if (protocol.on_photographs && !request.run.empty())
     request.trained_on = detail::trained_on(request.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();
   const std::string folder = is_first ? request.output : "";
-  std::optional<RunFolder> claim;
-  evaluate::ProtocolOutcomes outcomes(protocol.frames.size(), textures.size());
-  const std::string path = folder.empty() ? "" : folder + "/outcomes.npz";
-  if (!folder.empty()) {
-    claim.emplace(folder, !is_there(folder, ErrorKind::write));
-    detail::settle_folder(folder, settings);
-    if (is_there(path, ErrorKind::malformed))
-      outcomes = read_outcomes(path, outcomes.frame_count(), outcomes.texture_count());
-  }
-  share_outcomes(outcomes);
+  detail::ProtocolFolder run(folder, settings, protocol.frames.size(), textures.size());
   const ProtocolSource source = detail::source_of(protocol, request, inputs, meters);
-  ProtocolMeasurement measurement(protocol, textures, path, std::move(outcomes));
-  try {
-    measurement.run(source);
-  } catch (const Stopped&) {
-    std::cerr << "\nstopped with " << measurement.frames_pending() << " of " << protocol.frames.size()
-              << " frames to go; " << (folder.empty() ? "nothing was written" : "the same command goes on")
-              << '\n';
-    return StopSignal::exit_code();
-  }
+  ProtocolMeasurement measurement(protocol, textures, run.outcomes_path(), std::move(run.outcomes));
+  if (!detail::has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
   if (!is_first) return 0;
   ProtocolResult result = detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
   if (protocol.maps_attention && !folder.empty())
-    for (std::size_t column = 0; column < inputs.detectors.size(); ++column)
-      result.pictures.emplace_back(
-          "Attention of " + protocol.table.columns[column] + ": " + result.shown_names(),
-          io::png_file(
-              folder + "/" + protocol.name + ".html",
-              attention_sheet(column, protocol, result, textures, measurement.outcomes(), source,
-                              inputs.detectors[column], heat_map_by_name(request.settings.heat_map_kind))));
+    detail::add_attention(folder, protocol, textures, measurement, source, inputs, request, result);
   const auto notes = detail::notes_of(protocol, result, request, inputs);
   std::cout << lines_for_terminal(protocol_text(protocol, result, notes));
   if (!folder.empty()) {

@@ -94,7 +94,7 @@ struct Comparison {
   static constexpr bool has_no_derivative = true;
   static auto value(auto x, auto y) { return Compare::holds(x, y) ? decltype(x)(1) : decltype(x)(0); }
 };
-struct Less {
+struct LessThan {
   static bool holds(auto x, auto y) { return x < y; }
 };
 struct LessEqual {
@@ -190,7 +190,7 @@ requires detail::ArrayPair<X, Y>
 template <class X, class Y>
 requires detail::ArrayPair<X, Y>
 [[nodiscard]] auto operator<(X&& x, Y&& y) {
-  return detail::array_binary<detail::Comparison<detail::Less>>("operator<", x, y);
+  return detail::array_binary<detail::Comparison<detail::LessThan>>("operator<", x, y);
 }
 template <class X, class Y>
 requires detail::ArrayPair<X, Y>
@@ -200,7 +200,7 @@ requires detail::ArrayPair<X, Y>
 template <class X, class Y>
 requires detail::ArrayPair<X, Y>
 [[nodiscard]] auto operator>(X&& x, Y&& y) {
-  return detail::array_binary<detail::Comparison<detail::Less>>("operator>", y, x);
+  return detail::array_binary<detail::Comparison<detail::LessThan>>("operator>", y, x);
 }
 template <class X, class Y>
 requires detail::ArrayPair<X, Y>

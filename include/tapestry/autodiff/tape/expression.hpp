@@ -76,12 +76,12 @@ template <class E>
 struct FromLeaves {};
 
 template <class T>
-class Constant {
+class ConstantLeaf {
  public:
   using ExpressionScalar = T;
   static constexpr std::size_t operand_bound = 0;
   static constexpr bool is_cheap = true;
-  explicit constexpr Constant(T value) : value_(value) {}
+  explicit constexpr ConstantLeaf(T value) : value_(value) {}
   [[nodiscard]] constexpr T value() const { return value_; }
   template <class Factor>
   static constexpr OperandCounts operand_counts{};
@@ -95,8 +95,8 @@ class Constant {
     leaves.add_constant(value_);
   }
   template <class Leaves>
-  [[nodiscard, gnu::always_inline]] static Constant read(Leaves& leaves) {
-    return Constant(leaves.next_constant());
+  [[nodiscard, gnu::always_inline]] static ConstantLeaf read(Leaves& leaves) {
+    return ConstantLeaf(leaves.next_constant());
   }
 
  private:

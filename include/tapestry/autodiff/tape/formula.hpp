@@ -68,7 +68,7 @@ template <class T, class X>
   if constexpr (ScalarExpression<X>) {
     return x;
   } else {
-    return Constant<T>(static_cast<T>(x));
+    return ConstantLeaf<T>(static_cast<T>(x));
   }
 }
 
@@ -80,9 +80,9 @@ requires FormulaOperands<X, Y>
   if constexpr (DualOperands<X, Y>) {
     return dual_binary<Operation, T>(x, y);
   } else if constexpr (!ScalarExpression<X>) {
-    return Binary<OperationOf<Operation, Y>, Constant<T>, Y>(Constant<T>(static_cast<T>(x)), y);
+    return Binary<OperationOf<Operation, Y>, ConstantLeaf<T>, Y>(ConstantLeaf<T>(static_cast<T>(x)), y);
   } else if constexpr (!ScalarExpression<Y>) {
-    return Binary<OperationOf<Operation, X>, X, Constant<T>>(x, Constant<T>(static_cast<T>(y)));
+    return Binary<OperationOf<Operation, X>, X, ConstantLeaf<T>>(x, ConstantLeaf<T>(static_cast<T>(y)));
   } else {
     return Binary<OperationOf<Operation, X, Y>, X, Y>(x, y);
   }

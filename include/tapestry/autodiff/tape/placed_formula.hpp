@@ -24,7 +24,7 @@ struct LeafCounts<Replayable<T, Lanes>> {
   static constexpr std::size_t variables = 1, constants = 0, lanes = Lanes;
 };
 template <class T>
-struct LeafCounts<Constant<T>> {
+struct LeafCounts<ConstantLeaf<T>> {
   static constexpr std::size_t variables = 0, constants = 1, lanes = 0;
 };
 template <class Operation, class X>
@@ -93,8 +93,8 @@ struct Placed<Replayable<T, Lanes>, Place> {
   using type = PlacedVariable<T, Place>;
 };
 template <class T, std::size_t Place>
-struct Placed<Constant<T>, Place> {
-  using type = Constant<T>;
+struct Placed<ConstantLeaf<T>, Place> {
+  using type = ConstantLeaf<T>;
 };
 template <class Operation, class X, std::size_t Place>
 struct Placed<Unary<Operation, X>, Place> {

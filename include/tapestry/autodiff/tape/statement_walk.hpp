@@ -16,6 +16,11 @@ namespace tapestry::detail {
 template <class T, class Visitor>
 class StatementWalk {
  public:
+#define TAPESTRY_PULL(plus, minus, general)                \
+  case code(plus, minus, general):                         \
+    pull_like<plus, minus, general>(words, kind, visitor); \
+    break
+
   /// \param words_end  behind the last statement's words
   /// \param kinds_end  behind its kind; before the first kind stands chunk_begin
   [[gnu::always_inline]] static inline void run(const Word* words_end, const StatementKind* kinds_end,
@@ -33,50 +38,25 @@ class StatementWalk {
           --words, --kind;
           visitor.pull_record();
           break;
-        case code(1, 0, 0):
-          pull_like<1, 0, 0>(words, kind, visitor);
-          break;
-        case code(2, 0, 0):
-          pull_like<2, 0, 0>(words, kind, visitor);
-          break;
-        case code(0, 1, 0):
-          pull_like<0, 1, 0>(words, kind, visitor);
-          break;
-        case code(1, 1, 0):
-          pull_like<1, 1, 0>(words, kind, visitor);
-          break;
-        case code(0, 0, 1):
-          pull_like<0, 0, 1>(words, kind, visitor);
-          break;
-        case code(1, 0, 1):
-          pull_like<1, 0, 1>(words, kind, visitor);
-          break;
-        case code(0, 1, 1):
-          pull_like<0, 1, 1>(words, kind, visitor);
-          break;
-        case code(0, 0, 2):
-          pull_like<0, 0, 2>(words, kind, visitor);
-          break;
-        case code(1, 0, 2):
-          pull_like<1, 0, 2>(words, kind, visitor);
-          break;
-        case code(2, 0, 1):
-          pull_like<2, 0, 1>(words, kind, visitor);
-          break;
-        case code(0, 0, 3):
-          pull_like<0, 0, 3>(words, kind, visitor);
-          break;
-        case code(0, 0, 4):
-          pull_like<0, 0, 4>(words, kind, visitor);
-          break;
-        case code(1, 0, 4):
-          pull_like<1, 0, 4>(words, kind, visitor);
-          break;
+          TAPESTRY_PULL(1, 0, 0);
+          TAPESTRY_PULL(2, 0, 0);
+          TAPESTRY_PULL(0, 1, 0);
+          TAPESTRY_PULL(1, 1, 0);
+          TAPESTRY_PULL(0, 0, 1);
+          TAPESTRY_PULL(1, 0, 1);
+          TAPESTRY_PULL(0, 1, 1);
+          TAPESTRY_PULL(0, 0, 2);
+          TAPESTRY_PULL(1, 0, 2);
+          TAPESTRY_PULL(2, 0, 1);
+          TAPESTRY_PULL(0, 0, 3);
+          TAPESTRY_PULL(0, 0, 4);
+          TAPESTRY_PULL(1, 0, 4);
         default:
           pull_any(words, *kind--, visitor);
       }
     }
   }
+#undef TAPESTRY_PULL
 
  private:
   static constexpr unsigned code(std::size_t plus, std::size_t minus, std::size_t general) {

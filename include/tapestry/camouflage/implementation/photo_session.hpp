@@ -4,14 +4,16 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
-#include <memory>
 #include <optional>
-#include <span>
+#include <string>
 #include <tapestry/camouflage/photo_session.hpp>
+#include <tapestry/camouflage/photo_session_variable.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/image/transform/chain_variable.hpp>
 #include <tapestry/image/transform/conditions.hpp>
 #include <utility>
 #include <variant>
@@ -24,7 +26,7 @@ namespace tapestry::camouflage::detail {
 template <class T>
 detect::Box warped_target(const View<T>& view, const image::Warp& warp) {
   const std::size_t height = view.background.shape(0), width = view.background.shape(1);
-  const auto& coverage = view.paint_to_picture.coverage;
+  const auto& coverage = view.paint_to_picture->coverage;
   const image::WarpedPoint at(warp, height, width);
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double left = infinity, right = -infinity, top = infinity, bottom = -infinity;
@@ -76,8 +78,8 @@ Shot draw_shot(const View<T>& view, const image::Conditions& conditions, Random 
 }
 
 template <std::floating_point T>
-PhotoSession draw_session(std::span<const std::shared_ptr<const View<T>>> views,
-                          const image::Conditions& conditions, Random random, bool is_smooth) {
+PhotoSession draw_session(ViewSpan<T> views, const image::Conditions& conditions, Random random,
+                          bool is_smooth) {
   PhotoSession session;
   if (conditions.printed_range > 0 || conditions.printed_error > 0)
     session.print = image::draw_print(conditions, random.fork(0));
@@ -86,6 +88,33 @@ PhotoSession draw_session(std::span<const std::shared_ptr<const View<T>>> views,
   return session;
 }
 
+void require_shots(const PhotoSession* session, std::size_t views) {
+  if (session != nullptr && session->shots.size() != views)
+    throw ShapeError("objective: a photo session of " + std::to_string(session->shots.size()) +
+                     " shots for " + std::to_string(views) + " views");
+}
+
+template <std::floating_point T>
+std::vector<loss::Target> targets_of(ViewSpan<T> views, const PhotoSession* session,
+                                     std::size_t class_index) {
+  std::vector<loss::Target> targets;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    targets.push_back({class_index, session == nullptr ? views[i]->target : session->shots[i].target});
+  return targets;
+}
+
+template <std::floating_point T>
+ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures, const PhotoSession* session) {
+  if (session == nullptr) return pictures;
+  std::vector<image::TransformationChain> chains;
+  for (const Shot& shot : session->shots) chains.push_back(shot.chain);
+  return image::transformed(pictures, chains);
+}
+
+template decltype(targets_of<float>) targets_of<float>;
+template decltype(targets_of<double>) targets_of<double>;
+template decltype(photographed<float>) photographed<float>;
+template decltype(photographed<double>) photographed<double>;
 template decltype(draw_shot<float>) draw_shot<float>;
 template decltype(draw_shot<double>) draw_shot<double>;
 template decltype(draw_session<float>) draw_session<float>;

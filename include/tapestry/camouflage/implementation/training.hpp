@@ -101,7 +101,6 @@ Array<T, 2> Training<T>::gradient_of(const ViewPointer& view, const std::optiona
 
 template <class T>
 Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
-  constexpr auto& terms = ObjectiveTerms::all;
   const auto session = next_session(views);
   const auto shot_of = [&](std::size_t i) {
     return session ? std::optional(PhotoSession{session->print, {session->shots[i]}}) : std::nullopt;
@@ -113,21 +112,33 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
   ObjectiveTerms mean{};
   const auto find = [&](std::size_t i) {
-    const Array<T, 2> slopes = gradient_of(views[i], shot_of(i));
-    std::vector<double> numbers;
-    for (const auto& [name, term] : terms) numbers.push_back(terms_.*term);
-    numbers.insert(numbers.end(), slopes.begin(), slopes.end());
-    return numbers;
+    Array<T, 2> slopes = gradient_of(views[i], shot_of(i));
+    return Share{terms_, std::move(slopes)};
   };
-  const auto add = [&](std::size_t i, const double* numbers) {
-    for (std::size_t k = 0; k < terms.size(); ++k) mean.*terms[k].second += numbers[k] / divisors[i];
-    const double* const slopes = numbers + terms.size();
+  const auto add = [&](std::size_t i, const Share& share) {
+    for (const auto& [name, term] : ObjectiveTerms::all) mean.*term += share.terms.*term / divisors[i];
     for (std::size_t k = 0; k < gradient.size(); ++k)
-      gradient.data()[k] += static_cast<T>(slopes[k]) / static_cast<T>(divisors[i]);
+      gradient.data()[k] += share.slopes.data()[k] / static_cast<T>(divisors[i]);
   };
-  deal(counting, terms.size() + gradient.size(), find, add);
+  deal(counting, gradient.shape(), find, add);
   terms_ = mean;
   return gradient;
+}
+
+template <class T>
+std::vector<double> Training<T>::Share::numbers() const {
+  std::vector<double> numbers;
+  for (const auto& [name, term] : ObjectiveTerms::all) numbers.push_back(terms.*term);
+  numbers.insert(numbers.end(), slopes.begin(), slopes.end());
+  return numbers;
+}
+
+template <class T>
+typename Training<T>::Share Training<T>::Share::of(const double* numbers, const Extents<2>& extents) {
+  Share share{{}, Array<T, 2>(extents)};
+  for (const auto& [name, term] : ObjectiveTerms::all) share.terms.*term = *numbers++;
+  for (T& slope : share.slopes.storage()) slope = static_cast<T>(*numbers++);
+  return share;
 }
 
 template <class T>

@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <tapestry/camouflage/frame_light.hpp>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -21,6 +20,7 @@
 #include <tapestry/image/over.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/io/frame.hpp>
+#include <tapestry/io/frame_light.hpp>
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/masked.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
@@ -104,7 +104,7 @@ template <class T>
 Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height, std::size_t width,
                   std::size_t samples_per_axis, image::FitKind fit) {
   const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit);
-  return {detail::placed(io::camera_of(frame), place, height, width), frame_light(frame, space),
+  return {detail::placed(io::camera_of(frame), place, height, width), io::frame_light(frame, space),
           detail::mask_of<T>(frame, height, width, fit), samples_per_axis};
 }
 
@@ -138,9 +138,10 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   view.pyramid = car.pyramid;
   view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   view.window = raster::covered_window(whole.coverage);
-  view.paint_to_picture = raster::cropped(whole, view.window);
-  const auto& coverage = view.paint_to_picture.coverage;
-  view.interior = detail::interior_of(coverage);
+  view.paint_to_picture =
+      std::make_shared<const raster::TextureOperator<T>>(raster::cropped(whole, view.window));
+  const auto& coverage = view.paint_to_picture->coverage;
+  view.interior = std::make_shared<const Array<T, 2>>(detail::interior_of(coverage));
   view.visible_pixels = static_cast<std::size_t>(
       std::count_if(coverage.begin(), coverage.end(), [](T share) { return share > T(0); }));
   if (silhouette > 0) view.hidden_share = 1 - shown / silhouette;
@@ -152,8 +153,8 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
 template <class T>
 Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
   const auto render = raster::render(
-      view.paint_to_picture, raster::stored_texels(view.pyramid, image::in_space(view.space, colours)));
-  return image::over(render, view.paint_to_picture.coverage, view.background, view.window.top,
+      *view.paint_to_picture, raster::stored_texels(view.pyramid, image::in_space(view.space, colours)));
+  return image::over(render, view.paint_to_picture->coverage, view.background, view.window.top,
                      view.window.left, view.space);
 }
 

@@ -19,8 +19,8 @@ namespace tapestry::camouflage {
 template <class T>
 std::size_t view_bytes(const View<T>& view) {
   const std::size_t mask = view.sight ? view.sight->mask.size() : 0;
-  return (view.background.size() + view.interior.size() + mask) * sizeof(T) +
-         raster::memory_bytes(view.paint_to_picture);
+  return (view.background.size() + view.interior->size() + mask) * sizeof(T) +
+         raster::memory_bytes(*view.paint_to_picture);
 }
 
 template <class T>

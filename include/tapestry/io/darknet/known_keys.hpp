@@ -12,106 +12,45 @@
 
 namespace tapestry::io::detail {
 
-using CfgKeys = std::span<const std::string_view>;
-
-/// Options of any section that say how Darknet trains its layer.
-inline constexpr auto layer_training_keys = std::to_array<std::string_view>(
-    {"stopbackward", "onlyforward", "train_only_bn", "learning_rate", "learning_rate_scale"});
+/// Options of any section that say how Darknet trains its layer, with spaces between.
+inline constexpr std::string_view layer_training_keys =
+    "stopbackward onlyforward train_only_bn learning_rate learning_rate_scale";
 
 /// Options that say how Darknet trains or draws and do not change what the network computes, of one section.
 /// The same word may mean something elsewhere: `scale` of [net] is of its learning rate, that of [upsample]
 /// of its values.
-[[nodiscard]] inline CfgKeys training_keys(std::string_view section) {
-  static constexpr auto net = std::to_array<std::string_view>({"batch",
-                                                               "subdivisions",
-                                                               "momentum",
-                                                               "decay",
-                                                               "angle",
-                                                               "aspect",
-                                                               "saturation",
-                                                               "exposure",
-                                                               "hue",
-                                                               "learning_rate",
-                                                               "learning_rate_min",
-                                                               "burn_in",
-                                                               "burnin_power",
-                                                               "max_batches",
-                                                               "policy",
-                                                               "steps",
-                                                               "scales",
-                                                               "scale",
-                                                               "step",
-                                                               "num_steps",
-                                                               "gamma",
-                                                               "power",
-                                                               "time_steps",
-                                                               "notruth",
-                                                               "random",
-                                                               "adam",
-                                                               "B1",
-                                                               "B2",
-                                                               "eps",
-                                                               "max_crop",
-                                                               "min_crop",
-                                                               "max_ratio",
-                                                               "min_ratio",
-                                                               "center",
-                                                               "flip",
-                                                               "blur",
-                                                               "mixup",
-                                                               "cutmix",
-                                                               "mosaic",
-                                                               "mosaic_bound",
-                                                               "gaussian_noise",
-                                                               "label_smooth_eps",
-                                                               "dynamic_minibatch",
-                                                               "optimized_memory",
-                                                               "workspace_size_limit_MB",
-                                                               "track",
-                                                               "augment_speed",
-                                                               "sgdr_cycle",
-                                                               "sgdr_mult",
-                                                               "loss_scale",
-                                                               "cudnn_half",
-                                                               "ema_alpha",
-                                                               "weights_reject_freq",
-                                                               "equidistant_point"});
-  static constexpr auto yolo = std::to_array<std::string_view>({"random",
-                                                                "jitter",
-                                                                "resize",
-                                                                "ignore_thresh",
-                                                                "truth_thresh",
-                                                                "iou_thresh",
-                                                                "iou_normalizer",
-                                                                "cls_normalizer",
-                                                                "obj_normalizer",
-                                                                "delta_normalizer",
-                                                                "iou_loss",
-                                                                "iou_thresh_kind",
-                                                                "nms_kind",
-                                                                "beta_nms",
-                                                                "max",
-                                                                "max_delta",
-                                                                "map",
-                                                                "counters_per_class",
-                                                                "focal_loss",
-                                                                "objectness_smooth",
-                                                                "label_smooth_eps"});
-  static constexpr auto region = std::to_array<std::string_view>(
-      {"jitter", "random", "max", "log", "sqrt", "rescore", "thresh", "classfix", "absolute", "bias_match",
-       "coord_scale", "object_scale", "noobject_scale", "mask_scale", "class_scale"});
-  static constexpr auto dropout = std::to_array<std::string_view>(
-      {"probability", "dropblock", "dropblock_size_rel", "dropblock_size_abs"});
-  if (section == "net" || section == "network") return net;
-  if (section == "yolo") return yolo;
-  if (section == "region") return region;
-  if (section == "dropout") return dropout;
+[[nodiscard]] inline std::string_view training_keys(std::string_view section) {
+  if (section == "net" || section == "network")
+    return "batch subdivisions momentum decay angle aspect saturation exposure hue "
+           "learning_rate learning_rate_min burn_in burnin_power max_batches policy steps "
+           "scales scale step num_steps gamma power time_steps notruth random adam B1 B2 "
+           "eps max_crop min_crop max_ratio min_ratio center flip blur mixup cutmix mosaic "
+           "mosaic_bound gaussian_noise label_smooth_eps dynamic_minibatch optimized_memory "
+           "workspace_size_limit_MB track augment_speed sgdr_cycle sgdr_mult loss_scale "
+           "cudnn_half ema_alpha weights_reject_freq equidistant_point";
+  if (section == "yolo")
+    return "random jitter resize ignore_thresh truth_thresh iou_thresh iou_normalizer "
+           "cls_normalizer obj_normalizer delta_normalizer iou_loss iou_thresh_kind "
+           "nms_kind beta_nms max max_delta map counters_per_class focal_loss "
+           "objectness_smooth label_smooth_eps";
+  if (section == "region")
+    return "jitter random max log sqrt rescore thresh classfix absolute bias_match "
+           "coord_scale object_scale noobject_scale mask_scale class_scale";
+  if (section == "dropout") return "probability dropblock dropblock_size_rel dropblock_size_abs";
   return {};
 }
 
+[[nodiscard]] inline bool is_word_of(std::string_view words, std::string_view word) {
+  if (word.find(' ') != std::string_view::npos) return false;
+  for (std::size_t at = words.find(word); at != std::string_view::npos; at = words.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || words[at - 1] == ' ') && (end == words.size() || words[end] == ' ')) return true;
+  }
+  return false;
+}
+
 [[nodiscard]] inline bool is_training_key(std::string_view section, std::string_view key) {
-  return std::ranges::find(layer_training_keys, key) != layer_training_keys.end() ||
-         std::ranges::find(training_keys(section), key) != training_keys(section).end();
+  return is_word_of(layer_training_keys, key) || is_word_of(training_keys(section), key);
 }
 
 /// Options that would change the result and that Tapestry does not implement, with the value that is

@@ -138,6 +138,7 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
 /// A layer that multiplies one other layer.
 inline void parse_product(const std::string& path, SectionReader& reader, std::size_t index,
                           detect::LayerConfig& layer) {
+  layer.kind = reader.name() == "sam" ? detect::LayerKind::sam : detect::LayerKind::scale_channels;
   layer.sources = parse_sources(reader, "from", index);
   if (layer.sources.size() != 1)
     throw reader.error(*reader.find("from"), "too many layers to multiply", "one",
@@ -156,6 +157,27 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   layer.anchors = parse_anchors(reader, reader.count("num", 1, 1, 256));
 }
 
+inline void parse_upsample(SectionReader& reader, detect::LayerConfig& layer) {
+  layer.stride = reader.count("stride", 2, 1, 64, ErrorKind::malformed);
+  layer.scale = reader.real("scale", 1);
+  if (std::abs(layer.scale) > 1e6)
+    throw reader.error(*reader.find("scale"), "scale out of range", "-1e6 to 1e6");
+}
+
+inline void parse_softmax(SectionReader& reader, detect::LayerConfig& layer) {
+  layer.groups = reader.count("groups", 1, 1, 1 << 20);
+  layer.temperature = reader.real("temperature", 1);
+  if (!(layer.temperature > 0)) throw reader.error(*reader.find("temperature"), "temperature not above 0");
+}
+
+[[nodiscard]] inline FileError unsupported_section(const std::string& path, const SectionReader& reader) {
+  return cfg_error(
+      path, reader.line(), "unsupported section",
+      "net, convolutional, maxpool, upsample, route, shortcut, scale_channels, sam, reorg, reorg3d, "
+      "yolo, region, avgpool, softmax or dropout",
+      "[" + std::string(reader.name().substr(0, 40)) + "]");
+}
+
 /// One layer from its section; `index` counts layers from 0.
 [[nodiscard]] inline detect::LayerConfig parse_layer(const std::string& path, SectionReader& reader,
                                                      std::size_t index) {
@@ -169,10 +191,7 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
     parse_maxpool(reader, layer);
   } else if (name == "upsample") {
     layer.kind = detect::LayerKind::upsample;
-    layer.stride = reader.count("stride", 2, 1, 64, ErrorKind::malformed);
-    layer.scale = reader.real("scale", 1);
-    if (std::abs(layer.scale) > 1e6)
-      throw reader.error(*reader.find("scale"), "scale out of range", "-1e6 to 1e6");
+    parse_upsample(reader, layer);
   } else if (name == "route") {
     layer.kind = detect::LayerKind::route;
     parse_route(reader, index, layer);
@@ -184,7 +203,6 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
     layer.kind = detect::LayerKind::yolo;
     parse_yolo(path, reader, layer);
   } else if (name == "scale_channels" || name == "sam") {
-    layer.kind = name == "sam" ? detect::LayerKind::sam : detect::LayerKind::scale_channels;
     parse_product(path, reader, index, layer);
   } else if (name == "region") {
     layer.kind = detect::LayerKind::region;
@@ -196,17 +214,11 @@ inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
     layer.kind = detect::LayerKind::avgpool;
   } else if (name == "softmax") {
     layer.kind = detect::LayerKind::softmax;
-    layer.groups = reader.count("groups", 1, 1, 1 << 20);
-    layer.temperature = reader.real("temperature", 1);
-    if (!(layer.temperature > 0)) throw reader.error(*reader.find("temperature"), "temperature not above 0");
+    parse_softmax(reader, layer);
   } else if (name == "dropout") {
     layer.kind = detect::LayerKind::dropout;
   } else {
-    throw cfg_error(
-        path, reader.line(), "unsupported section",
-        "net, convolutional, maxpool, upsample, route, shortcut, scale_channels, sam, reorg, reorg3d, "
-        "yolo, region, avgpool, softmax or dropout",
-        "[" + std::string(name.substr(0, 40)) + "]");
+    throw unsupported_section(path, reader);
   }
   return layer;
 }

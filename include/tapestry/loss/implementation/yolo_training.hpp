@@ -35,7 +35,7 @@ std::vector<Assignment> assignments(const Predictions<T>& predictions, const std
                                     const YoloTrainingOptions& options) {
   std::vector<Assignment> assigned;
   const auto assign = [&](std::size_t head, std::size_t anchor, const Target& truth) {
-    const Cell cell =
+    const GridCell cell =
         cell_of(predictions.heads[head], truth.box, predictions.input_height, predictions.input_width);
     const Candidate candidate{head, anchor, cell.row, cell.column};
     const auto is_taken = [&](const Assignment& other) { return other.candidate == candidate; };

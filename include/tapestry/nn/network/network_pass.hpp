@@ -44,7 +44,7 @@ class NetworkPass {
     for (std::size_t i = 0; i < states_.size(); ++i) {
       std::copy_n(other.states_[i].bits.data(), states_[i].bits.size(), states_[i].bits.data());
       for (std::size_t k = 0; k < states_[i].choices.size(); ++k)
-        states_[i].choices.data()[k] = static_cast<Position<T>>(other.states_[i].choices.data()[k]);
+        states_[i].choices.data()[k] = static_cast<ElementIndex<T>>(other.states_[i].choices.data()[k]);
     }
   }
 

@@ -19,7 +19,7 @@ template <class T>
 struct OperationState {
   Buffer<T> values{};
   Buffer<std::uint8_t> bits{};
-  Buffer<Position<T>> choices{};
+  Buffer<ElementIndex<T>> choices{};
   std::vector<double> statistics{};
 };
 

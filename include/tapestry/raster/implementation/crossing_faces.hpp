@@ -66,6 +66,19 @@ namespace tapestry::raster::detail {
   return reaches_through(a, b) && reaches_through(b, a);
 }
 
+/// Calls compare(face, face) for pairs that only together two neighbouring pixels show. Where pixels show
+/// more than two faces, faces are small, and a line that is missed is short.
+template <class Compare>
+void compare_across(std::span<const std::int32_t> faces, std::span<const std::int32_t> beside,
+                    Compare compare) {
+  constexpr std::size_t most_faces = 2;
+  if (faces.size() > most_faces || beside.size() > most_faces || std::ranges::equal(faces, beside)) return;
+  for (const std::int32_t one : faces)
+    if (std::ranges::find(beside, one) == beside.end())
+      for (const std::int32_t other : beside)
+        if (std::ranges::find(faces, other) == faces.end()) compare(one, other);
+}
+
 /// Each pair once, in order.
 inline void keep_once(std::vector<FacePair>& pairs) {
   std::sort(pairs.begin(), pairs.end());
@@ -87,17 +100,6 @@ std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges
       const FacePair pair{std::min(one, other), std::max(one, other)};
       if (detail::may_cut(mesh, edges, pair)) pairs.push_back(pair);
     };
-    // Faces that both pixels show are compared within each of them. Where pixels show more, faces are small.
-    const auto compare_across = [&](std::span<const std::int32_t> faces,
-                                    std::span<const std::int32_t> beside) {
-      constexpr std::size_t most_faces = 2;
-      if (faces.size() > most_faces || beside.size() > most_faces || std::ranges::equal(faces, beside))
-        return;
-      for (const std::int32_t one : faces)
-        if (std::ranges::find(beside, one) == beside.end())
-          for (const std::int32_t other : beside)
-            if (std::ranges::find(faces, other) == faces.end()) compare(one, other);
-    };
     std::size_t column = 0;
     for (std::size_t pixel = band.first_pixel(); pixel < band.end_pixel(); ++pixel) {
       const auto faces = band.at(pixel);
@@ -106,9 +108,9 @@ std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges
       if (++column == seen.width())
         column = 0;
       else
-        compare_across(faces, band.at(pixel + 1));
+        detail::compare_across(faces, band.at(pixel + 1), compare);
       const std::size_t below = pixel + seen.width();
-      compare_across(faces, below < band.end_pixel() ? band.at(below) : seen.at(below));
+      detail::compare_across(faces, below < band.end_pixel() ? band.at(below) : seen.at(below), compare);
       if (pairs.size() < most) continue;
       detail::keep_once(pairs);
       most = std::max(most, 2 * pairs.size());

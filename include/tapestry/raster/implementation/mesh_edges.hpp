@@ -73,45 +73,42 @@ namespace tapestry::raster::detail {
   return pieces == 1;
 }
 
-}  // namespace tapestry::raster::detail
+/// A side of a face, seen from its lesser end.
+struct FaceSide {
+  std::int32_t high;  ///< the greater end
+  HalfEdge half_edge;
+};
 
-namespace tapestry::raster {
-
-MeshEdges mesh_edges(const geometry::Mesh& mesh) {
-  struct Side {
-    std::int32_t high;  // the greater end
-    HalfEdge half_edge;
-  };
-  MeshEdges edges;
-  edges.welded = welded_positions(mesh);
-  const auto ends_of = [&](std::size_t face, std::size_t corner) {
-    const auto end = [&](std::size_t k) {
-      return edges.welded[static_cast<std::size_t>(mesh.faces[face][k % 3])];
-    };
-    return std::minmax({end(corner), end(corner + 1)});
-  };
-  const auto for_each_side = [&](auto visit) {
-    for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const auto [low, high] = ends_of(face, corner);
-        if (low != high)
-          visit(static_cast<std::size_t>(low),
-                Side{high, {static_cast<std::int32_t>(face), static_cast<std::int32_t>(corner)}});
-      }
+/// Calls visit(lesser end, FaceSide) for every side that has a length, face by face.
+template <class Visit>
+void for_each_side(const geometry::Mesh& mesh, const std::vector<std::int32_t>& welded, Visit visit) {
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face)
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto end = [&](std::size_t k) {
+        return welded[static_cast<std::size_t>(mesh.faces[face][k % 3])];
+      };
+      const auto [low, high] = std::minmax({end(corner), end(corner + 1)});
+      if (low != high)
+        visit(static_cast<std::size_t>(low),
+              FaceSide{high, {static_cast<std::int32_t>(face), static_cast<std::int32_t>(corner)}});
     }
-  };
+}
+
+/// Puts together the sides that share both ends.
+inline void gather_edges(const geometry::Mesh& mesh, MeshEdges& edges) {
   // A counting sort by the lesser end, then each run, which is short, by the greater one.
   std::vector<std::uint32_t> next(mesh.positions.size() + 1, 0);
-  for_each_side([&](std::size_t low, const Side&) { ++next[low + 1]; });
+  for_each_side(mesh, edges.welded, [&](std::size_t low, const FaceSide&) { ++next[low + 1]; });
   for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
-  std::vector<Side> sides(next.back());
-  for_each_side([&](std::size_t low, const Side& side) { sides[next[low]++] = side; });
+  std::vector<FaceSide> sides(next.back());
+  for_each_side(mesh, edges.welded,
+                [&](std::size_t low, const FaceSide& side) { sides[next[low]++] = side; });
   edges.half_edges.reserve(sides.size());
   std::size_t first = 0;
   for (std::size_t low = 0; low < mesh.positions.size(); ++low) {
     const std::size_t last = next[low];  // by now the end of its run
     std::sort(sides.begin() + static_cast<std::ptrdiff_t>(first),
-              sides.begin() + static_cast<std::ptrdiff_t>(last), [](const Side& a, const Side& b) {
+              sides.begin() + static_cast<std::ptrdiff_t>(last), [](const FaceSide& a, const FaceSide& b) {
                 return std::tie(a.high, a.half_edge.face, a.half_edge.corner) <
                        std::tie(b.high, b.half_edge.face, b.half_edge.corner);
               });
@@ -123,6 +120,16 @@ MeshEdges mesh_edges(const geometry::Mesh& mesh) {
     first = last;
   }
   edges.begin.push_back(static_cast<std::uint32_t>(sides.size()));
+}
+
+}  // namespace tapestry::raster::detail
+
+namespace tapestry::raster {
+
+MeshEdges mesh_edges(const geometry::Mesh& mesh) {
+  MeshEdges edges;
+  edges.welded = welded_positions(mesh);
+  detail::gather_edges(mesh, edges);
   edges.way.resize(edges.size());
   for (std::size_t edge = 0; edge < edges.size(); ++edge)
     edges.way[edge] = detail::way_of(mesh, edges, edges.of(edge));

@@ -9,7 +9,7 @@ namespace tapestry::detail {
 
 /// One pass over the elements of an expression.
 template <class T, std::size_t Rank, class Adjoints>
-struct Pass {
+struct ElementPass {
   const RowPlan<Rank>& plan;
   const Adjoints& adjoints;  ///< of the leaves, in order, null where none is wanted
   T* root;                   ///< where a costly root's values are, else null

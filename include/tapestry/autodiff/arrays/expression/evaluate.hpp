@@ -100,7 +100,7 @@ template <ArrayExpression E>
 
 /// Goes through an expression's elements a block at a time: visit(cursor, position, first of the row, count).
 template <ArrayExpression E, class Adjoints, class Visit>
-void for_each_block(const E& node, const Pass<typename E::ArrayScalar, E::rank, Adjoints>& pass,
+void for_each_block(const E& node, const ElementPass<typename E::ArrayScalar, E::rank, Adjoints>& pass,
                     Visit visit) {
   Cursor<E> cursor(Standing<0, 0>{}, node, pass);
   pass.plan.for_each_row([&](const auto& index, std::size_t row) {
@@ -120,7 +120,7 @@ void run_forward(const E& node, typename E::ArrayScalar* root, typename E::Array
   const auto plan = plan_of(node);
   const auto nulls =
       std::apply([](const auto&... leaves) { return std::make_tuple(no_adjoint(leaves)...); }, node.leaves());
-  const Pass<T, E::rank, decltype(nulls)> pass{plan, nulls, root, kept, false};
+  const ElementPass<T, E::rank, decltype(nulls)> pass{plan, nulls, root, kept, false};
   for_each_block(node, pass, [&](auto& cursor, std::size_t position, std::size_t, std::size_t count) {
     take(cursor.reader(), position, count);
   });
@@ -132,7 +132,7 @@ void run_backward(const E& node, typename E::ArrayScalar* root, typename E::Arra
                   const Adjoints& adjoints, AdjointOf adjoint_of) {
   using T = typename E::ArrayScalar;
   const auto plan = plan_of(node);
-  const Pass<T, E::rank, Adjoints> pass{plan, adjoints, root, kept, true};
+  const ElementPass<T, E::rank, Adjoints> pass{plan, adjoints, root, kept, true};
   for_each_block(node, pass, [&](auto& cursor, std::size_t position, std::size_t first, std::size_t count) {
     using Reader = decltype(cursor.reader());
     for_block(count, PushAdjoint<Reader, T>{cursor.reader(), adjoint_of(position)});

@@ -164,6 +164,21 @@ inline void check_head(const NetworkConfig& config, std::size_t index, const Fea
   }
 }
 
+/// \throws FileError (mismatch) unless each source of a shortcut can be added to the layer before it
+inline void require_addable(const NetworkConfig& config, std::size_t index, const FeatureShape& shape,
+                            const std::vector<FeatureShape>& shapes) {
+  const auto is_multiple = [](std::size_t a, std::size_t b) { return std::max(a, b) % std::min(a, b) == 0; };
+  for (const std::size_t source : config.layers[index].sources) {
+    const FeatureShape& other = shapes[source];
+    if (!is_multiple(other.height, shape.height) || !is_multiple(other.width, shape.width) ||
+        other.height * shape.width != other.width * shape.height)
+      throw misfit(config, index,
+                   "cannot add layers of which neither has a whole multiple of the other's height and width",
+                   to_text(shape) + " as layer " + std::to_string(index - 1),
+                   to_text(other) + " of layer " + std::to_string(source));
+  }
+}
+
 [[nodiscard]] inline FeatureShape shape_of_layer(const NetworkConfig& config, std::size_t index,
                                                  const FeatureShape& before,
                                                  const std::vector<FeatureShape>& shapes) {
@@ -183,20 +198,7 @@ inline void check_head(const NetworkConfig& config, std::size_t index, const Fea
     case LayerKind::route:
       return joined_shape(config, index, shapes);
     case LayerKind::shortcut:
-      for (const std::size_t source : layer.sources) {
-        const FeatureShape& other = shapes[source];
-        const auto is_multiple = [](std::size_t a, std::size_t b) {
-          return std::max(a, b) % std::min(a, b) == 0;
-        };
-        if (!is_multiple(other.height, shape.height) || !is_multiple(other.width, shape.width) ||
-            other.height * shape.width != other.width * shape.height) {
-          throw misfit(
-              config, index,
-              "cannot add layers of which neither has a whole multiple of the other's height and width",
-              to_text(shape) + " as layer " + std::to_string(index - 1),
-              to_text(other) + " of layer " + std::to_string(source));
-        }
-      }
+      require_addable(config, index, shape, shapes);
       break;
     case LayerKind::avgpool:
       shape.row_reduction *= static_cast<double>(shape.height);

@@ -43,6 +43,39 @@ bool lies_last(const Operator<double>& kind, const std::vector<FoldOperand>& ope
 
 namespace tapestry::nn {
 
+namespace detail {
+
+/// Operands as the kernels read them, which may be past the end of one.
+struct FoldInputs {
+  std::vector<Constant> stored;
+  std::vector<Buffer<double>> values;
+  std::vector<TensorView<const double>> views;
+
+  /// \param first_last  operands that are wanted channels last
+  FoldInputs(const std::vector<FoldOperand>& operands, std::size_t first_last)
+      : stored(operands.size()), values(operands.size()), views(operands.size()) {
+    for (std::size_t i = 0; i < operands.size(); ++i) {
+      if (!operands[i].is_there) continue;
+      stored[i] = i < first_last ? to_channels_last(*operands[i].constant) : *operands[i].constant;
+      values[i].resize(stored[i].size());
+      for (std::size_t k = 0; k < values[i].size(); ++k) values[i].data()[k] = stored[i].at(k);
+      views[i] = {&stored[i].shape, values[i].data()};
+    }
+  }
+
+  /// For the maker of the operation.
+  [[nodiscard]] std::vector<Operand> described(const std::vector<FoldOperand>& operands) const {
+    std::vector<Operand> made;
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+      const bool is_there = operands[i].is_there;
+      made.push_back({stored[i].shape, stored[i].type, is_there ? &stored[i] : nullptr, is_there});
+    }
+    return made;
+  }
+};
+
+}  // namespace detail
+
 std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
                                 const std::vector<FoldOperand>& operands, std::size_t most) {
   if (node.operation == "Shape" || node.operation == "Size") {
@@ -53,22 +86,8 @@ std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
   }
   const Operator<double>& kind = operators<double>().find(node.operation)->second;
   const bool is_last = detail::lies_last(kind, operands);
-  std::vector<Operand> inputs;
-  std::vector<Constant> stored(operands.size());
-  std::vector<Buffer<double>> values(operands.size());  // kernels may read past the end of one
-  std::vector<TensorView<const double>> views(operands.size());
-  for (std::size_t i = 0; i < operands.size(); ++i) {
-    const FoldOperand& operand = operands[i];
-    if (operand.is_there)
-      stored[i] = is_last && i < kind.data_inputs ? to_channels_last(*operand.constant) : *operand.constant;
-    inputs.push_back(
-        {stored[i].shape, stored[i].type, operand.is_there ? &stored[i] : nullptr, operand.is_there});
-    if (!operand.is_there) continue;
-    values[i].resize(stored[i].size());
-    for (std::size_t k = 0; k < values[i].size(); ++k) values[i].data()[k] = stored[i].at(k);
-    views[i] = {&stored[i].shape, values[i].data()};
-  }
-  OperatorContext context(node, opset, std::move(inputs), is_last);
+  const detail::FoldInputs inputs(operands, is_last ? kind.data_inputs : 0);
+  OperatorContext context(node, opset, inputs.described(operands), is_last);
   const auto operation = kind.make(context);
   context.require_all_asked();
   std::vector<Buffer<double>> results;
@@ -81,9 +100,9 @@ std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
     results.emplace_back(count);
     result_views.push_back({&result.shape, results.back().data()});
   }
-  operation->prepare(views);
+  operation->prepare(inputs.views);
   OperationState<double> state;
-  operation->forward({views, result_views, state, false, Engine::automatic});
+  operation->forward({inputs.views, result_views, state, false, Engine::automatic});
   std::vector<Constant> constants;
   for (std::size_t i = 0; i < results.size(); ++i) {
     Constant result{operation->results()[i].shape, operation->results()[i].type,

@@ -85,9 +85,10 @@ template <class F, class T>
 
 /// A function of each element of two operands, which are repeated as far as need be.
 template <std::floating_point T>
-class Binary : public Operation<T> {
+class BinaryOperation : public Operation<T> {
  public:
-  Binary(const Operand& a, const Operand& b, ElementType type, const BinaryLoops<T>& loops, bool b_is_weight)
+  BinaryOperation(const Operand& a, const Operand& b, ElementType type, const BinaryLoops<T>& loops,
+                  bool b_is_weight)
       : Operation<T>({{broadcast_shape(a.shape, b.shape), type}}),
         loops_(loops),
         nest_(broadcast_nest<2>(this->result_shape(), {&a.shape, &b.shape})),
@@ -166,8 +167,9 @@ template <std::floating_point T>
     if (is_weighted && broadcast_shape(a.shape, b.shape) != a.shape)
       throw ShapeError("the slope is " + tapestry::detail::to_text(b.shape) + ", expected what goes with " +
                        tapestry::detail::to_text(a.shape));
-    return std::make_unique<Binary<T>>(a, b, kind == BinaryKind::test ? ElementType::boolean : a.type,
-                                       is_discrete ? integers : loops, is_weighted);
+    return std::make_unique<BinaryOperation<T>>(a, b,
+                                                kind == BinaryKind::test ? ElementType::boolean : a.type,
+                                                is_discrete ? integers : loops, is_weighted);
   };
   return {LayoutRule::any, all_inputs, true, make};
 }
@@ -185,7 +187,7 @@ template <std::floating_point T>
     throw DomainError("fmod is 0, expected 1 for numbers that are not integers");
   const auto loops =
       has_sign_of_first ? binary_loops<binary::Fmod, T>() : binary_loops<binary::IntegerMod, T>();
-  return std::make_unique<Binary<T>>(a, b, a.type, loops, false);
+  return std::make_unique<BinaryOperation<T>>(a, b, a.type, loops, false);
 }
 }  // namespace detail
 

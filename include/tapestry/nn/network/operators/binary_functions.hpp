@@ -2,8 +2,9 @@
 #include <cmath>
 
 /// \file
-/// Functions of two numbers, as ONNX defines them, for Binary. `by_a` and `by_b` are the derivatives. Those
-/// that are VectorFunctions have neither branches nor calls, so that loops of them are loops of vectors.
+/// Functions of two numbers, as ONNX defines them, for BinaryOperation. `by_a` and `by_b` are the
+/// derivatives. Those that are VectorFunctions have neither branches nor calls, so that loops of them are
+/// loops of vectors.
 
 namespace tapestry::nn::binary {
 

@@ -26,7 +26,7 @@ struct IndexPlan {
 
   /// Writes where each block begins. \throws DomainError for an index that is out of range
   template <std::floating_point T>
-  void write_places(const T* indices, Position<T>* places) const {
+  void write_places(const T* indices, ElementIndex<T>* places) const {
     const auto step = nest.loops.back().strides;
     for_each_run(nest, [&](const auto& at, std::size_t run) {
       for (std::size_t i = 0; i < run; ++i) {
@@ -34,7 +34,7 @@ struct IndexPlan {
         const T* const index = indices + at[0] + k * step[0];
         std::ptrdiff_t place = at[1] + k * step[1];
         for (std::size_t j = 0; j < strides.size(); ++j) place += offset(index[j], j);
-        *places++ = static_cast<Position<T>>(place);
+        *places++ = static_cast<ElementIndex<T>>(place);
       }
     });
   }
@@ -117,7 +117,7 @@ class Gather : public Operation<T> {
 
   void forward(const ForwardCall<T>& call) const override {
     call.state.choices.resize(plan_.count);
-    const Position<T>* const places = call.state.choices.data();
+    const ElementIndex<T>* const places = call.state.choices.data();
     plan_.write_places(call.inputs[1].values, call.state.choices.data());
     const T* const from = call.inputs[0].values;
     T* const to = call.outputs[0].values;
@@ -133,7 +133,7 @@ class Gather : public Operation<T> {
   void adjoint(const AdjointCall<T>& call) const override {
     T* const to = call.accumulate(0);
     const T* from = call.output_adjoints[0].values;
-    const Position<T>* const places = call.state.choices.data();
+    const ElementIndex<T>* const places = call.state.choices.data();
     for (std::size_t i = 0; i < plan_.count; ++i)  // a block may be meant more than once
       for (std::size_t k = 0; k < plan_.block; ++k) to[static_cast<std::size_t>(places[i]) + k] += *from++;
   }

@@ -84,10 +84,10 @@ class Eye : public Operation<T> {
 
 /// The part of matrices on one side of a diagonal, and 0 elsewhere.
 template <std::floating_point T>
-class Triangle : public Operation<T> {
+class Trilu : public Operation<T> {
  public:
   /// \param diagonal  of elements [i, i + diagonal]
-  Triangle(const Operand& x, std::int64_t diagonal, bool is_upper)
+  Trilu(const Operand& x, std::int64_t diagonal, bool is_upper)
       : Operation<T>({{x.shape, x.type}}), diagonal_(diagonal), is_upper_(is_upper) {}
 
   void forward(const ForwardCall<T>& call) const override {
@@ -188,8 +188,8 @@ template <std::floating_point T>
   const Operand& x = context.input(0);
   if (x.shape.size() < 2) throw ShapeError(tapestry::detail::to_text(x.shape) + " is no matrix");
   const double diagonal = context.has_input(1) ? scalar_of(context, 1) : 0;
-  return std::make_unique<Triangle<T>>(x, OperatorContext::to_integer(diagonal),
-                                       context.integer("upper", 1) != 0);
+  return std::make_unique<Trilu<T>>(x, OperatorContext::to_integer(diagonal),
+                                    context.integer("upper", 1) != 0);
 }
 }  // namespace detail
 

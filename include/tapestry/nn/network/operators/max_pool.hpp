@@ -31,7 +31,7 @@ class MaxPool : public Operation<T> {
   void forward(const ForwardCall<T>& call) const override {
     const T* const in = call.inputs[0].values;
     T* const out = call.outputs[0].values;
-    Position<T>* choice = nullptr;
+    ElementIndex<T>* choice = nullptr;
     if (call.keeps) {
       call.state.choices.resize(plan_.images * plan_.out_size());
       choice = call.state.choices.data();
@@ -44,7 +44,7 @@ class MaxPool : public Operation<T> {
 
   /// The adjoint of each output goes to the pixel that was chosen for it.
   void adjoint(const AdjointCall<T>& call) const override {
-    const Position<T>* const choice = call.state.choices.data();
+    const ElementIndex<T>* const choice = call.state.choices.data();
     const T* const out_adjoint = call.output_adjoints[0].values;
     T* const in_adjoint = call.accumulate(0);
     const std::size_t channels = plan_.channels, pixels = plan_.rows.output * plan_.columns.output;
@@ -63,11 +63,11 @@ class MaxPool : public Operation<T> {
   }
 
  private:
-  [[nodiscard]] Position<T> position(std::size_t in) const {
-    return static_cast<Position<T>>(in % plan_.in_size() / plan_.channels);
+  [[nodiscard]] ElementIndex<T> position(std::size_t in) const {
+    return static_cast<ElementIndex<T>>(in % plan_.in_size() / plan_.channels);
   }
 
-  void pool(const T* in, T* out, Position<T>* choice) const {
+  void pool(const T* in, T* out, ElementIndex<T>* choice) const {
     plan_.for_each_output(
         [&](std::size_t first, std::size_t to, const WindowTaps& row, const WindowTaps& column) {
           kernels<T>().max_pool_pixel({in + first, row.count, column.count, plan_.row_size(), plan_.channels,
@@ -99,7 +99,7 @@ class MaxPool : public Operation<T> {
     });
   }
 
-  void pool_spaced(const T* in, T* out, Position<T>* choice) const {
+  void pool_spaced(const T* in, T* out, ElementIndex<T>* choice) const {
     plan_.for_each_output(
         [&](std::size_t first, std::size_t to, const WindowTaps& row, const WindowTaps& column) {
           for (std::size_t c = 0; c < plan_.channels; ++c) {

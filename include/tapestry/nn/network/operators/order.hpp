@@ -110,7 +110,7 @@ class TopK : public Operation<T> {
         call.outputs[0].values[to] = x[order[i] * runs_.inner];
         if (indices != nullptr) indices[to] = static_cast<T>(order[i]);
         if (call.keeps)
-          call.state.choices.data()[to] = static_cast<Position<T>>(from + order[i] * runs_.inner);
+          call.state.choices.data()[to] = static_cast<ElementIndex<T>>(from + order[i] * runs_.inner);
       }
     });
   }

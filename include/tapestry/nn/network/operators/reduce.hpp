@@ -17,7 +17,7 @@
 namespace tapestry::nn {
 
 /// Σ |x|.
-struct AbsoluteStep : SumStep {
+struct AbsoluteSumStep : SumStep {
   static double next(double sum, double value) { return sum + (value < 0 ? -value : value); }
 };
 /// Σ x².
@@ -72,7 +72,7 @@ class Reduce : public Operation<T> {
       case Reduction::product:
         return reduce<ProductStep>(plan_, x, no_shifts, store);
       case Reduction::l1:
-        return reduce<AbsoluteStep>(plan_, x, no_shifts, store);
+        return reduce<AbsoluteSumStep>(plan_, x, no_shifts, store);
       case Reduction::l2:
         return reduce<SquareStep>(plan_, x, no_shifts,
                                   [&](std::ptrdiff_t at, double sum) { store(at, std::sqrt(sum)); });
@@ -95,7 +95,7 @@ class Reduce : public Operation<T> {
     const T* const dy = call.output_adjoints[0].values;
     if (kind_ == Reduction::max || kind_ == Reduction::min) {
       T* const dx = call.accumulate(0);
-      const Position<T>* const chosen = call.state.choices.data();
+      const ElementIndex<T>* const chosen = call.state.choices.data();
       for (std::size_t i = 0; i < call.output_adjoints[0].size(); ++i)
         if (chosen[i] >= 0) dx[chosen[i]] += dy[i];
       return;
@@ -150,15 +150,15 @@ class Reduce : public Operation<T> {
     }
     if (!call.keeps) return;
     call.state.choices.resize(call.outputs[0].size());
-    Position<T>* const chosen = call.state.choices.data();
-    std::fill_n(chosen, call.outputs[0].size(), Position<T>(-1));
+    ElementIndex<T>* const chosen = call.state.choices.data();
+    std::fill_n(chosen, call.outputs[0].size(), ElementIndex<T>(-1));
     const std::ptrdiff_t step = nest_.loops.back().strides[1];
     for_each_run(nest_, [&](const auto& at, std::size_t count) {
       for (std::size_t i = 0; i < count; ++i) {
         const auto from = at[0] + static_cast<std::ptrdiff_t>(i);
         const auto to = at[1] + static_cast<std::ptrdiff_t>(i) * step;
         const bool is_it = x[from] == y[to] || (x[from] != x[from] && y[to] != y[to]);
-        if (is_it && chosen[to] < 0) chosen[to] = static_cast<Position<T>>(from);
+        if (is_it && chosen[to] < 0) chosen[to] = static_cast<ElementIndex<T>>(from);
       }
     });
   }

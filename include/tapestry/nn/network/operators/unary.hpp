@@ -66,9 +66,9 @@ template <class F, class T>
 
 /// A function of each element.
 template <std::floating_point T>
-class Unary : public Operation<T> {
+class UnaryOperation : public Operation<T> {
  public:
-  Unary(const Operand& x, ElementType type, const UnaryLoops<T>& loops, T a, T b)
+  UnaryOperation(const Operand& x, ElementType type, const UnaryLoops<T>& loops, T a, T b)
       : Operation<T>({{x.shape, type}}), loops_(loops), a_(a), b_(b) {
     this->set_pixelwise();
   }
@@ -168,8 +168,8 @@ template <std::floating_point T>
                                                  : context.number(from.name, from.otherwise));
     };
     const Operand& x = context.input(0);
-    return std::make_unique<Unary<T>>(x, loops.is_test ? ElementType::boolean : x.type, loops, value(a),
-                                      value(b));
+    return std::make_unique<UnaryOperation<T>>(x, loops.is_test ? ElementType::boolean : x.type, loops,
+                                               value(a), value(b));
   };
   return {LayoutRule::any, 1, false, make};
 }
@@ -195,15 +195,15 @@ template <std::floating_point T>
     }
   }
   const Operand& x = context.input(0);
-  return std::make_unique<Unary<T>>(x, x.type, unary_loops<unary::Clip, T>(), bounds[0], bounds[1]);
+  return std::make_unique<UnaryOperation<T>>(x, x.type, unary_loops<unary::Clip, T>(), bounds[0], bounds[1]);
 }
 
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_is_inf(OperatorContext& context) {
   const T below = context.integer("detect_negative", 1) != 0 ? T(1) : T(0);
   const T above = context.integer("detect_positive", 1) != 0 ? T(1) : T(0);
-  return std::make_unique<Unary<T>>(context.input(0), ElementType::boolean, unary_loops<unary::IsInf, T>(),
-                                    below, above);
+  return std::make_unique<UnaryOperation<T>>(context.input(0), ElementType::boolean,
+                                             unary_loops<unary::IsInf, T>(), below, above);
 }
 
 template <std::floating_point T>
@@ -214,7 +214,34 @@ template <std::floating_point T>
   const Operand& x = context.input(0);
   const auto loops =
       approximation == "none" ? unary_loops<unary::Gelu, T>() : unary_loops<unary::GeluTanh, T>();
-  return std::make_unique<Unary<T>>(x, x.type, loops, T(0), T(0));
+  return std::make_unique<UnaryOperation<T>>(x, x.type, loops, T(0), T(0));
+}
+
+/// Functions of mathematics.
+template <std::floating_point T>
+void add_elementary_operators(OperatorTable<T>& table) {
+  add_unary<unary::Erf>(table, "Erf");
+  add_unary<unary::Exp>(table, "Exp");
+  add_unary<unary::Log>(table, "Log");
+  add_unary<unary::Sqrt>(table, "Sqrt");
+  add_unary<unary::Reciprocal>(table, "Reciprocal");
+  add_unary<unary::Abs>(table, "Abs");
+  add_unary<unary::Neg>(table, "Neg");
+  add_unary<unary::Sin>(table, "Sin");
+  add_unary<unary::Cos>(table, "Cos");
+  add_unary<unary::Tan>(table, "Tan");
+  add_unary<unary::Asin>(table, "Asin");
+  add_unary<unary::Acos>(table, "Acos");
+  add_unary<unary::Atan>(table, "Atan");
+  add_unary<unary::Sinh>(table, "Sinh");
+  add_unary<unary::Cosh>(table, "Cosh");
+  add_unary<unary::Asinh>(table, "Asinh");
+  add_unary<unary::Acosh>(table, "Acosh");
+  add_unary<unary::Atanh>(table, "Atanh");
+  add_unary<unary::Floor>(table, "Floor");
+  add_unary<unary::Ceil>(table, "Ceil");
+  add_unary<unary::Round>(table, "Round");
+  add_unary<unary::Sign>(table, "Sign");
 }
 }  // namespace detail
 
@@ -247,31 +274,10 @@ void add_unary_operators(OperatorTable<T>& table) {
   add_unary<unary::Softplus>(table, "Softplus");
   add_unary<unary::Softsign>(table, "Softsign");
   add_unary<unary::Tanh>(table, "Tanh");
-  add_unary<unary::Erf>(table, "Erf");
-  add_unary<unary::Exp>(table, "Exp");
-  add_unary<unary::Log>(table, "Log");
-  add_unary<unary::Sqrt>(table, "Sqrt");
-  add_unary<unary::Reciprocal>(table, "Reciprocal");
-  add_unary<unary::Abs>(table, "Abs");
-  add_unary<unary::Neg>(table, "Neg");
-  add_unary<unary::Sin>(table, "Sin");
-  add_unary<unary::Cos>(table, "Cos");
-  add_unary<unary::Tan>(table, "Tan");
-  add_unary<unary::Asin>(table, "Asin");
-  add_unary<unary::Acos>(table, "Acos");
-  add_unary<unary::Atan>(table, "Atan");
-  add_unary<unary::Sinh>(table, "Sinh");
-  add_unary<unary::Cosh>(table, "Cosh");
-  add_unary<unary::Asinh>(table, "Asinh");
-  add_unary<unary::Acosh>(table, "Acosh");
-  add_unary<unary::Atanh>(table, "Atanh");
   add_unary<unary::Shrink>(table, "Shrink", {"lambd", 0.5}, {"bias", 0});
-  add_unary<unary::Floor>(table, "Floor");
-  add_unary<unary::Ceil>(table, "Ceil");
-  add_unary<unary::Round>(table, "Round");
-  add_unary<unary::Sign>(table, "Sign");
   add_unary<unary::Not>(table, "Not");
   add_unary<unary::IsNan>(table, "IsNaN");
+  detail::add_elementary_operators(table);
   table["IsInf"] = {LayoutRule::any, 1, false, detail::make_is_inf<T>};
 }
 

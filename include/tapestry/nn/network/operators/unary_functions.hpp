@@ -4,8 +4,8 @@
 #include <tapestry/core/vector_exp.hpp>
 
 /// \file
-/// Smooth functions of one number with at most two parameters, as ONNX defines them, for Unary. `slope` is
-/// the derivative, computed from what `reads` says: the argument or the value. NaN stays NaN.
+/// Smooth functions of one number with at most two parameters, as ONNX defines them, for UnaryOperation.
+/// `slope` is the derivative, computed from what `reads` says: the argument or the value. NaN stays NaN.
 ///
 /// Those that are VectorFunctions have neither branches nor calls, so that loops of them are loops of
 /// vectors. Their exponentials are vector_exp(): results err by a relative 8 ε at most down to e^-86.8 in

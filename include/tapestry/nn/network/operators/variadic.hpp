@@ -89,13 +89,13 @@ class ExtremeOf : public Variadic<T> {
     if (call.inputs[0].values != y) repeat(this->nest(0), call.inputs[0].values, y);
     if (call.keeps) {
       call.state.choices.resize(size);
-      std::fill_n(call.state.choices.data(), size, Position<T>(0));
+      std::fill_n(call.state.choices.data(), size, ElementIndex<T>(0));
     }
-    Position<T>* const choices = call.keeps ? call.state.choices.data() : nullptr;
+    ElementIndex<T>* const choices = call.keeps ? call.state.choices.data() : nullptr;
     for (std::size_t i = 1; i < call.inputs.size(); ++i)
       this->for_each_run_of(i, call.inputs[i].values,
                             [&](const T* x, std::ptrdiff_t at, std::size_t count, bool moves) {
-                              choose(x, moves, static_cast<Position<T>>(i), y + at,
+                              choose(x, moves, static_cast<ElementIndex<T>>(i), y + at,
                                      choices == nullptr ? nullptr : choices + at, count);
                             });
   }
@@ -107,10 +107,10 @@ class ExtremeOf : public Variadic<T> {
     T* const part = call.state.values.data();
     for (std::size_t i = 0; i < call.inputs.size(); ++i) {
       if (!call.wants(i)) continue;
-      const Position<T>* const choices = call.state.choices.data();
+      const ElementIndex<T>* const choices = call.state.choices.data();
       detail::for_each_block(size, [&](std::size_t begin, std::size_t count) {
         for (std::size_t k = begin; k < begin + count; ++k)
-          part[k] = choices[k] == static_cast<Position<T>>(i) ? dy[k] : T(0);
+          part[k] = choices[k] == static_cast<ElementIndex<T>>(i) ? dy[k] : T(0);
       });
       this->operand(i).pull_back(part, T(1), call, i);
     }
@@ -119,7 +119,7 @@ class ExtremeOf : public Variadic<T> {
   [[nodiscard]] bool works_in_place() const override { return true; }
 
  private:
-  void choose(const T* x, bool moves, Position<T> operand, T* y, Position<T>* choices,
+  void choose(const T* x, bool moves, ElementIndex<T> operand, T* y, ElementIndex<T>* choices,
               std::size_t count) const {
     for (std::size_t k = 0; k < count; ++k) {
       const T value = x[moves ? k : 0];

@@ -3,7 +3,7 @@
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/light.hpp>
 
-namespace tapestry::camouflage {
+namespace tapestry::io {
 
 /// The light of a frame, for pictures in a colour space.
 ///
@@ -11,7 +11,7 @@ namespace tapestry::camouflage {
 /// Neural Mesh Renderer, whose light stands in where a frame states none. In ColourSpace::linear these become
 /// what they stand for: white paint in the shade, and white paint that faces the light, look the same in both
 /// spaces.
-[[nodiscard]] inline raster::Light frame_light(const io::Frame& frame, image::ColourSpace space) {
+[[nodiscard]] inline raster::Light frame_light(const Frame& frame, image::ColourSpace space) {
   raster::Light light = frame.light.value_or(raster::Light{});
   if (space == image::ColourSpace::encoded) return light;
   const double brightest = image::linearised(light.ambient + light.directional);
@@ -21,4 +21,4 @@ namespace tapestry::camouflage {
   return light;
 }
 
-}  // namespace tapestry::camouflage
+}  // namespace tapestry::io
