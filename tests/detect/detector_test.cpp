@@ -24,6 +24,29 @@ using tapestry::test::nanodet_like;
 using tapestry::test::pictures;
 using tapestry::test::yolox_like;
 constexpr std::size_t classes = tapestry::test::exported_classes;
+
+/// The export as a converter to half precision leaves it: weights of convolutions are cast to single
+/// precision, and whatever a node makes is cast to half precision and back.
+nn::NetworkDescription with_casts(nn::NetworkDescription description) {
+  constexpr std::int64_t single = 1, half = 10;
+  const auto cast = [](const std::string& from, const std::string& to, std::int64_t type) {
+    return nn::Node{"", "Cast", {from}, {to}, {{"to", type}}};
+  };
+  std::vector<nn::Node> nodes;
+  for (nn::Node& node : description.nodes) {
+    if (node.operation == "Conv") {
+      nodes.push_back(cast(node.inputs[1], node.inputs[1] + ".single", single));
+      node.inputs[1] += ".single";
+    }
+    const std::string output = node.outputs.front();
+    node.outputs.front() += ".made";
+    nodes.push_back(std::move(node));
+    nodes.push_back(cast(output + ".made", output + ".half", half));
+    nodes.push_back(cast(output + ".half", output, single));
+  }
+  description.nodes = std::move(nodes);
+  return description;
+}
 }  // namespace
 
 TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores",
@@ -127,6 +150,24 @@ TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detec
   detector.forward(pictures<float>(1, 96), pass);
   for (std::size_t h = 0; h < 3; ++h) CHECK(pass.logits[h].shape(1) == classes + 32);
   CHECK_FALSE(detect::decode(detector.heads(), pass.logits, 0, 0.01, 96, 96).empty());
+}
+
+TEST_CASE("heads are found behind the Casts of an export in half precision, with the same logits",
+          "[detect][graph_detector]") {
+  const std::string name = GENERATE("yolox", "nanodet", "yolov5");
+  CAPTURE(name);
+  const auto kind = detect::known_description(name);
+  const auto plain = name == "yolox"     ? yolox_like(64)
+                     : name == "nanodet" ? nanodet_like(64)
+                                         : tapestry::test::yolov5_like(64, kind.anchors);
+  const auto cast = with_casts(plain);
+  REQUIRE(cast.outputs == plain.outputs);
+  CHECK(detect::recognised_detector(cast) == detect::recognised_detector(plain));
+  const bool simplifies = GENERATE(true, false);
+  const detect::Detector<float> expected(plain, kind, 0, {}, simplifies),
+      found(cast, kind, 0, {}, simplifies);
+  const auto images = pictures<float>(1, 64);
+  CHECK(detect::forward(found, images) == detect::forward(expected, images));
 }
 
 TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][graph_detector]") {
