@@ -455,10 +455,44 @@ TEST_CASE("detectors that are known are recognised by what is behind their outpu
   CHECK_FALSE(detect::recognised_detector(exporter.finish(exporter.backbone())).has_value());
 }
 
+TEST_CASE("decoded outputs of other extents are refused by their names in the file",
+          "[detect][graph_detector][decoded][error]") {
+  const auto description = tapestry::test::boxes_and_scores(64, 11);
+  detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
+  const auto complaint = [&] {
+    try {
+      const detect::Detector<float> detector(description, kind);
+    } catch (const tapestry::FileError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  const std::string beginning = "net.onnx: not a detector of the kind boxes_and_scores: output ";
+  const std::string &boxes = description.outputs[0], &scores = description.outputs[1];
+  kind.decoded.boxes = boxes;
+  kind.decoded.scores = scores;
+  CHECK(complaint() == "none");
+  kind.decoded.channels_first = true;
+  CHECK(complaint() == beginning + "'" + boxes + "'; expected [1, 4, candidates], found [1, 64, 4]");
+  kind.decoded.channels_first = false;
+  kind.decoded.scores = description.nodes[6].outputs.front();  // a map
+  REQUIRE(description.nodes[6].operation == "Conv");
+  CHECK(complaint() ==
+        beginning + "'" + kind.decoded.scores + "'; expected [1, 64, classes], found [1, 8, 4, 4]");
+  kind.decoded.boxes = kind.decoded.scores;
+  CHECK(complaint() == beginning + "'" + kind.decoded.boxes +
+                           "'; expected [1, candidates, 4 + classes], found [1, 8, 4, 4]");
+  kind.decoded.boxes = kind.decoded.scores = boxes;
+  kind.decoded.has_objectness = true;
+  CHECK(complaint() == "net.onnx: not a detector of the kind boxes_and_scores: classes of output '" + boxes +
+                           "'; expected at least 1, found 0");
+}
+
 TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector]") {
   const auto yolox = detect::known_description("yolox");
   CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), detect::known_description("nanodet")),
-                    contains("net.onnx: ") && contains("outputs of 10 channels"));
+                    contains("net.onnx: not a detector of the kind nanodet: channels of Conv ") &&
+                        contains("; expected more than 32, found 10"));
   auto two = yolox;
   two.strides = {8, 16};
   CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), two), contains("expected 2, found 3"));
@@ -468,8 +502,11 @@ TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector
   CHECK_THROWS_WITH(detect::Detector<float>(export5, yolov5),
                     contains("channels at stride 16") && contains("expected 20, found 30"));
   yolov5.anchors[0].assign(4, {8, 8});
-  CHECK_THROWS_WITH(detect::Detector<float>(export5, yolov5),
-                    contains("outputs of 30 channels, expected more than 20 and a multiple of 4"));
+  CHECK_THROWS_WITH(
+      detect::Detector<float>(export5, yolov5),
+      contains(
+          "net.onnx: not a detector of the kind yolov5: channels of Conv \"v10\"; expected more than 20 and "
+          "a multiple of 4, found 30"));
   yolov5 = detect::known_description("yolov5");
   yolov5.anchors.assign(3, {{8, 8}});
   CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), yolov5),

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
@@ -12,24 +11,16 @@
 
 namespace tapestry::detect::detail {
 
-/// The node of this operation that makes a value; null if none does.
-[[nodiscard]] inline const nn::Node* maker_of(const nn::NetworkDescription& network, const std::string& value,
-                                              std::string_view operation) {
-  const auto maker = std::ranges::find_if(network.nodes, [&](const nn::Node& node) {
-    return node.operation == operation && node.outputs.front() == value;
-  });
-  return maker == network.nodes.end() ? nullptr : &*maker;
-}
-
 /// Filters of the convolution that makes each of these values, looking through a Cast of its weights; 0 where
 /// they are not constant.
 [[nodiscard]] inline std::vector<std::size_t> filter_counts(const nn::NetworkDescription& network,
                                                             const std::vector<std::string>& values) {
   std::vector<std::size_t> counts;
   for (const std::string& value : values) {
-    const nn::Node* const maker = maker_of(network, value, "Conv");
+    const nn::Node* const maker = nn::maker_of(network, value);
     std::string weights = maker == nullptr ? "" : maker->inputs.at(1);
-    if (const nn::Node* const cast = maker_of(network, weights, "Cast")) weights = cast->inputs.at(0);
+    const nn::Node* const cast = nn::maker_of(network, weights);
+    if (cast != nullptr && cast->operation == "Cast") weights = cast->inputs.at(0);
     const auto found = network.constants.find(weights);
     const bool is_known = found != network.constants.end() && !found->second.shape.empty();
     counts.push_back(is_known ? found->second.shape.front() : 0);
