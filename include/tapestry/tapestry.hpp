@@ -105,6 +105,7 @@
 #include <tapestry/core/vector_functions.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/best_candidate.hpp>
+#include <tapestry/detect/best_score_variable.hpp>
 #include <tapestry/detect/bin_distribution.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
@@ -214,6 +215,7 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/glb_writer.hpp>
+#include <tapestry/io/gradient_picture.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 #include <tapestry/io/loaded_mesh.hpp>
