@@ -56,6 +56,14 @@ endfunction()
 add_page_program(README.md readme_example "<!-- compiled by the tests -->\n```cpp\n")
 require_excerpt(README.md examples/tour/paint_a_car.cpp)
 add_page_program(docs/TUTORIAL.md tutorial_example "```cpp\n")
+# The tutorial's section about a network from a file gets a small one with random weights.
+add_executable(page_models programs/export_detector.cpp)
+target_link_libraries(page_models PRIVATE tapestry_strict tapestry_compiled)
+add_test(NAME "docs/TUTORIAL.md: models for the example" COMMAND page_models .)
+add_test(NAME "docs/TUTORIAL.md: the example reads a network"
+         COMMAND tutorial_example yolox.onnx ${PROJECT_SOURCE_DIR}/examples/assets/result.png)
+set_tests_properties("docs/TUTORIAL.md: models for the example" PROPERTIES FIXTURES_SETUP page_models)
+set_tests_properties("docs/TUTORIAL.md: the example reads a network" PROPERTIES FIXTURES_REQUIRED page_models)
 
 file(STRINGS ${PROJECT_SOURCE_DIR}/CITATION.cff cited_version REGEX "^version: ")
 if(NOT cited_version STREQUAL "version: ${PROJECT_VERSION}")

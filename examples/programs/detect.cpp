@@ -11,14 +11,18 @@
 #include <system_error>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/pass_pool.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/nn/network/operation_times.hpp>
 #include <utility>
 #include <vector>
 
 #include "shell/contact_sheet.hpp"
 #include "shell/heat_map_picture.hpp"
 #include "shell/inputs.hpp"
+#include "shell/network_profile.hpp"
 #include "shell/picture_detections.hpp"
 #include "shell/picture_list.hpp"
 #include "shell/program.hpp"
@@ -36,6 +40,7 @@ struct Options {
   std::string heat_map;
   std::string layer;
   std::string heat_map_kind = heat_maps.front().first;
+  bool profile = false;
   std::vector<std::string> images;
 };
 
@@ -58,16 +63,14 @@ void describe(CLI::App& app, Options& options) {
   app.add_option("--heat-map-kind", options.heat_map_kind,
                  "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels")
       ->capture_default_str();
+  app.add_flag("--profile", options.profile,
+               "print where the time of the network went, by operator, forward and backward to the picture; "
+               "with --json on the standard error");
   app.add_option("IMAGE", options.images,
                  "PNG, JPEG, BMP, PGM or PPM pictures or frames (.npz), folders of them, or lists of them "
                  "(.txt, a path a line). One that "
                  "cannot be read is told and left out; the exit status is then that of the first")
       ->required();
-}
-
-Array<std::uint8_t, 3> read_picture(const std::string& path) {
-  return std::filesystem::path(path).extension() == ".npz" ? io::read_frame(path).image
-                                                           : io::read_image(path);
 }
 
 Json json_of(const std::string& path, const std::vector<detect::Detection>& detections,
@@ -145,10 +148,15 @@ class Detection {
   int finish() const {
     if (options_.json)
       std::cout << report_text(all_);
-    else if (pictures_ > 0 && verbosity() != Verbosity::quiet)
+    else if (!options_.profile && pictures_ > 0 && verbosity() != Verbosity::quiet)
       std::printf("fit %s, %.1f ms an image from file to result, %.0f MiB at most\n",
                   std::string(image::name_of(detector_.fit().kind)).c_str(),
                   1e3 * seconds_ / static_cast<double>(pictures_), peak_mib());
+    if (options_.profile && pictures_ > 0) {
+      std::FILE* const to = options_.json ? stderr : stdout;
+      print_profile(to, "forward", times_.forward);
+      print_profile(to, "backward to the picture", times_.adjoint);
+    }
     if (failures_ > 0 && failures_ + pictures_ > 1)
       std::cerr << failures_ << " of " << failures_ + pictures_ << " pictures failed\n";
     return code_;
@@ -159,12 +167,18 @@ class Detection {
   struct Examined {
     std::vector<detect::Detection> found{};
     std::optional<Error> error{};
+    nn::PassTimes times{};
   };
 
   Examined examine(const std::string& path) {
     try {
-      auto picture = read_picture(path);
-      auto found = detections_in(path, picture, options_.detector, detector_, *passes_.take());
+      auto picture = io::read_picture(path);
+      const auto pass = passes_.take();
+      Examined examined{detections_in(path, picture, options_.detector, detector_, *pass)};
+      const auto& found = examined.found;
+      if (options_.profile)
+        examined.times =
+            operation_times(detector_, detector_.input(image::from_bytes<float>(picture)), *pass);
       if (!options_.heat_map.empty())
         io::write_image(annotated_path(options_.heat_map, path, heat_map_ending),
                         found.empty()
@@ -174,7 +188,7 @@ class Detection {
         for (const auto& detection : found) draw_box(picture, detection.box, {40, 220, 60});
         io::write_image(annotated_path(options_.annotate, path, annotated_ending), picture);
       }
-      return {std::move(found)};
+      return examined;
     } catch (const Error& error) {
       if (error.kind() == ErrorKind::write) throw;
       return {{}, error};
@@ -188,6 +202,8 @@ class Detection {
       return;
     }
     ++pictures_;
+    times_.forward += examined.times.forward;
+    times_.adjoint += examined.times.adjoint;
     if (options_.json)
       all_.push_back(json_of(path, examined.found, detector_, options_.detector.precision));
     else
@@ -199,6 +215,7 @@ class Detection {
   HeatMap heat_map_;
   detect::PassPool<float> passes_;
   Json all_ = Json::array();
+  nn::PassTimes times_;
   double seconds_ = 0;
   std::size_t pictures_ = 0, failures_ = 0;
   int code_ = 0;

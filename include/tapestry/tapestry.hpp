@@ -100,12 +100,14 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/core/scoped_timer.hpp>
 #include <tapestry/core/supported_target.hpp>
 #include <tapestry/core/thread_pool.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/core/vector_functions.hpp>
 #include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/best_candidate.hpp>
+#include <tapestry/detect/best_score_variable.hpp>
 #include <tapestry/detect/bin_distribution.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
@@ -216,6 +218,7 @@
 #include <tapestry/io/frame_folder.hpp>
 #include <tapestry/io/frame_light.hpp>
 #include <tapestry/io/glb_writer.hpp>
+#include <tapestry/io/gradient_picture.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 #include <tapestry/io/loaded_mesh.hpp>

@@ -24,6 +24,29 @@ using tapestry::test::nanodet_like;
 using tapestry::test::pictures;
 using tapestry::test::yolox_like;
 constexpr std::size_t classes = tapestry::test::exported_classes;
+
+/// The export as a converter to half precision leaves it: weights of convolutions are cast to single
+/// precision, and whatever a node makes is cast to half precision and back.
+nn::NetworkDescription with_casts(nn::NetworkDescription description) {
+  constexpr std::int64_t single = 1, half = 10;
+  const auto cast = [](const std::string& from, const std::string& to, std::int64_t type) {
+    return nn::Node{"", "Cast", {from}, {to}, {{"to", type}}};
+  };
+  std::vector<nn::Node> nodes;
+  for (nn::Node& node : description.nodes) {
+    if (node.operation == "Conv") {
+      nodes.push_back(cast(node.inputs[1], node.inputs[1] + ".single", single));
+      node.inputs[1] += ".single";
+    }
+    const std::string output = node.outputs.front();
+    node.outputs.front() += ".made";
+    nodes.push_back(std::move(node));
+    nodes.push_back(cast(output + ".made", output + ".half", half));
+    nodes.push_back(cast(output + ".half", output, single));
+  }
+  description.nodes = std::move(nodes);
+  return description;
+}
 }  // namespace
 
 TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores",
@@ -127,6 +150,24 @@ TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detec
   detector.forward(pictures<float>(1, 96), pass);
   for (std::size_t h = 0; h < 3; ++h) CHECK(pass.logits[h].shape(1) == classes + 32);
   CHECK_FALSE(detect::decode(detector.heads(), pass.logits, 0, 0.01, 96, 96).empty());
+}
+
+TEST_CASE("heads are found behind the Casts of an export in half precision, with the same logits",
+          "[detect][graph_detector]") {
+  const std::string name = GENERATE("yolox", "nanodet", "yolov5");
+  CAPTURE(name);
+  const auto kind = detect::known_description(name);
+  const auto plain = name == "yolox"     ? yolox_like(64)
+                     : name == "nanodet" ? nanodet_like(64)
+                                         : tapestry::test::yolov5_like(64, kind.anchors);
+  const auto cast = with_casts(plain);
+  REQUIRE(cast.outputs == plain.outputs);
+  CHECK(detect::recognised_detector(cast) == detect::recognised_detector(plain));
+  const bool simplifies = GENERATE(true, false);
+  const detect::Detector<float> expected(plain, kind, 0, {}, simplifies),
+      found(cast, kind, 0, {}, simplifies);
+  const auto images = pictures<float>(1, 64);
+  CHECK(detect::forward(found, images) == detect::forward(expected, images));
 }
 
 TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][graph_detector]") {
@@ -414,10 +455,44 @@ TEST_CASE("detectors that are known are recognised by what is behind their outpu
   CHECK_FALSE(detect::recognised_detector(exporter.finish(exporter.backbone())).has_value());
 }
 
+TEST_CASE("decoded outputs of other extents are refused by their names in the file",
+          "[detect][graph_detector][decoded][error]") {
+  const auto description = tapestry::test::boxes_and_scores(64, 11);
+  detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
+  const auto complaint = [&] {
+    try {
+      const detect::Detector<float> detector(description, kind);
+    } catch (const tapestry::FileError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  const std::string beginning = "net.onnx: not a detector of the kind boxes_and_scores: output ";
+  const std::string &boxes = description.outputs[0], &scores = description.outputs[1];
+  kind.decoded.boxes = boxes;
+  kind.decoded.scores = scores;
+  CHECK(complaint() == "none");
+  kind.decoded.channels_first = true;
+  CHECK(complaint() == beginning + "'" + boxes + "'; expected [1, 4, candidates], found [1, 64, 4]");
+  kind.decoded.channels_first = false;
+  kind.decoded.scores = description.nodes[6].outputs.front();  // a map
+  REQUIRE(description.nodes[6].operation == "Conv");
+  CHECK(complaint() ==
+        beginning + "'" + kind.decoded.scores + "'; expected [1, 64, classes], found [1, 8, 4, 4]");
+  kind.decoded.boxes = kind.decoded.scores;
+  CHECK(complaint() == beginning + "'" + kind.decoded.boxes +
+                           "'; expected [1, candidates, 4 + classes], found [1, 8, 4, 4]");
+  kind.decoded.boxes = kind.decoded.scores = boxes;
+  kind.decoded.has_objectness = true;
+  CHECK(complaint() == "net.onnx: not a detector of the kind boxes_and_scores: classes of output '" + boxes +
+                           "'; expected at least 1, found 0");
+}
+
 TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector]") {
   const auto yolox = detect::known_description("yolox");
   CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), detect::known_description("nanodet")),
-                    contains("net.onnx: ") && contains("outputs of 10 channels"));
+                    contains("net.onnx: not a detector of the kind nanodet: channels of Conv ") &&
+                        contains("; expected more than 32, found 10"));
   auto two = yolox;
   two.strides = {8, 16};
   CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), two), contains("expected 2, found 3"));
@@ -427,8 +502,11 @@ TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector
   CHECK_THROWS_WITH(detect::Detector<float>(export5, yolov5),
                     contains("channels at stride 16") && contains("expected 20, found 30"));
   yolov5.anchors[0].assign(4, {8, 8});
-  CHECK_THROWS_WITH(detect::Detector<float>(export5, yolov5),
-                    contains("outputs of 30 channels, expected more than 20 and a multiple of 4"));
+  CHECK_THROWS_WITH(
+      detect::Detector<float>(export5, yolov5),
+      contains(
+          "net.onnx: not a detector of the kind yolov5: channels of Conv \"v10\"; expected more than 20 and "
+          "a multiple of 4, found 30"));
   yolov5 = detect::known_description("yolov5");
   yolov5.anchors.assign(3, {{8, 8}});
   CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), yolov5),

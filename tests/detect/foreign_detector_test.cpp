@@ -104,6 +104,14 @@ TEST_CASE("outputs of a foreign engine that are not as described are refused", "
                       },
                       kind, 4, 6),
                   tapestry::FileError);  // boxes of two candidates, scores of three
+  kind.decoded.channels_first = true;
+  CHECK_THROWS_WITH(Foreign(
+                        [](const auto&) {
+                          return Outputs{{{1, 4, 2}, std::vector<float>(8)}, {{1, 1, 3}, {1, 1, 1}}};
+                        },
+                        kind, 4, 6),
+                    contains("output 'scores'; expected [1, classes, 2], found [1, 1, 3]"));
+  kind.decoded.channels_first = false;
   std::size_t calls = 0;
   const Foreign growing(
       [&calls](const auto&) {
@@ -120,7 +128,7 @@ TEST_CASE("outputs of a foreign engine that are not as described are refused", "
                           return Outputs{{{2, 4}, std::vector<float>(8)}, {{2, 1}, {1, 1}}};
                         },
                         kind, 4, 6),
-                    contains("axes of an output; expected [1, candidates, channels], found [2, 4]"));
+                    contains("output 'boxes'; expected [1, candidates, 4], found [2, 4]"));
   CHECK_THROWS_WITH(Foreign(detect::ForeignEngine{}, kind, 4, 6),
                     "Detector: the engine is an empty function");
   kind.head = detect::HeadKind::yolox;

@@ -1,11 +1,15 @@
 #include <tapestry/io/read_detector.hpp>
 
+#include <cstdint>
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_writer.hpp>
 #include <vector>
 
@@ -147,4 +151,21 @@ TEST_CASE("files that do not go together are refused", "[io][read_detector][bad_
   CHECK_THROWS_WITH(io::read_detector<float>({.weights = files.onnx, .precision = "half"}),
                     contains("expected float or bfloat16"));
   CHECK_THROWS_WITH(io::read_detector<float>({.weights = files.onnx, .fit = "wide"}), contains("wide"));
+}
+
+TEST_CASE("a picture file becomes a detector's input", "[io][read_detector]") {
+  const Files files;
+  const auto detector = io::read_detector<float>({.weights = files.onnx});
+  tapestry::Array<std::uint8_t, 3> picture(tapestry::Extents<3>{20, 30, 3});
+  for (std::size_t i = 0; i < picture.size(); ++i) picture.data()[i] = static_cast<std::uint8_t>(i % 251);
+  const auto expected = detector.input(tapestry::image::from_bytes<float>(picture));
+  const std::string image = files.folder.path("picture.png"), frame = files.folder.path("frame.npz");
+  io::write_image(image, picture);
+  CHECK((io::read_input(detector, image) == expected));
+  io::Frame seen;
+  seen.image = picture;
+  seen.pose.emplace().camera_translation = {3, 4, 5};
+  io::write_frame(frame, seen);
+  CHECK((io::read_input(detector, frame) == expected));
+  CHECK_THROWS_AS(io::read_input(detector, files.folder.path("absent.png")), tapestry::FileError);
 }

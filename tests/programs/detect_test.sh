@@ -77,6 +77,32 @@ expect_exit 3 "nothing but a broken one" "$detect" --json cut.png
 [ "$(tr -d ' \n' <command.out)" = "[]" ] && pass || fail "not an empty array"
 grep -q 'failed$' command.err && fail "a count of one" || pass
 
+# Times by operator: sorted, of all operators, and adding up to the whole pass.
+export_detector=$programs/../tests/programs/export_detector
+[ ! -x "$export_detector" ] || "$export_detector" .
+models=(bundled)
+[ ! -e yolox.onnx ] || models+=(yolox.onnx)
+for model in "${models[@]}"; do
+  of_model=()
+  [ "$model" = bundled ] || of_model=(--weights "$model")
+  expect_exit 0 "a profile of $model" "$detect" "${of_model[@]}" --profile "$frame" "$frame"
+  for title in forward "backward to the picture"; do
+    sed -n "/^$title: calls and time of a pass, mean of 2\$/,/^  sum/p" command.out >profile.txt
+    grep -q 'Conv  *[1-9]' profile.txt && pass || fail "the times $title of $model lack convolutions"
+    awk -F '  +' '
+      NR > 1 && !/^  (between|sum)/ { if (NR > 2 && $(NF - 1) + 0 > last) exit 1; last = $(NF - 1) + 0 }
+      NR > 1 && !/^  sum/ { parts += $(NF - 1); shares += $NF }
+      /^  sum/ { sum = $(NF - 1) + 0 }
+      END { exit !(NR > 4 && sum > 0 && parts - sum < .0005 * NR && sum - parts < .0005 * NR && shares > 98 && shares < 102) }
+    ' profile.txt && pass || fail "the times $title of $model do not add up, or are in disorder: $(cat profile.txt)"
+  done
+done
+expect_exit 0 "a profile beside JSON" "$detect" --profile --json "$frame"
+grep -q '^forward: ' command.err && ! grep -q '^forward: ' command.out && pass || fail "the profile is not on the standard error"
+expect_same <(grep -v '^$' command.out) float.json
+expect_exit 0 "no profile" "$detect" "$frame"
+grep -q '^forward: ' command.out && fail "a profile that nobody wants" || pass
+
 # Heat maps of the bundled detector; those of .onnx models are in real_frames_test.sh.
 expect_exit 0 "heat maps" "$detect" --heat-map last "$frame"
 expect_exit 0 "heat maps of an early layer" "$detect" --heat-map early --layer 1 "$frame"

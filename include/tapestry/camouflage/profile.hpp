@@ -2,6 +2,7 @@
 #include <chrono>
 #include <memory>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/core/scoped_timer.hpp>
 #include <utility>
 
 namespace tapestry::camouflage {
@@ -18,21 +19,6 @@ struct StepTimes {
   [[nodiscard]] double total() const {
     return render + composite + detector_forward + detector_backward + losses + update;
   }
-};
-
-/// Adds the time between its construction and its destruction to one entry of StepTimes.
-class ScopedTimer {
- public:
-  explicit ScopedTimer(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
-  ~ScopedTimer() {
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  ScopedTimer(const ScopedTimer&) = delete;
-  ScopedTimer& operator=(const ScopedTimer&) = delete;
-
- private:
-  double& seconds_;
-  std::chrono::steady_clock::time_point start_;
 };
 
 /// Divides the time of recording and of the reverse sweep among stages. end_of() between two stages ends the

@@ -27,9 +27,11 @@ struct ExportedHeads {
 ///
 /// \param path    of the network, for messages
 /// \param shapes  of the outputs, each [1, C, H, W]
+/// \param labels  of the nodes that make them, for messages
 /// \throws FileError (mismatch) if they are not what detectors of this kind have
 [[nodiscard]] ExportedHeads exported_heads(const std::string& path, const DetectorDescription& kind,
-                                           const std::vector<nn::Shape>& shapes, std::size_t input_height,
+                                           const std::vector<nn::Shape>& shapes,
+                                           const std::vector<std::string>& labels, std::size_t input_height,
                                            std::size_t input_width);
 
 }  // namespace tapestry::detect

@@ -28,6 +28,8 @@ struct Pass {
   std::vector<nn::NetworkPass<T>> graph{};  ///< one for each image, or one for all
   std::vector<nn::Buffer<T>> inputs{};      ///< likewise: images as the network takes them
 
+  nn::PassTimes* times = nullptr;  ///< takes the time of each operation, unless null
+
   /// NetworkPass::take_kinks() of each image.
   /// \throws DomainError unless both passes are forward()'s for a gradient of the same number of images
   template <class U>

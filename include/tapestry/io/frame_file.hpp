@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
@@ -19,6 +20,10 @@ namespace tapestry::io {
 ///         holds what cannot be: values not finite, a camera in the vehicle's origin, an empty picture);
 ///         limit
 [[nodiscard]] Frame read_frame(const std::string& path);
+
+/// The picture of a file, RGB, [H, W, 3]: of a frame, by the ending .npz, or of an image.
+/// \throws FileError as read_frame() or read_image()
+[[nodiscard]] Array<std::uint8_t, 3> read_picture(const std::string& path);
 
 /// Writes a frame so that read_frame() gives it back; deflated, the whole file or nothing.
 /// \throws ShapeError unless the picture is [H, W, 3] and the mask, if any, [H, W]; FileError (write)

@@ -20,6 +20,7 @@
 #include <tapestry/io/implementation/frame_folder.hpp>
 #include <tapestry/io/implementation/glb.hpp>
 #include <tapestry/io/implementation/glb_writer.hpp>
+#include <tapestry/io/implementation/gradient_picture.hpp>
 #include <tapestry/io/implementation/image_file.hpp>
 #include <tapestry/io/implementation/jpeg.hpp>
 #include <tapestry/io/implementation/jpeg_file.hpp>

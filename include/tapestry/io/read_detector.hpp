@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <string>
+#include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <vector>
@@ -44,5 +45,10 @@ struct DetectorFiles {
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_detector(const DetectorFiles& files,
                                                 std::vector<std::string>* warnings = nullptr);
+
+/// Reads the picture of a file, see read_picture(), as the batch of one picture that a detector takes.
+/// \throws FileError as read_picture()
+template <std::floating_point T>
+[[nodiscard]] Array<T, 4> read_input(const detect::Detector<T>& detector, const std::string& path);
 
 }  // namespace tapestry::io

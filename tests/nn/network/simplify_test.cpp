@@ -99,6 +99,20 @@ TEST_CASE("copies are left out, but for results", "[nn][network][simplify]") {
   check(b, {"Relu", "Identity"});
 }
 
+TEST_CASE("Casts from one floating-point type to another are left out, others stay",
+          "[nn][network][simplify]") {
+  const std::int64_t half = 10, single = 1, integer = 7;
+  Builder b;
+  b.node("Cast", {b.convolution("x", 6, 4, "c")}, "a", {{"to", half}});
+  b.node("Relu", {"a"}, "r");
+  b.node("CastLike", {"r", "x"}, "k");
+  b.node("Cast", {"k"}, "whole", {{"to", integer}});
+  b.node("Cast", {"whole"}, "y", {{"to", single}});
+  b.node("Cast", {"k"}, "result", {{"to", half}});
+  b.network.outputs = {"y", "result"};
+  check(b, {"FusedConv", "Cast", "Cast", "Cast"});
+}
+
 TEST_CASE("x times its gate is one function", "[nn][network][simplify]") {
   Builder b;
   b.node("Sigmoid", {"x"}, "s");

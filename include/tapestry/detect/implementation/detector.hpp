@@ -18,6 +18,7 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/implementation/detector/decoded_extents.hpp>
 #include <tapestry/detect/implementation/detector/foreign.hpp>
 #include <tapestry/detect/implementation/detector/layers.hpp>
 #include <tapestry/detect/implementation/detector/passes.hpp>
@@ -44,6 +45,14 @@ namespace detail {
   });
 }
 
+/// How messages call the nodes that make these values.
+[[nodiscard]] inline std::vector<std::string> labels_of(const nn::NetworkDescription& network,
+                                                        const std::vector<std::string>& values) {
+  std::vector<std::string> labels;
+  for (const std::string& value : values) labels.push_back(nn::label_of(*nn::maker_of(network, value)));
+  return labels;
+}
+
 /// A network with more outputs, which takes over its constants.
 [[nodiscard]] inline nn::NetworkDescription with_outputs(nn::NetworkDescription& network,
                                                          const std::vector<std::string>& layers) {
@@ -60,10 +69,12 @@ Detector<T>::Detector(const nn::NetworkDescription& network, DetectorDescription
                       const std::vector<std::string>& layers, bool simplifies)
     : kind_(std::move(kind)),
       layer_count_(layers.size()),
-      network_(showing_heads(network, kind_, size, layers), sizes(network, size), true, simplifies),
+      network_(detail::network_of_heads<T>(network, showing_heads(network, kind_, size, layers), kind_,
+                                           sizes(network, size), simplifies)),
       height_(network_.input_shape(0)[1]),
       width_(network_.input_shape(0)[2]),
-      heads_(exported_heads(network.path, kind_, output_shapes(), height_, width_)),
+      heads_(exported_heads(network.path, kind_, output_shapes(),
+                            detail::labels_of(network, raw_outputs(network)), height_, width_)),
       trains_together_(detail::takes_batch_statistics(network)) {
   require_layers(network.path, layers);
 }
@@ -171,8 +182,7 @@ std::map<std::string, nn::Shape> Detector<T>::sizes(const nn::NetworkDescription
 template <std::floating_point T>
 void Detector<T>::require_value(const nn::NetworkDescription& network, const std::string& what,
                                 const std::string& name) {
-  const auto makes = [&](const nn::Node& node) { return std::ranges::count(node.outputs, name) > 0; };
-  if (std::ranges::none_of(network.nodes, makes))
+  if (nn::maker_of(network, name) == nullptr)
     throw FileError(ErrorKind::mismatch,
                     {network.path, "", "no node makes the " + what + " " + in_quotes(name)});
 }

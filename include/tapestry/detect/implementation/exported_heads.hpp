@@ -5,6 +5,8 @@
 #include <string>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/head.hpp>
@@ -22,13 +24,15 @@ struct OutputGroup {
 
 /// Outputs by grid, finest first.
 [[nodiscard]] inline std::vector<OutputGroup> grouped_by_grid(const std::string& path,
-                                                              const std::vector<nn::Shape>& shapes) {
+                                                              const std::vector<nn::Shape>& shapes,
+                                                              const std::vector<std::string>& labels) {
   std::vector<OutputGroup> groups;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const nn::Shape& shape = shapes[i];
     if (shape.size() != 4 || shape[0] != 1)
-      throw FileError(ErrorKind::mismatch, {path, "", "not a detector: a convolution behind its outputs",
-                                            "[1, C, H, W]", tapestry::detail::to_text(shape)});
+      throw FileError(ErrorKind::mismatch,
+                      {path, "", "not a detector: " + labels.at(i) + " behind its outputs", "[1, C, H, W]",
+                       tapestry::detail::to_text(shape)});
     auto group = std::ranges::find_if(groups, [&](const OutputGroup& other) {
       return other.height == shape[2] && other.width == shape[3];
     });
@@ -52,22 +56,29 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
   std::ranges::stable_sort(group.outputs, {}, rank);
 }
 
+/// How messages call the nodes of a grid.
+[[nodiscard]] inline std::string labels_of(const OutputGroup& group, const std::vector<std::string>& labels) {
+  std::string all;
+  for (const std::size_t output : group.outputs) all += (all.empty() ? "" : ", ") + labels.at(output);
+  return all;
+}
+
 /// The one head of decoded outputs.
-/// \param shapes  of what add_decoded_outputs() made
-[[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path,
-                                                 const std::vector<nn::Shape>& shapes) {
+/// \param shape  of what add_decoded_outputs() made
+[[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path, const DecodedOutputs& outputs,
+                                                 const nn::Shape& shape) {
   constexpr std::size_t box = 4;
-  const std::size_t channels = shapes.front().size() == 4 ? shapes.front()[1] : 0;
-  if (channels <= box)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "not a detector of the kind boxes_and_scores: its outputs, joined as logits",
-                     "[1, 4 + classes, 1, candidates]", tapestry::detail::to_text(shapes.front())});
+  if (shape.at(1) <= box)
+    throw FileError(ErrorKind::mismatch, {path, "",
+                                          "not a detector of the kind boxes_and_scores: classes of output " +
+                                              in_quotes(outputs.scores),
+                                          "at least 1", "0"});
   Head head;
-  head.classes = channels - box;
+  head.classes = shape[1] - box;
   head.decode = DecodeFamily::decoded;
   head.grid_height = 1;
-  head.grid_width = shapes.front()[3];
-  return {{head}, {{0, 0, 0, nn::size_of(shapes.front())}}};
+  head.grid_width = shape.at(3);
+  return {{head}, {{0, 0, 0, nn::size_of(shape)}}};
 }
 
 }  // namespace tapestry::detect::detail
@@ -75,21 +86,29 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
 namespace tapestry::detect {
 
 ExportedHeads exported_heads(const std::string& path, const DetectorDescription& kind,
-                             const std::vector<nn::Shape>& shapes, std::size_t input_height,
-                             std::size_t input_width) {
+                             const std::vector<nn::Shape>& shapes, const std::vector<std::string>& labels,
+                             std::size_t input_height, std::size_t input_width) {
   const auto refuse = [&](const std::string& what, const std::string& expected, const std::string& found) {
     throw FileError(ErrorKind::mismatch,
                     {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
                      expected, found});
   };
-  if (kind.head == HeadKind::boxes_and_scores) return detail::decoded_heads(path, shapes);
-  auto groups = detail::grouped_by_grid(path, shapes);
+  if (kind.head == HeadKind::boxes_and_scores)
+    return detail::decoded_heads(path, kind.decoded, shapes.front());
+  auto groups = detail::grouped_by_grid(path, shapes, labels);
   if (groups.size() != kind.strides.size() || groups.empty())
     refuse("grids of outputs", std::to_string(kind.strides.size()), std::to_string(groups.size()));
   ExportedHeads exported;
   try {
-    exported.heads = heads_of(kind, class_count_of(kind, groups.front().channels), input_height, input_width);
-  } catch (const Error& error) {
+    const Head first = heads_of(kind, 0, input_height, input_width).front();
+    const std::size_t channels = groups.front().channels, anchors = first.anchor_count();
+    if (channels <= first.channel_count() || channels % anchors != 0)
+      refuse("channels of " + detail::labels_of(groups.front(), labels),
+             "more than " + std::to_string(first.channel_count()) +
+                 (anchors > 1 ? " and a multiple of " + std::to_string(anchors) : ""),
+             std::to_string(channels));
+    exported.heads = heads_of(kind, class_count_of(kind, channels), input_height, input_width);
+  } catch (const DomainError& error) {
     throw FileError(ErrorKind::mismatch, {path, "", error.what()});
   }
   for (std::size_t h = 0; h < groups.size(); ++h) {

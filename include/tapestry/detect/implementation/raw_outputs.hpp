@@ -12,12 +12,12 @@
 
 namespace tapestry::detect::detail {
 
-/// Whether an operator only moves values, or takes the logistic function of them: what exports put between
-/// the last convolution and an output.
+/// Whether an operator only moves values, changes their type, or takes the logistic function of them: what
+/// exports put between the last convolution and an output.
 [[nodiscard]] inline bool only_presents(std::string_view operation) {
-  constexpr std::array<std::string_view, 10> presenting{"Concat",    "Flatten",  "Identity", "Reshape",
-                                                        "Sigmoid",   "Slice",    "Split",    "Squeeze",
-                                                        "Transpose", "Unsqueeze"};
+  constexpr std::array<std::string_view, 12> presenting{"Cast",     "CastLike", "Concat",    "Flatten",
+                                                        "Identity", "Reshape",  "Sigmoid",   "Slice",
+                                                        "Split",    "Squeeze",  "Transpose", "Unsqueeze"};
   for (const std::string_view name : presenting)
     if (name == operation) return true;
   return false;

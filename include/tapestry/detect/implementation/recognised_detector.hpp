@@ -11,18 +11,19 @@
 
 namespace tapestry::detect::detail {
 
-/// Filters of the convolution that makes each of these values; 0 where its weights are not constant.
+/// Filters of the convolution that makes each of these values, looking through a Cast of its weights; 0 where
+/// they are not constant.
 [[nodiscard]] inline std::vector<std::size_t> filter_counts(const nn::NetworkDescription& network,
                                                             const std::vector<std::string>& values) {
   std::vector<std::size_t> counts;
   for (const std::string& value : values) {
-    const auto maker = std::ranges::find_if(network.nodes, [&](const nn::Node& node) {
-      return node.operation == "Conv" && node.outputs.front() == value;
-    });
-    const auto weights =
-        maker == network.nodes.end() ? network.constants.end() : network.constants.find(maker->inputs.at(1));
-    const bool is_known = weights != network.constants.end() && !weights->second.shape.empty();
-    counts.push_back(is_known ? weights->second.shape.front() : 0);
+    const nn::Node* const maker = nn::maker_of(network, value);
+    std::string weights = maker == nullptr ? "" : maker->inputs.at(1);
+    const nn::Node* const cast = nn::maker_of(network, weights);
+    if (cast != nullptr && cast->operation == "Cast") weights = cast->inputs.at(0);
+    const auto found = network.constants.find(weights);
+    const bool is_known = found != network.constants.end() && !found->second.shape.empty();
+    counts.push_back(is_known ? found->second.shape.front() : 0);
   }
   return counts;
 }

@@ -13,6 +13,7 @@
 #include <tapestry/image/colour.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npz_file.hpp>
 #include <utility>
 #include <vector>
@@ -176,6 +177,10 @@ Frame read_frame(const std::string& path) {
   if (file.has("mask")) frame.mask = detail::read_mask(file, height, width);
   if (file.has("label")) frame.label = detail::read_label(file, height, width);
   return frame;
+}
+
+Array<std::uint8_t, 3> read_picture(const std::string& path) {
+  return path.ends_with(".npz") ? read_frame(path).image : read_image(path);
 }
 
 void write_frame(const std::string& path, const Frame& frame) {

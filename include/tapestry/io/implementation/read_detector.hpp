@@ -7,15 +7,18 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/recognised_detector.hpp>
+#include <tapestry/image/colour.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_description_file.hpp>
+#include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/names_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/read_detector.hpp>
@@ -123,7 +126,14 @@ detect::Detector<T> read_detector(const DetectorFiles& files, std::vector<std::s
   return detector;
 }
 
+template <std::floating_point T>
+Array<T, 4> read_input(const detect::Detector<T>& detector, const std::string& path) {
+  return detector.input(image::from_bytes<T>(read_picture(path)));
+}
+
 template decltype(read_detector<float>) read_detector<float>;
 template decltype(read_detector<double>) read_detector<double>;
+template decltype(read_input<float>) read_input<float>;
+template decltype(read_input<double>) read_input<double>;
 
 }  // namespace tapestry::io

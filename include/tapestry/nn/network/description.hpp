@@ -49,4 +49,7 @@ struct NetworkDescription {
 /// bytes of each, printable().
 [[nodiscard]] std::string label_of(const Node& node);
 
+/// The node that makes a value; null if none does.
+[[nodiscard]] const Node* maker_of(const NetworkDescription& network, const std::string& value);
+
 }  // namespace tapestry::nn

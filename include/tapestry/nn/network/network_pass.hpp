@@ -7,6 +7,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/kept_values.hpp>
+#include <tapestry/nn/network/operation_times.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
 #include <tapestry/nn/workspace.hpp>
@@ -30,6 +31,12 @@ class NetworkPass {
 
   /// What a step keeps for the adjoint of the first of the batch; see Network::step_of().
   [[nodiscard]] OperationState<T>& state(std::size_t step) { return states_.at(step * batch_); }
+
+  /// Adds the time of what runs from now on to `times`, which must stay; null measures nothing.
+  void set_times(PassTimes* times) {
+    forward_times_ = times == nullptr ? nullptr : &times->forward;
+    adjoint_times_ = times == nullptr ? nullptr : &times->adjoint;
+  }
 
   /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
   /// over the same network in another precision or by another engine. A forward pass in float flips a few
@@ -146,6 +153,8 @@ class NetworkPass {
   std::shared_ptr<const WindowPlan> plan_{};  ///< after forward() with something kept
   KeptValues<T>* kept_ = nullptr;             ///< during such a forward()
   bool holds_ = false;
+  OperationTimes* forward_times_ = nullptr;  ///< null if nothing is measured
+  OperationTimes* adjoint_times_ = nullptr;
   std::vector<std::size_t> outputs_;
   std::vector<Buffer<T>> buffers_;  ///< of each value that a step makes
   std::vector<const T*> where_;     ///< each value, constants and inputs included

@@ -11,6 +11,7 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/foreign_engine.hpp>
+#include <tapestry/detect/implementation/detector/decoded_extents.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/image/planes.hpp>
 #include <tapestry/nn/buffer.hpp>
@@ -51,15 +52,10 @@ inline constexpr const char* foreign_subject = "outputs of a foreign engine";
   if (shapes.size() != count)
     throw FileError(ErrorKind::mismatch, {foreign_subject, "", "outputs of one picture",
                                           std::to_string(count), std::to_string(shapes.size())});
+  require_decodable(foreign_subject, kind.decoded, shapes.front(), shapes.back());
   nn::NetworkDescription description;
   description.path = foreign_subject;
   description.opset = 13;
-  for (const auto& shape : shapes)
-    if (shape.size() != 3 || shape[0] != 1)
-      throw FileError(ErrorKind::mismatch, {foreign_subject, "", "axes of an output",
-                                            kind.decoded.channels_first ? "[1, channels, candidates]"
-                                                                        : "[1, candidates, channels]",
-                                            tapestry::detail::to_text(shape)});
   for (std::size_t i = 0; i < count; ++i)
     description.inputs.push_back({names[i], {shapes[i].begin(), shapes[i].end()}});
   description.outputs = {add_decoded_outputs(description, kind.decoded, height, width)};
@@ -82,7 +78,7 @@ Detector<T>::Detector(const ForeignEngine& engine, DetectorDescription kind, std
       network_(detail::decoding_of(kind_, foreign_->shapes, height, width)),
       height_(height),
       width_(width),
-      heads_(exported_heads(detail::foreign_subject, kind_, output_shapes(), height, width)) {}
+      heads_(exported_heads(detail::foreign_subject, kind_, output_shapes(), {}, height, width)) {}
 
 template <std::floating_point T>
 void Detector<T>::run_foreign(const Array<T, 4>& images, Pass<T>& pass) const {

@@ -75,6 +75,7 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
   for (std::size_t n = 0; n < count; ++n) {
     nn::NetworkPass<T>& one = pass.graph[mode == Mode::inference ? 0 : n];
     nn::Buffer<T>& input = pass.inputs[mode == Mode::inference ? 0 : n];
+    one.set_times(pass.times);
     input.resize(each * image_size());
     const T* const first = images.data() + n * input.size();
     if (kind_.encoding == InputEncoding{}) {
@@ -120,6 +121,7 @@ void Detector<T>::pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<
     input_adjoint.resize(images_a_pass(pass) * image_size());
     input_adjoint.fill_zero();
   }
+  pass.graph[n].set_times(pass.times);
   network_.adjoint(pass.graph[n], of_outputs, {images_adjoint != nullptr ? input_adjoint.data() : nullptr},
                    weights_adjoint, gathered);
   if (images_adjoint == nullptr) return;

@@ -18,12 +18,14 @@ template <std::floating_point T>
 void NetworkPass<T>::forward(const Program<T>& program, const ProgramUse& use,
                              const std::vector<const T*>& inputs, Mode mode, Engine engine, std::size_t batch,
                              KeptValues<T>* kept, bool holds) {
+  const auto whole = timed_pass(forward_times_);
   begin(program, inputs, mode, batch);
   kept_ = kept;
   holds_ = holds;
   plan_ = kept == nullptr ? nullptr : kept->plan;
   find_kept(program, use);
   for (std::size_t s = 0; s < program.steps.size(); ++s) {
+    const auto timer = timed_call(forward_times_, program.steps[s].label);
     run(program, use, s, engine);
     for (const std::size_t value : program.steps[s].inputs) release(use, value, s);
     for (const std::size_t value : program.steps[s].outputs) release(use, value, s);
@@ -138,6 +140,7 @@ void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
     throw DomainError("Network::adjoint: the pass kept nothing; run forward() for a gradient first");
   if (weights_adjoint != nullptr && mode_ != Mode::training)
     throw DomainError("Network::adjoint: the pass was not for training");
+  const auto whole = timed_pass(adjoint_times_);
   adjoints_.resize(program.values.size());
   goals_.assign(program.values.size(), nullptr);
   for (std::size_t i = 0; i < program.inputs.size(); ++i)
@@ -230,9 +233,7 @@ template <std::floating_point T>
 void NetworkPass<T>::pull_back(const Program<T>& program, const ProgramUse& use, std::size_t s,
                                Engine engine) {
   const ProgramStep<T>& step = program.steps[s];
-  const bool is_reached =
-      std::ranges::any_of(step.outputs, [&](std::size_t value) { return !adjoints_[value].empty(); });
-  if (!is_reached) return;
+  if (std::ranges::all_of(step.outputs, [&](std::size_t v) { return adjoints_[v].empty(); })) return;
   for (const Gathered& wanted : gathered_)
     if (std::ranges::count(step.outputs, wanted.value) > 0 && !adjoints_[wanted.value].empty())
       gather(program, wanted, engine);
@@ -240,10 +241,12 @@ void NetworkPass<T>::pull_back(const Program<T>& program, const ProgramUse& use,
   std::vector<std::uint8_t> is_first(step.inputs.size(), 0);
   for (std::size_t i = 0; i < step.inputs.size(); ++i)
     goals.push_back(wants(use, step, i) ? goal_of(program, step.inputs[i], is_first[i]) : nullptr);
-  if (std::ranges::any_of(goals, [](const T* wanted) { return wanted != nullptr; }))
+  if (std::ranges::any_of(goals, [](const T* wanted) { return wanted != nullptr; })) {
+    const auto timer = timed_call(adjoint_times_, step.label);
     for_each_call(step, [&](std::size_t n, std::size_t batch) {
       call_adjoint(program, s, goals, is_first, n, batch, engine);
     });
+  }
   for (const std::size_t value : step.outputs) workspace_.give(std::move(adjoints_[value]));
 }
 

@@ -77,6 +77,16 @@ class EditableGraph {
     return a != nullptr && b != nullptr && *a == *b;
   }
 
+  /// Whether elements of two values of the original description mean the same.
+  [[nodiscard]] bool have_same_type(const std::string& one, const std::string& other) const {
+    if (!facts_.contains(one) || !facts_.contains(other)) return false;
+    const auto type = [this](const std::string& value) {
+      const Constant* const known = constant(value);
+      return known != nullptr ? known->type : facts_.at(value).type;
+    };
+    return type(one) == type(other);
+  }
+
   /// Puts another node in the place of node i.
   void replace(std::size_t i, Node node) {
     forget_uses(i);

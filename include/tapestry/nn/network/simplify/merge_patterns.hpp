@@ -113,11 +113,13 @@ inline void merge_pad(EditableGraph& graph, std::size_t i) {
 }
 }  // namespace detail
 
-/// Removes nodes that only pass a value on.
+/// Removes nodes that only pass a value on. Casts from one floating-point type to another are such.
 inline void remove_copies(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) {
     const Node node = graph.node(i);
-    if (node.operation != "Identity" && node.operation != "Dropout") continue;
+    const bool keeps_type = (node.operation == "Cast" || node.operation == "CastLike") &&
+                            graph.have_same_type(node.inputs[0], node.outputs[0]);
+    if (node.operation != "Identity" && node.operation != "Dropout" && !keeps_type) continue;
     const bool has_mask = node.outputs.size() > 1 &&
                           (graph.is_result(node.outputs[1]) || !graph.readers(node.outputs[1]).empty());
     if (has_mask || node.inputs.empty() || node.outputs[0].empty() || graph.is_result(node.outputs[0]))
