@@ -28,26 +28,33 @@ template <class T>
 }
 
 /// Compares each input's value and gradient with what Replay gives for it alone.
+template <std::size_t Lanes, class T>
+void check_against_replay(Replay<T>& alone, ReplayLanes<T, Lanes>& lanes, std::size_t width,
+                          const std::vector<T>& inputs) {
+  std::vector<T> gradients(inputs.size()), gradient(width);
+  for (int again = 0; again < 2; ++again) {
+    const auto values = lanes.gradients(inputs, gradients);
+    REQUIRE(values.size() == inputs.size() / width);
+    const auto values_alone = lanes.values(inputs);
+    for (std::size_t n = 0; n < values.size(); ++n) {
+      const std::span<const T> x(inputs.data() + n * width, width);
+      REQUIRE(values[n]);
+      CHECK(same_bits(*values[n], alone.gradient(x, gradient)));
+      CHECK(same_bits(*values[n], values_alone.at(n).value()));
+      for (std::size_t i = 0; i < width; ++i) {
+        INFO("input " << n << ": " << x[0] << " " << x[1] << " " << x[2] << ", entry " << i);
+        CHECK(same_bits(gradients[n * width + i], gradient[i]));
+      }
+    }
+  }
+}
+
+/// The checks themselves are no template of the function: they would be compiled for each.
 template <std::size_t Lanes, class T, class Function>
 void check_against_replay(const Function& f, const std::vector<T>& start, const std::vector<T>& inputs) {
   Replay<T> alone(f, start, Guards::ignore);
   ReplayLanes<T, Lanes> lanes(f, start, Guards::ignore);
-  std::vector<T> gradients(inputs.size()), gradient(start.size());
-  for (int again = 0; again < 2; ++again) {
-    const auto values = lanes.gradients(inputs, gradients);
-    REQUIRE(values.size() == inputs.size() / start.size());
-    const auto values_alone = lanes.values(inputs);
-    for (std::size_t n = 0; n < values.size(); ++n) {
-      const std::span<const T> x(inputs.data() + n * start.size(), start.size());
-      REQUIRE(values[n]);
-      CHECK(same_bits(*values[n], alone.gradient(x, gradient)));
-      CHECK(same_bits(*values[n], values_alone.at(n).value()));
-      for (std::size_t i = 0; i < start.size(); ++i) {
-        INFO("input " << n << ": " << x[0] << " " << x[1] << " " << x[2] << ", entry " << i);
-        CHECK(same_bits(gradients[n * start.size() + i], gradient[i]));
-      }
-    }
-  }
+  check_against_replay(alone, lanes, start.size(), inputs);
 }
 
 template <class T>
@@ -58,29 +65,34 @@ template <class T>
 
 /// Compares eight inputs at once, which have the library's exp and its like, with each of them alone and with
 /// three at once, bit by bit, and with Replay, which has those of C, but for rounding.
+template <class T>
+void check_counts_of_lanes(Replay<T>& by_c, ReplayLanes<T, 8>& eight, ReplayLanes<T, 3>& three,
+                           std::size_t width, const std::vector<T>& inputs) {
+  std::vector<T> gradients(inputs.size()), of_three(inputs.size()), gradient(width);
+  const auto values = eight.gradients(inputs, gradients);
+  const auto values_of_three = three.gradients(inputs, of_three);
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    const std::span<const T> x(inputs.data() + n * width, width);
+    INFO("input " << n << ": " << x[0] << " " << x[1] << " " << x[2]);
+    CHECK(same_bits(values[n].value(), values_of_three[n].value()));
+    CHECK(same_bits(values[n].value(), eight.gradients(x, gradient).front().value()));
+    for (std::size_t i = 0; i < width; ++i) {
+      CHECK(same_bits(gradients[n * width + i], of_three[n * width + i]));
+      CHECK(same_bits(gradients[n * width + i], gradient[i]));
+    }
+    CHECK(is_near(values[n].value(), by_c.gradient(x, gradient)));
+    for (std::size_t i = 0; i < width; ++i) {
+      INFO("entry " << i);
+      CHECK(is_near(gradients[n * width + i], gradient[i]));
+    }
+  }
+}
 template <class T, class Function>
 void check_counts_of_lanes(const Function& f, const std::vector<T>& start, const std::vector<T>& inputs) {
   Replay<T> by_c(f, start, Guards::ignore);
   ReplayLanes<T, 8> eight(f, start, Guards::ignore);
   ReplayLanes<T, 3> three(f, start, Guards::ignore);
-  std::vector<T> gradients(inputs.size()), of_three(inputs.size()), gradient(start.size());
-  const auto values = eight.gradients(inputs, gradients);
-  const auto values_of_three = three.gradients(inputs, of_three);
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    const std::span<const T> x(inputs.data() + n * start.size(), start.size());
-    INFO("input " << n << ": " << x[0] << " " << x[1] << " " << x[2]);
-    CHECK(same_bits(values[n].value(), values_of_three[n].value()));
-    CHECK(same_bits(values[n].value(), eight.gradients(x, gradient).front().value()));
-    for (std::size_t i = 0; i < start.size(); ++i) {
-      CHECK(same_bits(gradients[n * start.size() + i], of_three[n * start.size() + i]));
-      CHECK(same_bits(gradients[n * start.size() + i], gradient[i]));
-    }
-    CHECK(is_near(values[n].value(), by_c.gradient(x, gradient)));
-    for (std::size_t i = 0; i < start.size(); ++i) {
-      INFO("entry " << i);
-      CHECK(is_near(gradients[n * start.size() + i], gradient[i]));
-    }
-  }
+  check_counts_of_lanes(by_c, eight, three, start.size(), inputs);
 }
 
 /// Inputs of three numbers, ordinary and extreme ones side by side.
