@@ -18,6 +18,7 @@
 
 using tapestry::Guards;
 using tapestry::Replay;
+using tapestry::Replayable;
 using tapestry::ReplayLanes;
 
 namespace {
@@ -49,11 +50,12 @@ void check_against_replay(Replay<T>& alone, ReplayLanes<T, Lanes>& lanes, std::s
   }
 }
 
-/// The checks themselves are no template of the function: they would be compiled for each.
-template <std::size_t Lanes, class T, class Function>
-void check_against_replay(const Function& f, const std::vector<T>& start, const std::vector<T>& inputs) {
-  Replay<T> alone(f, start, Guards::ignore);
-  ReplayLanes<T, Lanes> lanes(f, start, Guards::ignore);
+/// The same of a function given for the scalars of both.
+template <std::size_t Lanes, class T, class One, class Many>
+void check_against_replay(const One& one, const Many& many, const std::vector<T>& start,
+                          const std::vector<T>& inputs) {
+  Replay<T> alone(one, start, Guards::ignore);
+  ReplayLanes<T, Lanes> lanes(many, start, Guards::ignore);
   check_against_replay(alone, lanes, start.size(), inputs);
 }
 
@@ -87,11 +89,12 @@ void check_counts_of_lanes(Replay<T>& by_c, ReplayLanes<T, 8>& eight, ReplayLane
     }
   }
 }
-template <class T, class Function>
-void check_counts_of_lanes(const Function& f, const std::vector<T>& start, const std::vector<T>& inputs) {
-  Replay<T> by_c(f, start, Guards::ignore);
-  ReplayLanes<T, 8> eight(f, start, Guards::ignore);
-  ReplayLanes<T, 3> three(f, start, Guards::ignore);
+template <class T, class One, class Eight, class Three>
+void check_counts_of_lanes(const One& one, const Eight& of_eight, const Three& of_three,
+                           const std::vector<T>& start, const std::vector<T>& inputs) {
+  Replay<T> by_c(one, start, Guards::ignore);
+  ReplayLanes<T, 8> eight(of_eight, start, Guards::ignore);
+  ReplayLanes<T, 3> three(of_three, start, Guards::ignore);
   check_counts_of_lanes(by_c, eight, three, start.size(), inputs);
 }
 
@@ -127,24 +130,29 @@ template <class T>
   return inputs;
 }
 
-/// As a statement of its own, behind a factor that may be zero where the partial is not finite.
-template <class Function>
-[[nodiscard]] auto behind_factor(const Function& f) {
-  return [&f](const auto* x) {
-    using S = std::remove_cvref_t<decltype(*x)>;
-    const S y = f(x);
-    return (x[1] - x[1]) * y + x[2] * y;
-  };
+/// As a statement of its own, behind a factor that may be zero where the partial is not finite. Functions are
+/// passed on as pointers, for which recordings and checks are compiled once.
+template <class Function, class S>
+[[nodiscard]] S behind_factor(const S* x) {
+  const S y = Function{}(x);
+  return (x[1] - x[1]) * y + x[2] * y;
 }
 template <class T, class... Functions>
-void check_operations(const Functions&... functions) {
+void check_operations(const Functions&...) {
   const std::vector<T> start = {T(0.5), T(0.25), T(1.5)};
-  (check_against_replay<8>(behind_factor(functions), start, hard_inputs<T>()), ...);
+  const auto inputs = hard_inputs<T>();
+  (check_against_replay<8>(&behind_factor<Functions, Replayable<T>>,
+                           &behind_factor<Functions, Replayable<T, 8>>, start, inputs),
+   ...);
 }
 template <class T, class... Functions>
-void check_functions(const Functions&... functions) {
+void check_functions(const Functions&...) {
   const std::vector<T> start = {T(0.5), T(0.25), T(1.5)};
-  (check_counts_of_lanes(behind_factor(functions), start, hard_inputs<T>()), ...);
+  const auto inputs = hard_inputs<T>();
+  (check_counts_of_lanes(&behind_factor<Functions, Replayable<T>>,
+                         &behind_factor<Functions, Replayable<T, 8>>,
+                         &behind_factor<Functions, Replayable<T, 3>>, start, inputs),
+   ...);
 }
 }  // namespace
 
@@ -239,11 +247,11 @@ TEST_CASE("lanes have the bits of a replay in a computation of many windows", "[
   std::vector<double> inputs;
   std::mt19937 generator(6);
   for (int i = 0; i < 3 * 21; ++i) inputs.push_back(std::uniform_real_distribution<double>(-1, 1)(generator));
-  check_against_replay<8>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
-  check_counts_of_lanes(of(with), std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_against_replay<8>(f, f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_counts_of_lanes(of(with), of(with), of(with), std::vector<double>{0.5, 0.25, 0.75}, inputs);
   inputs[3 * 4] = std::numeric_limits<double>::quiet_NaN();
   inputs[3 * 10 + 1] = std::numeric_limits<double>::infinity();
-  check_against_replay<16>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_against_replay<16>(f, f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
 }
 
 TEST_CASE("lanes have the bits of a replay where results are computed again on the way backwards",
@@ -262,5 +270,5 @@ TEST_CASE("lanes have the bits of a replay where results are computed again on t
   std::vector<double> inputs;
   std::mt19937 generator(8);
   for (int i = 0; i < 3 * 11; ++i) inputs.push_back(std::uniform_real_distribution<double>(-1, 1)(generator));
-  check_against_replay<8>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_against_replay<8>(f, f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
 }
