@@ -1,97 +1,24 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
+#include <functional>
 #include <tapestry/core/random.hpp>
-#include <tapestry/image/colour.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/raster/visibility.hpp>
 
-#include "car.hpp"
-#include "make_scene.hpp"
-#include "picture.hpp"
+#include "scene.hpp"
 
 namespace tapestry::scenes {
-namespace detail {
-/// One view out of `count`, evenly spread around the sedan in its material's own colour. Neither noise
-/// nor strong grain, so that the files stay small.
-[[nodiscard]] inline SceneOptions frame_options(std::size_t index, std::size_t count) {
-  const double step = 2 * std::numbers::pi / static_cast<double>(count);
-  SceneOptions options;
-  options.style = BodyStyle::sedan;
-  options.paint = PaintKind::realistic;
-  options.colour = CarOptions{}.colour;
-  options.varied_shape = false;
-  options.azimuth_rad = {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
-  options.fill = {0.4, 0.75};
-  options.occluder_chance = index % 4 == 3 ? 1 : 0;
-  options.ground_contrast = 0.03;
-  options.sensor_noise = 0;
-  return options;
-}
-
-/// Share of the car's samples that nothing hides, when none of the car lies outside the picture; else 0.
-[[nodiscard]] inline double share_in_view(const Scene& scene, const Picture& picture,
-                                          const Array<float, 2>& alone) {
-  const std::size_t height = alone.shape(0), width = alone.shape(1);
-  double visible = 0, whole = 0;
-  for (std::size_t row = 0; row < height; ++row)
-    for (std::size_t column = 0; column < width; ++column) {
-      const bool at_border = row == 0 || column == 0 || row + 1 == height || column + 1 == width;
-      if (at_border && alone(row, column) > 0) return 0;
-      visible += static_cast<double>(picture.car_mask(row, column));
-      whole += static_cast<double>(alone(row, column));
-    }
-  const bool is_found = std::any_of(picture.boxes.begin(), picture.boxes.end(),
-                                    [&](const PictureBox& box) { return box.object == scene.car_object; });
-  return is_found ? visible / whole : 0;
-}
-
-[[nodiscard]] inline io::Frame frame_of(const Scene& scene, const Picture& picture,
-                                        const Array<float, 2>& alone) {
-  io::Frame frame;
-  frame.image = image::to_bytes(picture.image);
-  frame.camera = scene.camera;
-  frame.light = scene.light;
-  auto& mask = frame.mask.emplace(alone.shape());
-  for (std::size_t i = 0; i < alone.size(); ++i) {
-    const float visible = picture.car_mask.data()[i];  // of a pixel half hidden, the larger half decides
-    mask.data()[i] = visible > 0 && visible >= 0.5F * alone.data()[i] ? 255 : 0;
-  }
-  const auto box = std::find_if(picture.boxes.begin(), picture.boxes.end(),
-                                [&](const PictureBox& found) { return found.object == scene.car_object; });
-  frame.label = {box->class_index, detect::box_from_corners(box->left, box->top, box->right, box->bottom)};
-  return frame;
-}
-
-}  // namespace detail
 
 /// Draws scenes until the car is in the picture and enough of it shows.
 /// \param make   gives a scene for random numbers
 /// \param least, most  share of the car's samples that nothing hides, from least to below most
 /// \throws DomainError if of a thousand scenes none will do
-template <class Make>
-[[nodiscard]] io::Frame make_frame(Random& random, Make make, double least, double most, std::size_t height,
-                                   std::size_t width) {
-  for (int attempt = 0; attempt < 1000; ++attempt) {
-    const Scene scene = make(random);
-    const Picture picture = draw_scene(scene, height, width);
-    const auto alone = raster::coverage_of(raster::visibility(scene.car, scene.camera, height, width, 2));
-    const double share = detail::share_in_view(scene, picture, alone);
-    if (share >= least && share < most) return detail::frame_of(scene, picture, alone);
-  }
-  throw DomainError("of a thousand views the car lies in none as a whole; let the camera stand farther away");
-}
+[[nodiscard]] io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least,
+                                   double most, std::size_t height, std::size_t width);
 
 /// Draws street scenes until the car is in the picture and at least 60 % of it shows, 97 % where no occluder
 /// was asked for.
-[[nodiscard]] inline io::Frame make_frame(Random& random, const SceneOptions& options, std::size_t size) {
-  const bool is_occluded = options.occluder_chance > 0;
-  return make_frame(
-      random, [&](Random& numbers) { return make_scene(numbers, options); }, is_occluded ? 0.6 : 0.97,
-      is_occluded ? 0.97 : 2, size, size);
-}
+[[nodiscard]] io::Frame make_frame(Random& random, const SceneOptions& options, std::size_t size);
 
 /// The bundled street scenes: views of the sedan spread evenly around it. `seed` and the stream decide
 /// everything, so a frame can be drawn again instead of being stored.
@@ -103,10 +30,7 @@ struct DrawnFrames {
   std::uint64_t seed = 1;
   std::size_t size = 256;  ///< pixels along a side
 
-  [[nodiscard]] io::Frame operator()(std::size_t index) const {
-    Random random = Random(seed).fork(static_cast<std::uint64_t>(stream)).fork(index);
-    return make_frame(random, detail::frame_options(index, count), size);
-  }
+  [[nodiscard]] io::Frame operator()(std::size_t index) const;
 };
 
 }  // namespace tapestry::scenes

@@ -3,15 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/image/colour.hpp>
-#include <tapestry/loss/yolo_training.hpp>
-#include <utility>
+#include <tapestry/loss/prediction.hpp>
 #include <vector>
 
-#include "make_scene.hpp"
-#include "picture.hpp"
+#include "scene.hpp"
 
 namespace tapestry::scenes {
 
@@ -25,24 +21,7 @@ struct LabelledScene {
 
 /// Draws a scene of `size` × `size` pixels and labels its objects. Left out as too hard to ask for: what
 /// shows less than a quarter of itself, fewer than 16 pixels of area, or less than 5 pixels in one direction.
-[[nodiscard]] inline LabelledScene draw_labelled(Random random, const SceneOptions& options,
-                                                 std::size_t size) {
-  const Scene scene = make_scene(random, options);
-  const Picture picture = draw_scene(scene, size, size);
-  LabelledScene labelled;
-  labelled.colours = image::to_bytes(picture.image);
-  for (const PictureBox& box : picture.boxes) {
-    const loss::Target target{box.class_index,
-                              detect::box_from_corners(box.left, box.top, box.right, box.bottom)};
-    if (box.object == scene.car_object) {
-      labelled.main = target;
-      labelled.main_share = box.visible_share;
-    }
-    const bool shows = box.visible_share >= 0.25 && box.visible_samples >= 64;
-    if (shows && std::min(target.box.w, target.box.h) >= 5) labelled.truths.push_back(target);
-  }
-  return labelled;
-}
+[[nodiscard]] LabelledScene draw_labelled(Random random, const SceneOptions& options, std::size_t size);
 
 /// How a picture that is learned from differs from what was drawn: each channel times a gain, and perhaps
 /// mirrored.
@@ -52,21 +31,11 @@ struct Variation {
 };
 
 /// Mirrored half the time, brighter or darker by at most 15 %, tinted by at most 6 %.
-[[nodiscard]] inline Variation draw_variation(Random& random) {
-  Variation variation;
-  variation.mirrored = random.chance(0.5);
-  const double brightness = random.uniform(0.85, 1.15);
-  for (float& channel : variation.gain) channel = static_cast<float>(brightness * random.uniform(0.94, 1.06));
-  return variation;
-}
+[[nodiscard]] Variation draw_variation(Random& random);
 
 /// Where objects lie in a varied picture of this width.
-[[nodiscard]] inline std::vector<loss::Target> varied(std::vector<loss::Target> truths,
-                                                      const Variation& variation, std::size_t width) {
-  if (variation.mirrored)
-    for (loss::Target& truth : truths) truth.box.cx = static_cast<double>(width) - truth.box.cx;
-  return truths;
-}
+[[nodiscard]] std::vector<loss::Target> varied(std::vector<loss::Target> truths, const Variation& variation,
+                                               std::size_t width);
 
 /// Writes a picture into one image of a batch [N, H, W, 3], at most 1.
 /// \param values    of the picture, [H, W, 3]
@@ -87,12 +56,8 @@ void put_into_batch(const Value* values, ValueOf value_of, std::size_t image, co
 }
 
 /// Copies a scene into one image of a batch [N, size, size, 3].
-inline void put_into_batch(const LabelledScene& scene, std::size_t image, const Variation& variation,
-                           Array<float, 4>& batch) {
-  put_into_batch(
-      scene.colours.data(), [](std::uint8_t value) { return static_cast<float>(value) / 255; }, image,
-      variation, batch);
-}
+void put_into_batch(const LabelledScene& scene, std::size_t image, const Variation& variation,
+                    Array<float, 4>& batch);
 
 /// The stream of training pictures: some of each batch are drawn anew, the rest come from the last ones
 /// drawn, since drawing takes longer than learning. All are mirrored half the time and tinted. Everything
@@ -104,26 +69,7 @@ class ScenePool {
       : source_(seed), size_(size), capacity_(capacity) {}
 
   /// Draws `fresh` scenes, or as many as a first batch needs, and fills the batch with them and older ones.
-  void fill(std::size_t step, std::size_t fresh, Array<float, 4>& batch, loss::Truths& truths) {
-    const std::size_t count = batch.shape(0);
-    if (scenes_.size() < count) fresh = count;
-    const std::size_t first_place = drawn_ % capacity_;
-    if (scenes_.size() < capacity_) scenes_.resize(std::min(capacity_, scenes_.size() + fresh));
-    parallel_for(fresh, [&](std::size_t i) {
-      scenes_[(first_place + i) % capacity_] = draw_labelled(source_.fork(drawn_ + i), {}, size_);
-    });
-    drawn_ += fresh;
-    Random random = source_.fork(~step);
-    truths.assign(count, {});
-    for (std::size_t image = 0; image < count; ++image) {
-      const std::size_t place =
-          image < fresh ? (first_place + image) % capacity_ : random.index(scenes_.size());
-      const LabelledScene& scene = scenes_[place];
-      const Variation variation = draw_variation(random);
-      put_into_batch(scene, image, variation, batch);
-      truths[image] = varied(scene.truths, variation, size_);
-    }
-  }
+  void fill(std::size_t step, std::size_t fresh, Array<float, 4>& batch, loss::Truths& truths);
 
  private:
   Random source_;

@@ -1,14 +1,11 @@
 #pragma once
-#include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/image/resize.hpp>
 #include <utility>
 
-#include "make_scene.hpp"
+#include "scene.hpp"
 
 namespace tapestry::scenes {
 
@@ -22,69 +19,17 @@ struct PhotographOptions {
   std::pair<double, double> yaw_rad{0, 6.283185307179586};  ///< of the car
 };
 
-namespace detail {
-/// Means of 2 × 2 pixels.
-[[nodiscard]] inline Array<float, 3> halved(const Array<float, 3>& picture) {
-  Array<float, 3> half(Extents<3>{picture.shape(0) / 2, picture.shape(1) / 2, 3});
-  for (std::size_t row = 0; row < half.shape(0); ++row)
-    for (std::size_t column = 0; column < half.shape(1); ++column)
-      for (std::size_t c = 0; c < 3; ++c)
-        half(row, column, c) =
-            (picture(2 * row, 2 * column, c) + picture(2 * row, 2 * column + 1, c) +
-             picture(2 * row + 1, 2 * column, c) + picture(2 * row + 1, 2 * column + 1, c)) /
-            4;
-  return half;
-}
-}  // namespace detail
-
 /// A photograph whose longer side has `size` pixels.
-[[nodiscard]] inline Array<float, 3> resized_photograph(Array<float, 3> picture, std::size_t size) {
-  while (std::max(picture.shape(0), picture.shape(1)) >= 2 * size) picture = detail::halved(picture);
-  const double factor =
-      static_cast<double>(size) / static_cast<double>(std::max(picture.shape(0), picture.shape(1)));
-  const auto scaled_side = [&](std::size_t side) {
-    return std::max<std::size_t>(1,
-                                 static_cast<std::size_t>(std::lround(factor * static_cast<double>(side))));
-  };
-  return image::resize_bilinear(picture, scaled_side(picture.shape(0)), scaled_side(picture.shape(1)));
-}
+[[nodiscard]] Array<float, 3> resized_photograph(Array<float, 3> picture, std::size_t size);
 
 /// The photograph's camera in the frame of a car that stands `ahead` metres before it, `left` metres to the
 /// left, and is turned by `yaw` to the left against the direction in which the camera looks.
-[[nodiscard]] inline geometry::Camera photograph_camera(const PhotographOptions& options, double ahead,
-                                                        double left, double yaw, double aspect) {
-  const double pitch = options.pitch_deg * std::numbers::pi / 180;
-  const auto turned = [c = std::cos(yaw), s = std::sin(yaw)](double x, double y, double z) {
-    return Point{c * x + s * y, -s * x + c * y, z};
-  };
-  geometry::Camera camera = geometry::look_along(turned(-ahead, -left, options.camera_height_m),
-                                                 turned(std::cos(pitch), 0, -std::sin(pitch)),
-                                                 turned(std::sin(pitch), 0, std::cos(pitch)));
-  camera.tan_half_fov_x = std::tan(options.fov_deg * std::numbers::pi / 360);
-  camera.tan_half_fov_y = camera.tan_half_fov_x / aspect;
-  return camera;
-}
+[[nodiscard]] geometry::Camera photograph_camera(const PhotographOptions& options, double ahead, double left,
+                                                 double yaw, double aspect);
 
 /// The user's vehicle on the ground of a photograph, with the shadow of some sun.
 /// \param photograph  [H, W, 3], RGB in [0, 1]
-[[nodiscard]] inline Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph,
-                                                    const Vehicle& vehicle,
-                                                    const PhotographOptions& options) {
-  Scene scene;
-  scene.car = vehicle.mesh;
-  scene.light = detail::any_light(random);
-  const double aspect = static_cast<double>(photograph.shape(1)) / static_cast<double>(photograph.shape(0));
-  const double ahead = detail::draw(random, options.distance_m);
-  const double reach = ahead * std::tan(options.fov_deg * std::numbers::pi / 360);
-  const double left = random.uniform(-0.6, 0.6) * reach;
-  scene.camera = photograph_camera(options, ahead, left, detail::draw(random, options.yaw_rad), aspect);
-  scene.photograph = std::move(photograph);
-  SceneBuilder builder(scene);
-  SceneOptions car;
-  car.vehicle = &vehicle;
-  detail::add_vehicle(builder, scene, car, random);
-  detail::fill_attributes(scene.mesh);
-  return scene;
-}
+[[nodiscard]] Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph,
+                                             const Vehicle& vehicle, const PhotographOptions& options);
 
 }  // namespace tapestry::scenes

@@ -1,14 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
-#include <string>
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <utility>
 #include <vector>
 
 #include "mesh_builder.hpp"
@@ -28,47 +21,9 @@ struct Vehicle {
 /// \param painted  one entry a face
 /// \param length   of the longest side of the mesh's box, metres; 0 where its units are metres
 /// \throws DomainError for a mesh that would be shorter than 1 m or longer than 20 m
-[[nodiscard]] inline Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted,
-                                             double length) {
-  constexpr double most = 1e300;
-  Point low{most, most, most}, high{-most, -most, -most};
-  for (const geometry::Corners& face : mesh.faces)
-    for (const std::int32_t corner : face)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double x = mesh.positions[static_cast<std::size_t>(corner)][axis];
-        low[axis] = std::min(low[axis], x);
-        high[axis] = std::max(high[axis], x);
-      }
-  const double longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  Vehicle vehicle;
-  vehicle.metres_per_unit = length > 0 ? length / longest : 1;
-  const double metres = longest * vehicle.metres_per_unit;
-  if (!(longest > 0 && metres >= 1 && metres <= 20))
-    throw DomainError("the mesh is " + std::to_string(longest > 0 ? metres : 0) +
-                      " m long, expected 1 to 20; --length says how many metres it has");
-  vehicle.origin = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]};
-  for (Point& position : mesh.positions)
-    position = geometry::scale(geometry::subtract(position, vehicle.origin), vehicle.metres_per_unit);
-  constexpr Colour dark{0.09F, 0.09F, 0.10F};
-  vehicle.colours.assign(mesh.faces.size(), dark);
-  for (std::size_t face = 0; face < mesh.face_materials.size(); ++face) {
-    if (mesh.face_materials[face] < 0) continue;
-    const Colour& colour = mesh.materials[static_cast<std::size_t>(mesh.face_materials[face])].colour;
-    if (colour != geometry::Material{}.colour) vehicle.colours[face] = colour;  // one of its own
-  }
-  vehicle.painted = std::move(painted);
-  vehicle.mesh = std::move(mesh);
-  return vehicle;
-}
+[[nodiscard]] Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length);
 
 /// The camera of a scene, as it sees the vehicle's mesh in the units that it had before.
-[[nodiscard]] inline geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera) {
-  const Point moved = geometry::multiply(camera.rotation, vehicle.origin);
-  camera.translation =
-      geometry::subtract(geometry::scale(camera.translation, 1 / vehicle.metres_per_unit), moved);
-  camera.near /= vehicle.metres_per_unit;
-  camera.far /= vehicle.metres_per_unit;
-  return camera;
-}
+[[nodiscard]] geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera);
 
 }  // namespace tapestry::scenes

@@ -18,6 +18,7 @@
 
 using tapestry::Guards;
 using tapestry::Replay;
+using tapestry::Replayable;
 using tapestry::ReplayLanes;
 
 namespace {
@@ -28,26 +29,34 @@ template <class T>
 }
 
 /// Compares each input's value and gradient with what Replay gives for it alone.
-template <std::size_t Lanes, class T, class Function>
-void check_against_replay(const Function& f, const std::vector<T>& start, const std::vector<T>& inputs) {
-  Replay<T> alone(f, start, Guards::ignore);
-  ReplayLanes<T, Lanes> lanes(f, start, Guards::ignore);
-  std::vector<T> gradients(inputs.size()), gradient(start.size());
+template <std::size_t Lanes, class T>
+void check_against_replay(Replay<T>& alone, ReplayLanes<T, Lanes>& lanes, std::size_t width,
+                          const std::vector<T>& inputs) {
+  std::vector<T> gradients(inputs.size()), gradient(width);
   for (int again = 0; again < 2; ++again) {
     const auto values = lanes.gradients(inputs, gradients);
-    REQUIRE(values.size() == inputs.size() / start.size());
+    REQUIRE(values.size() == inputs.size() / width);
     const auto values_alone = lanes.values(inputs);
     for (std::size_t n = 0; n < values.size(); ++n) {
-      const std::span<const T> x(inputs.data() + n * start.size(), start.size());
+      const std::span<const T> x(inputs.data() + n * width, width);
       REQUIRE(values[n]);
       CHECK(same_bits(*values[n], alone.gradient(x, gradient)));
       CHECK(same_bits(*values[n], values_alone.at(n).value()));
-      for (std::size_t i = 0; i < start.size(); ++i) {
+      for (std::size_t i = 0; i < width; ++i) {
         INFO("input " << n << ": " << x[0] << " " << x[1] << " " << x[2] << ", entry " << i);
-        CHECK(same_bits(gradients[n * start.size() + i], gradient[i]));
+        CHECK(same_bits(gradients[n * width + i], gradient[i]));
       }
     }
   }
+}
+
+/// The same of a function given for the scalars of both.
+template <std::size_t Lanes, class T, class One, class Many>
+void check_against_replay(const One& one, const Many& many, const std::vector<T>& start,
+                          const std::vector<T>& inputs) {
+  Replay<T> alone(one, start, Guards::ignore);
+  ReplayLanes<T, Lanes> lanes(many, start, Guards::ignore);
+  check_against_replay(alone, lanes, start.size(), inputs);
 }
 
 template <class T>
@@ -58,29 +67,35 @@ template <class T>
 
 /// Compares eight inputs at once, which have the library's exp and its like, with each of them alone and with
 /// three at once, bit by bit, and with Replay, which has those of C, but for rounding.
-template <class T, class Function>
-void check_counts_of_lanes(const Function& f, const std::vector<T>& start, const std::vector<T>& inputs) {
-  Replay<T> by_c(f, start, Guards::ignore);
-  ReplayLanes<T, 8> eight(f, start, Guards::ignore);
-  ReplayLanes<T, 3> three(f, start, Guards::ignore);
-  std::vector<T> gradients(inputs.size()), of_three(inputs.size()), gradient(start.size());
+template <class T>
+void check_counts_of_lanes(Replay<T>& by_c, ReplayLanes<T, 8>& eight, ReplayLanes<T, 3>& three,
+                           std::size_t width, const std::vector<T>& inputs) {
+  std::vector<T> gradients(inputs.size()), of_three(inputs.size()), gradient(width);
   const auto values = eight.gradients(inputs, gradients);
   const auto values_of_three = three.gradients(inputs, of_three);
   for (std::size_t n = 0; n < values.size(); ++n) {
-    const std::span<const T> x(inputs.data() + n * start.size(), start.size());
+    const std::span<const T> x(inputs.data() + n * width, width);
     INFO("input " << n << ": " << x[0] << " " << x[1] << " " << x[2]);
     CHECK(same_bits(values[n].value(), values_of_three[n].value()));
     CHECK(same_bits(values[n].value(), eight.gradients(x, gradient).front().value()));
-    for (std::size_t i = 0; i < start.size(); ++i) {
-      CHECK(same_bits(gradients[n * start.size() + i], of_three[n * start.size() + i]));
-      CHECK(same_bits(gradients[n * start.size() + i], gradient[i]));
+    for (std::size_t i = 0; i < width; ++i) {
+      CHECK(same_bits(gradients[n * width + i], of_three[n * width + i]));
+      CHECK(same_bits(gradients[n * width + i], gradient[i]));
     }
     CHECK(is_near(values[n].value(), by_c.gradient(x, gradient)));
-    for (std::size_t i = 0; i < start.size(); ++i) {
+    for (std::size_t i = 0; i < width; ++i) {
       INFO("entry " << i);
-      CHECK(is_near(gradients[n * start.size() + i], gradient[i]));
+      CHECK(is_near(gradients[n * width + i], gradient[i]));
     }
   }
+}
+template <class T, class One, class Eight, class Three>
+void check_counts_of_lanes(const One& one, const Eight& of_eight, const Three& of_three,
+                           const std::vector<T>& start, const std::vector<T>& inputs) {
+  Replay<T> by_c(one, start, Guards::ignore);
+  ReplayLanes<T, 8> eight(of_eight, start, Guards::ignore);
+  ReplayLanes<T, 3> three(of_three, start, Guards::ignore);
+  check_counts_of_lanes(by_c, eight, three, start.size(), inputs);
 }
 
 /// Inputs of three numbers, ordinary and extreme ones side by side.
@@ -115,24 +130,29 @@ template <class T>
   return inputs;
 }
 
-/// As a statement of its own, behind a factor that may be zero where the partial is not finite.
-template <class Function>
-[[nodiscard]] auto behind_factor(const Function& f) {
-  return [&f](const auto* x) {
-    using S = std::remove_cvref_t<decltype(*x)>;
-    const S y = f(x);
-    return (x[1] - x[1]) * y + x[2] * y;
-  };
+/// As a statement of its own, behind a factor that may be zero where the partial is not finite. Functions are
+/// passed on as pointers, for which recordings and checks are compiled once.
+template <class Function, class S>
+[[nodiscard]] S behind_factor(const S* x) {
+  const S y = Function{}(x);
+  return (x[1] - x[1]) * y + x[2] * y;
 }
 template <class T, class... Functions>
-void check_operations(const Functions&... functions) {
+void check_operations(const Functions&...) {
   const std::vector<T> start = {T(0.5), T(0.25), T(1.5)};
-  (check_against_replay<8>(behind_factor(functions), start, hard_inputs<T>()), ...);
+  const auto inputs = hard_inputs<T>();
+  (check_against_replay<8>(&behind_factor<Functions, Replayable<T>>,
+                           &behind_factor<Functions, Replayable<T, 8>>, start, inputs),
+   ...);
 }
 template <class T, class... Functions>
-void check_functions(const Functions&... functions) {
+void check_functions(const Functions&...) {
   const std::vector<T> start = {T(0.5), T(0.25), T(1.5)};
-  (check_counts_of_lanes(behind_factor(functions), start, hard_inputs<T>()), ...);
+  const auto inputs = hard_inputs<T>();
+  (check_counts_of_lanes(&behind_factor<Functions, Replayable<T>>,
+                         &behind_factor<Functions, Replayable<T, 8>>,
+                         &behind_factor<Functions, Replayable<T, 3>>, start, inputs),
+   ...);
 }
 }  // namespace
 
@@ -227,11 +247,11 @@ TEST_CASE("lanes have the bits of a replay in a computation of many windows", "[
   std::vector<double> inputs;
   std::mt19937 generator(6);
   for (int i = 0; i < 3 * 21; ++i) inputs.push_back(std::uniform_real_distribution<double>(-1, 1)(generator));
-  check_against_replay<8>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
-  check_counts_of_lanes(of(with), std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_against_replay<8>(f, f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_counts_of_lanes(of(with), of(with), of(with), std::vector<double>{0.5, 0.25, 0.75}, inputs);
   inputs[3 * 4] = std::numeric_limits<double>::quiet_NaN();
   inputs[3 * 10 + 1] = std::numeric_limits<double>::infinity();
-  check_against_replay<16>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_against_replay<16>(f, f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
 }
 
 TEST_CASE("lanes have the bits of a replay where results are computed again on the way backwards",
@@ -250,5 +270,5 @@ TEST_CASE("lanes have the bits of a replay where results are computed again on t
   std::vector<double> inputs;
   std::mt19937 generator(8);
   for (int i = 0; i < 3 * 11; ++i) inputs.push_back(std::uniform_real_distribution<double>(-1, 1)(generator));
-  check_against_replay<8>(f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
+  check_against_replay<8>(f, f, std::vector<double>{0.5, 0.25, 0.75}, inputs);
 }

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "../../scenes/make_scene.hpp"
+#include "../../scenes/scene.hpp"
 #include "file_status.hpp"
 #include "problem_list.hpp"
 #include "progress.hpp"

@@ -13,6 +13,7 @@
 
 #include "../../../scenes/car.hpp"
 #include "../../../scenes/drawn_frames.hpp"
+#include "../../../scenes/make_scene.hpp"
 #include "bars.hpp"
 #include "protocol.hpp"
 #include "settings.hpp"

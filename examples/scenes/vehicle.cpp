@@ -1,0 +1,54 @@
+#include "vehicle.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <utility>
+
+namespace tapestry::scenes {
+
+Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length) {
+  constexpr double most = 1e300;
+  Point low{most, most, most}, high{-most, -most, -most};
+  for (const geometry::Corners& face : mesh.faces)
+    for (const std::int32_t corner : face)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double x = mesh.positions[static_cast<std::size_t>(corner)][axis];
+        low[axis] = std::min(low[axis], x);
+        high[axis] = std::max(high[axis], x);
+      }
+  const double longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  Vehicle vehicle;
+  vehicle.metres_per_unit = length > 0 ? length / longest : 1;
+  const double metres = longest * vehicle.metres_per_unit;
+  if (!(longest > 0 && metres >= 1 && metres <= 20))
+    throw DomainError("the mesh is " + std::to_string(longest > 0 ? metres : 0) +
+                      " m long, expected 1 to 20; --length says how many metres it has");
+  vehicle.origin = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]};
+  for (Point& position : mesh.positions)
+    position = geometry::scale(geometry::subtract(position, vehicle.origin), vehicle.metres_per_unit);
+  constexpr Colour dark{0.09F, 0.09F, 0.10F};
+  vehicle.colours.assign(mesh.faces.size(), dark);
+  for (std::size_t face = 0; face < mesh.face_materials.size(); ++face) {
+    if (mesh.face_materials[face] < 0) continue;
+    const Colour& colour = mesh.materials[static_cast<std::size_t>(mesh.face_materials[face])].colour;
+    if (colour != geometry::Material{}.colour) vehicle.colours[face] = colour;  // one of its own
+  }
+  vehicle.painted = std::move(painted);
+  vehicle.mesh = std::move(mesh);
+  return vehicle;
+}
+
+geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera) {
+  const Point moved = geometry::multiply(camera.rotation, vehicle.origin);
+  camera.translation =
+      geometry::subtract(geometry::scale(camera.translation, 1 / vehicle.metres_per_unit), moved);
+  camera.near /= vehicle.metres_per_unit;
+  camera.far /= vehicle.metres_per_unit;
+  return camera;
+}
+
+}  // namespace tapestry::scenes
