@@ -38,7 +38,7 @@ function(add_page_program page name opening)
   file(CONFIGURE OUTPUT ${name}.cpp CONTENT "${program}" @ONLY)
   add_executable(${name} ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
   target_link_libraries(${name} PRIVATE tapestry_strict tapestry_compiled)
-  add_test(NAME "${page}: the example runs" COMMAND ${name})
+  add_test(NAME "${page}: ${name} runs" COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
 endfunction()
 
 # The block behind `<!-- stands in <file> -->` is found there, whatever its indentation.
@@ -56,6 +56,7 @@ endfunction()
 add_page_program(README.md readme_example "<!-- compiled by the tests -->\n```cpp\n")
 require_excerpt(README.md examples/tour/paint_a_car.cpp)
 add_page_program(docs/TUTORIAL.md tutorial_example "```cpp\n")
+add_page_program(docs/TUTORIAL.md tutorial_method "```cpp method\n")
 # The tutorial's section about a network from a file gets a small one with random weights.
 add_executable(page_models programs/export_detector.cpp)
 target_link_libraries(page_models PRIVATE tapestry_strict tapestry_compiled)

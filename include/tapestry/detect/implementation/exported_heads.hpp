@@ -81,6 +81,30 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
   return {{head}, {{0, 0, 0, nn::size_of(shape)}}};
 }
 
+[[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
+                                          const std::string& what, const std::string& expected,
+                                          const std::string& found) {
+  return FileError(ErrorKind::mismatch,
+                   {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
+                    expected, found});
+}
+
+/// The heads of a description, with as many classes as the outputs of the first grid have room for.
+[[nodiscard]] inline std::vector<Head> described_heads(
+    const std::string& path, const DetectorDescription& kind, const OutputGroup& group,
+    const std::vector<std::string>& labels, std::size_t input_height, std::size_t input_width) try {
+  const Head first = heads_of(kind, 0, input_height, input_width).front();
+  const std::size_t anchors = first.anchor_count();
+  if (group.channels <= first.channel_count() || group.channels % anchors != 0)
+    throw other_kind(path, kind, "channels of " + labels_of(group, labels),
+                     "more than " + std::to_string(first.channel_count()) +
+                         (anchors > 1 ? " and a multiple of " + std::to_string(anchors) : ""),
+                     std::to_string(group.channels));
+  return heads_of(kind, class_count_of(kind, group.channels), input_height, input_width);
+} catch (const DomainError& error) {
+  throw FileError(ErrorKind::mismatch, {path, "", error.what()});
+}
+
 }  // namespace tapestry::detect::detail
 
 namespace tapestry::detect {
@@ -89,28 +113,15 @@ ExportedHeads exported_heads(const std::string& path, const DetectorDescription&
                              const std::vector<nn::Shape>& shapes, const std::vector<std::string>& labels,
                              std::size_t input_height, std::size_t input_width) {
   const auto refuse = [&](const std::string& what, const std::string& expected, const std::string& found) {
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
-                     expected, found});
+    throw detail::other_kind(path, kind, what, expected, found);
   };
   if (kind.head == HeadKind::boxes_and_scores)
     return detail::decoded_heads(path, kind.decoded, shapes.front());
   auto groups = detail::grouped_by_grid(path, shapes, labels);
   if (groups.size() != kind.strides.size() || groups.empty())
     refuse("grids of outputs", std::to_string(kind.strides.size()), std::to_string(groups.size()));
-  ExportedHeads exported;
-  try {
-    const Head first = heads_of(kind, 0, input_height, input_width).front();
-    const std::size_t channels = groups.front().channels, anchors = first.anchor_count();
-    if (channels <= first.channel_count() || channels % anchors != 0)
-      refuse("channels of " + detail::labels_of(groups.front(), labels),
-             "more than " + std::to_string(first.channel_count()) +
-                 (anchors > 1 ? " and a multiple of " + std::to_string(anchors) : ""),
-             std::to_string(channels));
-    exported.heads = heads_of(kind, class_count_of(kind, channels), input_height, input_width);
-  } catch (const DomainError& error) {
-    throw FileError(ErrorKind::mismatch, {path, "", error.what()});
-  }
+  ExportedHeads exported{
+      detail::described_heads(path, kind, groups.front(), labels, input_height, input_width), {}};
   for (std::size_t h = 0; h < groups.size(); ++h) {
     detail::OutputGroup& group = groups[h];
     const Head& head = exported.heads[h];
