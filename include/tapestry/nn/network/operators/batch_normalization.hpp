@@ -4,48 +4,15 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
-#include <string>
-#include <tapestry/core/check.hpp>
+#include <span>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators/channel_extents.hpp>
 #include <vector>
 
 namespace tapestry::nn {
-
-/// A tensor whose axis 1 counts channels, as [images, pixels, channels] if it is stored channels last or else
-/// [images, channels, pixels].
-struct ChannelExtents {
-  std::size_t images = 1, channels = 1, pixels = 1;
-  bool is_last = false;
-
-  [[nodiscard]] std::size_t at(std::size_t image, std::size_t channel, std::size_t pixel) const {
-    return is_last ? (image * pixels + pixel) * channels + channel
-                   : (image * channels + channel) * pixels + pixel;
-  }
-};
-
-/// \throws DomainError for a tensor without an axis of channels
-[[nodiscard]] inline ChannelExtents channel_extents(const OperatorContext& context) {
-  const Shape& shape = context.input(0).shape;
-  if (shape.size() < 2)
-    throw DomainError("input 0 is " + tapestry::detail::to_text(shape) + ", expected [N, C, …]");
-  ChannelExtents extents;
-  extents.is_last = context.channels_last();
-  extents.images = shape[0];
-  extents.channels = extents.is_last ? shape.back() : shape[1];
-  if (extents.channels == 0) throw ShapeError("input 0 has no channels");
-  extents.pixels = size_of(shape) / std::max<std::size_t>(1, extents.images * extents.channels);
-  return extents;
-}
-
-/// \throws ShapeError unless an operand has one value a channel
-inline void require_channels(const OperatorContext& context, std::size_t input, std::size_t channels) {
-  if (context.input(input).shape != Shape{channels})
-    throw ShapeError("input " + std::to_string(input) + " is " +
-                     tapestry::detail::to_text(context.input(input).shape) + ", expected [" +
-                     std::to_string(channels) + "]");
-}
 
 /// BatchNormalization with the statistics that it is given: scale · (x − mean)/√(variance + ε) + bias.
 template <std::floating_point T>
@@ -84,22 +51,11 @@ class BatchNormalization : public Operation<T> {
     const Factors factors(*this, call.inputs);
     const T* const adjoint = call.output_adjoints[0].values;
     const std::size_t channels = extents_.channels;
-    if (call.wants(0)) {
-      T* const to = call.accumulate(0);
-      parallel_for(extents_.images, [&](std::size_t n) {
-        for_each(
-            n, [&](std::size_t i, std::size_t c) { to[i] += static_cast<T>(factors.scale[c]) * adjoint[i]; });
-      });
-    }
+    if (call.wants(0)) add_scaled(adjoint, factors.scale, call.accumulate(0));
     if (!call.wants(1) && !call.wants(2) && !call.wants(3) && !call.wants(4)) return;
-    std::vector<double> sums(channels, 0), products(channels, 0);
-    for (std::size_t n = 0; n < extents_.images; ++n)
-      for_each(n, [&](std::size_t i, std::size_t c) {
-        const auto g = static_cast<double>(adjoint[i]);
-        sums[c] += g;
-        if (call.wants(1) || call.wants(4))
-          products[c] += g * (static_cast<double>(call.inputs[0].values[i]) - factors.mean[c]);
-      });
+    const bool has_products = call.wants(1) || call.wants(4);
+    std::vector<double> sums, products;
+    sum_channels(adjoint, has_products ? call.inputs[0].values : adjoint, factors.mean, sums, products);
     const auto hand_on = [&](std::size_t input, auto value_of) {
       if (!call.wants(input)) return;
       T* const to = call.accumulate(input);
@@ -137,11 +93,48 @@ class BatchNormalization : public Operation<T> {
     }
   };
 
+  [[nodiscard]] bool is_channels_last() const { return extents_.is_last || extents_.pixels == 1; }
+  [[nodiscard]] std::size_t pixel_count() const { return extents_.images * extents_.pixels; }
+
+  /// to += scale · adjoint, for each channel.
+  void add_scaled(const T* adjoint, const std::vector<double>& scale, T* to) const {
+    if (is_channels_last()) {
+      detail::Periodic<T> ones(extents_.channels), factors(extents_.channels), zeros(extents_.channels);
+      ones.assign([](std::size_t) { return 1; });
+      factors.assign([&](std::size_t c) { return scale[c]; });
+      zeros.assign([](std::size_t) { return 0; });
+      detail::for_each_period_block(pixel_count() * extents_.channels, ones.period(),
+                                    [&](std::size_t begin, std::size_t size) {
+                                      kernels<T>().combine(adjoint + begin, ones.data(), factors.data(),
+                                                           zeros.data(), ones.period(), to + begin, size);
+                                    });
+      return;
+    }
+    for_each_row([&](std::size_t c, std::size_t begin) {
+      for (std::size_t i = begin; i < begin + extents_.pixels; ++i)
+        to[i] += static_cast<T>(scale[c]) * adjoint[i];
+    });
+  }
+
+  /// For each channel Σ adjoint and Σ adjoint · (x − mean).
+  void sum_channels(const T* adjoint, const T* x, const std::vector<double>& mean, std::vector<double>& sums,
+                    std::vector<double>& products) const {
+    if (is_channels_last()) return detail::channel_sums(adjoint, x, mean, pixel_count(), sums, products);
+    sums.assign(extents_.channels, 0);
+    products.assign(extents_.channels, 0);
+    for_each_row([&](std::size_t c, std::size_t begin) {
+      for (std::size_t i = begin; i < begin + extents_.pixels; ++i) {
+        sums[c] += static_cast<double>(adjoint[i]);
+        products[c] += static_cast<double>(adjoint[i]) * (static_cast<double>(x[i]) - mean[c]);
+      }
+    });
+  }
+
+  /// Calls body(channel, its first element) for each channel of each image.
   template <class Body>
-  void for_each(std::size_t image, Body body) const {
-    const std::size_t size = extents_.channels * extents_.pixels;
-    for (std::size_t i = 0; i < size; ++i)
-      body(image * size + i, extents_.is_last ? i % extents_.channels : i / extents_.pixels);
+  void for_each_row(Body body) const {
+    for (std::size_t row = 0; row < extents_.images * extents_.channels; ++row)
+      body(row % extents_.channels, row * extents_.pixels);
   }
 
   ChannelExtents extents_;

@@ -7,7 +7,7 @@
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/network/operator_table.hpp>
-#include <tapestry/nn/network/operators/batch_normalization.hpp>
+#include <tapestry/nn/network/operators/channel_extents.hpp>
 #include <vector>
 
 namespace tapestry::nn {
