@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::loss {

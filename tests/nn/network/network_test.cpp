@@ -97,10 +97,10 @@ TEST_CASE("results that are not supported are refused of constants, too", "[nn][
 
 TEST_CASE("results that are a constant or an input outlive the network, its constants and the input",
           "[nn][network]") {
-  nn::NetworkDescription description = one_node({"", "Add"}, {2});
+  nn::NetworkDescription description = one_node({"", "MatMul"}, {1, 2});
   description.nodes[0].inputs.push_back("w");
   description.outputs = {"y", "w", "x", "w"};
-  description.constants["w"] = {{2}, nn::ElementType::floating, std::vector<double>{3, 5}};
+  description.constants["w"] = {{2, 2}, nn::ElementType::floating, std::vector<double>{3, 0, 0, 5}};
   auto network = std::make_unique<nn::Network<double>>(description);
   auto x = std::make_unique<nn::Buffer<double>>(2);
   x->data()[0] = 7, x->data()[1] = 11;
@@ -111,16 +111,18 @@ TEST_CASE("results that are a constant or an input outlive the network, its cons
   for (double& weight : other) weight *= 10;
   network->set_weights(other);
   const auto results = [](const nn::NetworkPass<double>& of) {
+    constexpr std::size_t sizes[] = {2, 4, 2, 4};
     std::vector<double> values;
-    for (std::size_t i = 0; i < 4; ++i) values.insert(values.end(), of.output(i), of.output(i) + 2);
+    for (std::size_t i = 0; i < 4; ++i) values.insert(values.end(), of.output(i), of.output(i) + sizes[i]);
     return values;
   };
-  CHECK(results(pass) == std::vector<double>{10, 16, 3, 5, 7, 11, 3, 5});
+  const std::vector<double> before{21, 55, 3, 0, 0, 5, 7, 11, 3, 0, 0, 5};
+  CHECK(results(pass) == before);
   network->forward({x->data()}, pass);
   network.reset();
   x.reset();
-  CHECK(results(gone) == std::vector<double>{10, 16, 3, 5, 7, 11, 3, 5});
-  CHECK(results(pass) == std::vector<double>{37, 61, 30, 50, 7, 11, 30, 50});
+  CHECK(results(gone) == before);
+  CHECK(results(pass) == std::vector<double>{210, 550, 30, 0, 0, 50, 7, 11, 30, 0, 0, 50});
 }
 
 TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it is a result",
