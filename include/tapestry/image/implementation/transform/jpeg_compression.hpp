@@ -38,10 +38,6 @@ inline constexpr JpegTable jpeg_chroma_table{{{17, 18, 24, 47, 99, 99, 99, 99},
 
 template <class T>
 using JpegBlock = Eigen::Array<T, 8, 8, Eigen::RowMajor>;
-/// A block of a plane.
-template <class T>
-using JpegBlockMap = Eigen::Map<JpegBlock<T>, 0, Eigen::OuterStride<>>;
-
 /// The steps that coefficients are rounded to, on the scale 0 … 255.
 template <class T>
 JpegBlock<T> jpeg_steps(const JpegTable& table, int quality) {
@@ -63,18 +59,6 @@ Eigen::Matrix<T, 8, 8> cosine_matrix() {
       matrix(u, x) = static_cast<T>(std::sqrt(u == 0 ? 0.125 : 0.25) *
                                     std::cos((2 * x + 1) * u * std::numbers::pi / 16));
   return matrix;
-}
-
-/// C B Cᵀ of a block B.
-template <class T>
-JpegBlock<T> cosine_transform(const Eigen::Matrix<T, 8, 8>& cosines, const JpegBlockMap<T>& block) {
-  return (cosines * block.matrix() * cosines.transpose()).array();
-}
-/// block = Cᵀ K C of coefficients K.
-template <class T>
-void inverse_cosine_transform(const Eigen::Matrix<T, 8, 8>& cosines, const JpegBlock<T>& coefficients,
-                              JpegBlockMap<T>& block) {
-  block.matrix() = cosines.transpose() * coefficients.matrix() * cosines;
 }
 
 /// Luma and two chroma planes of a picture, on the scale −128 … 127, filled up to whole blocks.
@@ -158,8 +142,8 @@ void for_each_jpeg_block(Array<T, 2>& plane, Visit visit) {
   const std::size_t width = plane.shape(1);
   parallel_for(plane.shape(0) / 8, [&](std::size_t row) {
     for (std::size_t x = 0; x < width; x += 8) {
-      JpegBlockMap<T> block(plane.data() + row * 8 * width + x,
-                            Eigen::OuterStride<>(static_cast<Eigen::Index>(width)));
+      Eigen::Map<JpegBlock<T>, 0, Eigen::OuterStride<>> block(
+          plane.data() + row * 8 * width + x, Eigen::OuterStride<>(static_cast<Eigen::Index>(width)));
       visit(block, row * 8 * width + x);
     }
   });
@@ -171,10 +155,10 @@ void round_coefficients(JpegPlanes<T>& planes, const JpegCompression& jpeg) {
   for (std::size_t p = 0; p < 3; ++p) {
     const auto steps = jpeg_steps<T>(p == 0 ? jpeg_luma_table : jpeg_chroma_table, jpeg.quality);
     for_each_jpeg_block(planes[p], [&](auto& block, std::size_t) {
-      const JpegBlock<T> exact = cosine_transform(cosines, block) / steps;
+      const JpegBlock<T> exact = (cosines * block.matrix() * cosines.transpose()).array() / steps;
       JpegBlock<T> whole = exact.round();
       if (jpeg.is_rounding_smooth) whole += (exact - whole).cube();
-      inverse_cosine_transform<T>(cosines, whole * steps, block);
+      block.matrix() = cosines.transpose() * (whole * steps).matrix() * cosines;
     });
   }
 }
@@ -187,10 +171,11 @@ void pull_back_rounding(JpegPlanes<T>& before, const JpegCompression& jpeg, Jpeg
     const auto steps = jpeg_steps<T>(p == 0 ? jpeg_luma_table : jpeg_chroma_table, jpeg.quality);
     const Eigen::OuterStride<> stride(static_cast<Eigen::Index>(adjoints[p].shape(1)));
     for_each_jpeg_block(before[p], [&](auto& block, std::size_t first) {
-      JpegBlockMap<T> adjoint(adjoints[p].data() + first, stride);
-      const JpegBlock<T> exact = cosine_transform(cosines, block) / steps;
+      Eigen::Map<JpegBlock<T>, 0, Eigen::OuterStride<>> adjoint(adjoints[p].data() + first, stride);
+      const JpegBlock<T> exact = (cosines * block.matrix() * cosines.transpose()).array() / steps;
       const JpegBlock<T> slope = 3 * (exact - exact.round()).square();
-      inverse_cosine_transform<T>(cosines, cosine_transform(cosines, adjoint) * slope, adjoint);
+      const JpegBlock<T> of_coefficients = (cosines * adjoint.matrix() * cosines.transpose()).array() * slope;
+      adjoint.matrix() = cosines.transpose() * of_coefficients.matrix() * cosines;
     });
   }
 }
