@@ -1,14 +1,15 @@
-# Installs the headers, what find_package(tapestry) needs, and tapestry.pc. A target is a component of its name:
-# find_package(tapestry COMPONENTS autodiff) looks for no other library.
+# Installs the headers, what find_package(tapestry) needs, and tapestry.pc. The components autodiff, tapestry and laboratory
+# are targets of these names: find_package(tapestry COMPONENTS autodiff) looks for no other library.
 include(CMakePackageConfigHelpers)
 set(tapestry_cmake_dir ${CMAKE_INSTALL_DATADIR}/cmake/tapestry)
 set(tapestry_components autodiff)
 if(TARGET tapestry)
-  list(APPEND tapestry_components tapestry)
+  list(APPEND tapestry_components tapestry laboratory)
 endif()
 install(TARGETS tapestry_autodiff EXPORT autodiffTargets FILE_SET HEADERS)
 if(TARGET tapestry)
   install(TARGETS tapestry tapestry_compiled EXPORT tapestryTargets FILE_SET HEADERS)
+  install(TARGETS tapestry_laboratory EXPORT laboratoryTargets FILE_SET HEADERS)
 endif()
 foreach(component IN LISTS tapestry_components)
   install(EXPORT ${component}Targets NAMESPACE tapestry:: DESTINATION ${tapestry_cmake_dir})

@@ -37,7 +37,7 @@ function(add_page_program page name opening)
   endwhile()
   file(CONFIGURE OUTPUT ${name}.cpp CONTENT "${program}" @ONLY)
   add_executable(${name} ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
-  target_link_libraries(${name} PRIVATE tapestry_strict tapestry_compiled)
+  target_link_libraries(${name} PRIVATE tapestry_strict tapestry_all)
   add_test(NAME "${page}: ${name} runs" COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
 endfunction()
 
@@ -59,7 +59,7 @@ add_page_program(docs/TUTORIAL.md tutorial_example "```cpp\n")
 add_page_program(docs/TUTORIAL.md tutorial_method "```cpp method\n")
 # The tutorial's section about a network from a file gets a small one with random weights.
 add_executable(page_models programs/export_detector.cpp)
-target_link_libraries(page_models PRIVATE tapestry_strict tapestry_compiled)
+target_link_libraries(page_models PRIVATE tapestry_strict tapestry_all)
 add_test(NAME "docs/TUTORIAL.md: models for the example" COMMAND page_models .)
 add_test(NAME "docs/TUTORIAL.md: the example reads a network"
          COMMAND tutorial_example yolox.onnx ${PROJECT_SOURCE_DIR}/examples/assets/result.png)

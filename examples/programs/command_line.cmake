@@ -3,7 +3,7 @@ include_guard(GLOBAL)
 find_package(CLI11 CONFIG REQUIRED)
 set(shell_dir ${CMAKE_CURRENT_LIST_DIR}/shell)
 add_library(programs_command_line OBJECT ${shell_dir}/command_line.cpp ${shell_dir}/build_facts.cpp)
-target_link_libraries(programs_command_line PUBLIC tapestry_strict tapestry_compiled CLI11::CLI11)
+target_link_libraries(programs_command_line PUBLIC tapestry_strict tapestry_all CLI11::CLI11)
 
 # The commit of the sources, where they are a repository of their own. CMake runs again after the next one.
 find_package(Git QUIET)

@@ -1,16 +1,14 @@
 #pragma once
 /// \file
 /// What of the library is compiled once: exactly one source file of a program includes this header, or the
-/// program links the CMake target tapestry::compiled, which is made of it. The tape alone needs neither.
+/// program links the CMake target tapestry::compiled, which is made of it. The tape alone needs neither;
+/// of the laboratory laboratory_implementation.hpp brings this, too.
 #include <tapestry/io/implementation.hpp>  // first, for it must see stb before anyone else
 
-#include <tapestry/camouflage/implementation.hpp>
 #include <tapestry/core/implementation.hpp>
 #include <tapestry/detect/implementation.hpp>
-#include <tapestry/evaluate/implementation.hpp>
 #include <tapestry/geometry/implementation.hpp>
 #include <tapestry/image/implementation.hpp>
 #include <tapestry/loss/implementation.hpp>
 #include <tapestry/nn/implementation.hpp>
 #include <tapestry/raster/implementation.hpp>
-#include <tapestry/segment/implementation.hpp>

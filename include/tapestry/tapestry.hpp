@@ -1,18 +1,16 @@
 #pragma once
 /// \file
-/// A reverse-mode tape, and on it everything that a full-coverage camouflage optimisation needs: one
-/// gradient runs from a detector's output back to the paint on a car. This header includes all of it but
-/// implementation.hpp: one source file of a program includes that, or the program links tapestry::compiled.
-/// Including only what a file needs compiles faster.
+/// A reverse-mode tape, and on it everything that differentiates: one gradient runs from a detector's output
+/// back to the paint on a car. This header includes all of it but implementation.hpp: one source file of a
+/// program includes that, or the program links tapestry::compiled. Including only what a file needs compiles
+/// faster. Experiments with camouflages are in laboratory.hpp.
 ///
 /// The layers, a header of one using only its own folder and those before it:
 ///   core                          arrays, checks, errors, random numbers, threads
 ///   autodiff                      the tape, variables, and how an operation joins it
 ///   geometry, image, nn, optim    meshes and cameras; pictures; network layers; Adam
-///   raster, detect, segment       mesh to picture; picture to boxes; picture to mask
+///   raster, detect                mesh to picture; picture to boxes
 ///   loss, io                      terms of the objective; files in and out
-///   camouflage                    parameters, objective and training
-///   evaluate                      meter, controls and rates that judge an attack
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
@@ -59,37 +57,6 @@
 #include <tapestry/autodiff/tape/write_statement.hpp>
 #include <tapestry/autodiff/tape_statistics.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/camouflage/drawn_views.hpp>
-#include <tapestry/camouflage/ensemble.hpp>
-#include <tapestry/camouflage/method/camou.hpp>
-#include <tapestry/camouflage/method/das.hpp>
-#include <tapestry/camouflage/method/fca.hpp>
-#include <tapestry/camouflage/method/mesh_adv.hpp>
-#include <tapestry/camouflage/method/method.hpp>
-#include <tapestry/camouflage/method/method_names.hpp>
-#include <tapestry/camouflage/method/methods.hpp>
-#include <tapestry/camouflage/method/panels.hpp>
-#include <tapestry/camouflage/method/planar_patch.hpp>
-#include <tapestry/camouflage/method/random.hpp>
-#include <tapestry/camouflage/method/solid.hpp>
-#include <tapestry/camouflage/method/upc.hpp>
-#include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/objective_terms.hpp>
-#include <tapestry/camouflage/own_colours.hpp>
-#include <tapestry/camouflage/paint_file.hpp>
-#include <tapestry/camouflage/photo_light.hpp>
-#include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/camouflage/photo_session_variable.hpp>
-#include <tapestry/camouflage/profile.hpp>
-#include <tapestry/camouflage/redrawn_view.hpp>
-#include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
-#include <tapestry/camouflage/training.hpp>
-#include <tapestry/camouflage/usable_views.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/camouflage/worst_views.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/array_concepts.hpp>
 #include <tapestry/core/check.hpp>
@@ -137,22 +104,6 @@
 #include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/detect/suppression_measure.hpp>
-#include <tapestry/evaluate/average_precision.hpp>
-#include <tapestry/evaluate/best_confidence.hpp>
-#include <tapestry/evaluate/chart_colours.hpp>
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/effect.hpp>
-#include <tapestry/evaluate/matched_noise.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/meter.hpp>
-#include <tapestry/evaluate/occlusion.hpp>
-#include <tapestry/evaluate/paired_bootstrap.hpp>
-#include <tapestry/evaluate/physical.hpp>
-#include <tapestry/evaluate/protocol_cells.hpp>
-#include <tapestry/evaluate/shuffled_patches.hpp>
-#include <tapestry/evaluate/survey.hpp>
-#include <tapestry/evaluate/views.hpp>
 #include <tapestry/geometry/bounds.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/carla_pose.hpp>
@@ -348,9 +299,4 @@
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/view_clip.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <tapestry/segment/car_component.hpp>
-#include <tapestry/segment/u2_net.hpp>
-#include <tapestry/segment/u2_net_description.hpp>
-#include <tapestry/segment/u2_net_input.hpp>
-#include <tapestry/segment/u2_net_variable.hpp>
 #include <tapestry/version.hpp>

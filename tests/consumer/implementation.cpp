@@ -1,1 +1,1 @@
-#include <tapestry/implementation.hpp>
+#include <tapestry/laboratory_implementation.hpp>

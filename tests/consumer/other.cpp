@@ -1,6 +1,6 @@
 #include "other.hpp"
 
-#include <tapestry/tapestry.hpp>
+#include <tapestry/laboratory.hpp>
 
 double smoothness_elsewhere(const tapestry::Array<double, 3>& render) {
   return tapestry::loss::smoothness(render, tapestry::filled<double, 2>({2, 2}, 1.0));

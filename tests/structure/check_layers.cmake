@@ -13,13 +13,14 @@ set(level_nn 2)
 set(level_optim 2)
 set(level_raster 3)
 set(level_detect 3)
-set(level_segment 3)
 set(level_loss 4)
 set(level_io 4)
-set(level_camouflage 5)
-set(level_evaluate 6)
-set(level_tapestry 7)
-set(compiled "(^|/)implementation(/.*)?\\.hpp$|^io/json\\.hpp$")  # what takes long to compile
+set(level_tapestry 5)
+set(level_segment 6)  # the laboratory begins here
+set(level_camouflage 7)
+set(level_evaluate 8)
+set(level_laboratory 9)
+set(compiled "(^|/)(laboratory_)?implementation(/.*)?\\.hpp$|^io/json\\.hpp$")  # what takes long to compile
 set(longest_header 300)  # lines; a longer one becomes a folder of its own name
 
 function(find_folder header folder)
@@ -28,6 +29,9 @@ function(find_folder header folder)
     set(name core)
   elseif(NOT header MATCHES "/" AND NOT DEFINED level_${name})
     set(name tapestry)
+  endif()
+  if("${header}" STREQUAL "laboratory_implementation.hpp")
+    set(name laboratory)
   endif()
   set(${folder} ${name} PARENT_SCOPE)
 endfunction()
@@ -87,9 +91,10 @@ function(check_header header)
   endforeach()
 endfunction()
 
-# Fails unless tapestry.hpp, or implementation.hpp for one source file of a program, includes every header, directly or not.
+# Fails unless tapestry.hpp or laboratory.hpp, or for one source file of a program implementation.hpp or
+# laboratory_implementation.hpp, includes every header, directly or not.
 function(check_umbrella headers)
-  set(reached tapestry.hpp implementation.hpp)
+  set(reached tapestry.hpp implementation.hpp laboratory.hpp laboratory_implementation.hpp)
   set(waiting ${reached})
   while(waiting)
     list(POP_FRONT waiting header)
@@ -106,7 +111,7 @@ function(check_umbrella headers)
   list(FILTER headers EXCLUDE REGEX "\\.inl$")
   if(headers)
     list(JOIN headers ", " unreached)
-    message(SEND_ERROR "tapestry.hpp and implementation.hpp do not include everything; missing: ${unreached}")
+    message(SEND_ERROR "the four headers beside the folders do not include everything; missing: ${unreached}")
   endif()
 endfunction()
 

@@ -1,0 +1,62 @@
+#pragma once
+/// \file
+/// Experiments on top of the library: the camouflage of a car, and the measurements that judge it. This header
+/// includes all of it but laboratory_implementation.hpp: one source file of a program includes that, or the
+/// program links tapestry::laboratory.
+///
+///   segment                       picture to mask of the car
+///   camouflage                    parameters, objective and training
+///   evaluate                      meter, controls and rates that judge an attack
+#include <tapestry/camouflage/drawn_views.hpp>
+#include <tapestry/camouflage/ensemble.hpp>
+#include <tapestry/camouflage/method/camou.hpp>
+#include <tapestry/camouflage/method/das.hpp>
+#include <tapestry/camouflage/method/fca.hpp>
+#include <tapestry/camouflage/method/mesh_adv.hpp>
+#include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/camouflage/method/method_names.hpp>
+#include <tapestry/camouflage/method/methods.hpp>
+#include <tapestry/camouflage/method/panels.hpp>
+#include <tapestry/camouflage/method/planar_patch.hpp>
+#include <tapestry/camouflage/method/random.hpp>
+#include <tapestry/camouflage/method/solid.hpp>
+#include <tapestry/camouflage/method/upc.hpp>
+#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/objective_terms.hpp>
+#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint_file.hpp>
+#include <tapestry/camouflage/photo_light.hpp>
+#include <tapestry/camouflage/photo_session.hpp>
+#include <tapestry/camouflage/photo_session_variable.hpp>
+#include <tapestry/camouflage/profile.hpp>
+#include <tapestry/camouflage/redrawn_view.hpp>
+#include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
+#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/training.hpp>
+#include <tapestry/camouflage/usable_views.hpp>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/camouflage/worst_views.hpp>
+#include <tapestry/evaluate/average_precision.hpp>
+#include <tapestry/evaluate/best_confidence.hpp>
+#include <tapestry/evaluate/chart_colours.hpp>
+#include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/matched_noise.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <tapestry/evaluate/meter.hpp>
+#include <tapestry/evaluate/occlusion.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <tapestry/evaluate/physical.hpp>
+#include <tapestry/evaluate/protocol_cells.hpp>
+#include <tapestry/evaluate/shuffled_patches.hpp>
+#include <tapestry/evaluate/survey.hpp>
+#include <tapestry/evaluate/views.hpp>
+#include <tapestry/segment/car_component.hpp>
+#include <tapestry/segment/u2_net.hpp>
+#include <tapestry/segment/u2_net_description.hpp>
+#include <tapestry/segment/u2_net_input.hpp>
+#include <tapestry/segment/u2_net_variable.hpp>
+#include <tapestry/tapestry.hpp>
