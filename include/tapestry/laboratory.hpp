@@ -1,8 +1,8 @@
 #pragma once
 /// \file
-/// Experiments on top of the library: the camouflage of a car, and the measurements that judge it. This header
-/// includes all of it but laboratory_implementation.hpp: one source file of a program includes that, or the
-/// program links tapestry::laboratory.
+/// Experiments on top of the library: the camouflage of a car, and the measurements that judge it. This
+/// header includes all of it but laboratory_implementation.hpp: one source file of a program includes that,
+/// or the program links tapestry::laboratory.
 ///
 ///   segment                       picture to mask of the car
 ///   camouflage                    parameters, objective and training
