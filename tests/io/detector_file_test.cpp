@@ -453,14 +453,14 @@ TEST_CASE("write_detector_file refuses what it could not read again", "[io][dete
   CHECK_FALSE(std::filesystem::exists(model.converted));
 }
 
-TEST_CASE("a network takes its parameters at once", "[detect][network]") {
+TEST_CASE("a model takes its parameters at once", "[detect][darknet_model]") {
   const Model model;
   auto parameters = model.network.parameters();
   const detect::DarknetModel<float> network(model.network.config(), parameters, 96, 128);
   CHECK(network.input_width() == 128);
   CHECK(same_bits(network.parameters(), model.network.parameters()));
   parameters.resize({parameters.size() - 1});
-  check_refused(ErrorKind::mismatch, "Network: parameters is [",
+  check_refused(ErrorKind::mismatch, "DarknetModel: parameters is [",
                 [&] { (void)detect::DarknetModel<float>(model.network.config(), parameters); });
 }
 

@@ -44,7 +44,7 @@ TEST_CASE("binary cross entropy of one logit keeps its digits at both ends", "[l
       loss::binary_cross_entropy_adjoint(one(x), one(wanted), 1.0, adjoint);
       CHECK(adjoint(0, 0, 0, 0) == Approx(loss::cross_entropy_slope(x, wanted)).epsilon(1e-14));
     }
-  CHECK(loss::binary_cross_entropy(one(100.F), one(1.F)) == Approx(std::exp(-100.0)).epsilon(1e-5));
+  CHECK(loss::binary_cross_entropy(one(40.F), one(1.F)) == Approx(std::exp(-40.0)).epsilon(1e-6));
   const float bad = std::numeric_limits<float>::quiet_NaN();
   CHECK(std::isnan(loss::binary_cross_entropy(one(bad), one(1.F))));
 }
