@@ -16,11 +16,6 @@ namespace tapestry::detail {
 template <class T, class Visitor>
 class StatementWalk {
  public:
-#define TAPESTRY_PULL(plus, minus, general)                \
-  case code(plus, minus, general):                         \
-    pull_like<plus, minus, general>(words, kind, visitor); \
-    break
-
   /// \param words_end  behind the last statement's words
   /// \param kinds_end  behind its kind; before the first kind stands chunk_begin
   [[gnu::always_inline]] static inline void run(const Word* words_end, const StatementKind* kinds_end,
@@ -38,29 +33,50 @@ class StatementWalk {
           --words, --kind;
           visitor.pull_record();
           break;
-          TAPESTRY_PULL(1, 0, 0);
-          TAPESTRY_PULL(2, 0, 0);
-          TAPESTRY_PULL(0, 1, 0);
-          TAPESTRY_PULL(1, 1, 0);
-          TAPESTRY_PULL(0, 0, 1);
-          TAPESTRY_PULL(1, 0, 1);
-          TAPESTRY_PULL(0, 1, 1);
-          TAPESTRY_PULL(0, 0, 2);
-          TAPESTRY_PULL(1, 0, 2);
-          TAPESTRY_PULL(2, 0, 1);
-          TAPESTRY_PULL(0, 0, 3);
-          TAPESTRY_PULL(0, 0, 4);
-          TAPESTRY_PULL(1, 0, 4);
         default:
-          pull_any(words, *kind--, visitor);
+          pull_statement(words, kind, visitor);
       }
     }
   }
-#undef TAPESTRY_PULL
 
  private:
   static constexpr unsigned code(std::size_t plus, std::size_t minus, std::size_t general) {
     return static_cast<unsigned>(kind_of({plus, minus, general}));
+  }
+
+  /// Takes the statement before, and those of its kind before that.
+  [[gnu::always_inline]] static inline void pull_statement(const Word*& words, const StatementKind*& kind,
+                                                           Visitor& visitor) {
+    switch (static_cast<unsigned>(*kind)) {
+      case code(1, 0, 0):
+        return pull_like<1, 0, 0>(words, kind, visitor);
+      case code(2, 0, 0):
+        return pull_like<2, 0, 0>(words, kind, visitor);
+      case code(0, 1, 0):
+        return pull_like<0, 1, 0>(words, kind, visitor);
+      case code(1, 1, 0):
+        return pull_like<1, 1, 0>(words, kind, visitor);
+      case code(0, 0, 1):
+        return pull_like<0, 0, 1>(words, kind, visitor);
+      case code(1, 0, 1):
+        return pull_like<1, 0, 1>(words, kind, visitor);
+      case code(0, 1, 1):
+        return pull_like<0, 1, 1>(words, kind, visitor);
+      case code(0, 0, 2):
+        return pull_like<0, 0, 2>(words, kind, visitor);
+      case code(1, 0, 2):
+        return pull_like<1, 0, 2>(words, kind, visitor);
+      case code(2, 0, 1):
+        return pull_like<2, 0, 1>(words, kind, visitor);
+      case code(0, 0, 3):
+        return pull_like<0, 0, 3>(words, kind, visitor);
+      case code(0, 0, 4):
+        return pull_like<0, 0, 4>(words, kind, visitor);
+      case code(1, 0, 4):
+        return pull_like<1, 0, 4>(words, kind, visitor);
+      default:
+        pull_any(words, *kind--, visitor);
+    }
   }
 
   [[gnu::always_inline]] static inline void skip_inputs(const Word*& words, const StatementKind*& kind,

@@ -42,11 +42,6 @@ enum class LayerKind {
   return kind == LayerKind::yolo || kind == LayerKind::region;
 }
 
-/// Whether a layer multiplies what another layer made: [scale_channels] or [sam].
-[[nodiscard]] constexpr bool is_product(LayerKind kind) {
-  return kind == LayerKind::scale_channels || kind == LayerKind::sam;
-}
-
 /// One layer of a cfg file. Members that a kind does not use keep their defaults.
 struct LayerConfig {
   LayerKind kind = LayerKind::convolutional;

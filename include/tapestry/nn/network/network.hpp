@@ -45,9 +45,6 @@ class Network {
   [[nodiscard]] const Shape& output_shape(std::size_t i) const {
     return program_.values[program_.outputs.at(i)].shape;
   }
-  [[nodiscard]] const std::string& output_name(std::size_t i) const {
-    return program_.values[program_.outputs.at(i)].name;
-  }
 
   void set_engine(Engine engine) { engine_ = engine; }
 
