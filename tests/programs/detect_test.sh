@@ -110,7 +110,7 @@ map="$(basename "$frame" .npz)-heat_map.png"
 expect_file "last/$map"
 cmp -s "last/$map" "early/$map" && fail "all layers are one" || pass
 expect_exit 4 "a layer that is not there" "$detect" --heat-map maps --layer 999 "$frame"
-expect_error_line 'layer 999 cannot be looked into'
+expect_error_line 'layer 999 cannot be observed'
 expect_exit 2 "a layer by name" "$detect" --heat-map maps --layer conv1 "$frame"
 expect_error_line "layers of Darknet networks are numbers"
 expect_exit 2 "a layer of nothing" "$detect" --layer conv1 "$frame"
