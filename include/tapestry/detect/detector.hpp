@@ -32,9 +32,9 @@ class KeptPicture;
 /// io::read_detector(). Results are the same bits for any number of threads.
 ///
 /// The heads of an export are read before the logistic function that it ends with, so that losses get raw
-/// logits, but for those of boxes_and_scores, see DecodedOutputs. Pictures of a batch run one after another,
-/// each with all threads: a batch costs no more a picture than one. Only where the network takes the
-/// statistics of a batch they train together.
+/// logits, but for those of boxes_and_scores, see DecodedOutputs. Pictures of a batch run one after another
+/// on all threads, those of a small network side by side: a batch costs no more a picture than one. Only
+/// where the network takes the statistics of a batch they train together.
 template <std::floating_point T>
 class Detector {
  public:

@@ -6,6 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/detect/kept_picture.hpp>
@@ -13,6 +14,27 @@
 #include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <vector>
+
+namespace tapestry::detect::detail {
+
+/// Passes to run side by side, with a thread each: 1, but of a small network, whose layers are short for
+/// threads to share, and a batch that can be dealt out evenly.
+template <std::floating_point T>
+[[nodiscard]] std::size_t lanes_for(const nn::Network<T>& network, std::size_t passes) {
+  constexpr std::size_t few_weights = std::size_t(1) << 20U;
+  const auto threads = static_cast<std::size_t>(thread_count());
+  return network.weights().size() <= few_weights && passes % threads == 0 ? threads : 1;
+}
+
+/// Calls body(lane, n) for n = 0 … count − 1: in order, or where there are several lanes on a thread each.
+template <class Body>
+void for_each_in_lanes(std::size_t lanes, std::size_t count, Body body) {
+  parallel_for(lanes, [&](std::size_t lane) {
+    for (std::size_t n = lane; n < count; n += lanes) body(lane, n);
+  });
+}
+
+}  // namespace tapestry::detect::detail
 
 namespace tapestry::detect {
 
@@ -64,7 +86,8 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
   pass.images = images.shape(0);
   const std::size_t each = mode == Mode::training && trains_together_ ? pass.images : 1;
   const std::size_t count = pass.images / each;
-  pass.graph.resize(mode == Mode::inference ? 1 : count);  // whose memory serves one image after another
+  const std::size_t lanes = pass.times == nullptr ? detail::lanes_for(network_, count) : 1;
+  pass.graph.resize(mode == Mode::inference ? lanes : count);  // whose memory serves one image after another
   pass.inputs.resize(pass.graph.size());
   pass.logits.resize(logits_count());
   for (std::size_t h = 0; h < pass.logits.size(); ++h) {
@@ -72,9 +95,9 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
     pass.logits[h].resize({pass.images, channels, height, width});
   }
   if (foreign_) return run_foreign(images, pass);
-  for (std::size_t n = 0; n < count; ++n) {
-    nn::NetworkPass<T>& one = pass.graph[mode == Mode::inference ? 0 : n];
-    nn::Buffer<T>& input = pass.inputs[mode == Mode::inference ? 0 : n];
+  detail::for_each_in_lanes(lanes, count, [&](std::size_t lane, std::size_t n) {
+    nn::NetworkPass<T>& one = pass.graph[mode == Mode::inference ? lane : n];
+    nn::Buffer<T>& input = pass.inputs[mode == Mode::inference ? lane : n];
     one.set_times(pass.times);
     input.resize(each * image_size());
     const T* const first = images.data() + n * input.size();
@@ -93,7 +116,7 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
       for (std::size_t k = 0; k < each; ++k)
         std::copy_n(one.output(piece.output) + k * piece.size, piece.size,
                     at(piece, pass.logits[piece.head], n * each + k));
-  }
+  });
 }
 
 template <std::floating_point T>
@@ -105,11 +128,15 @@ void Detector<T>::pull_back(Pass<T>& pass, const std::vector<const Array<T, 4>*>
                   {pass.images, height_, width_, input_channels()});
   if (weights_adjoint != nullptr)
     require_shape("Detector::pull_back", "weights_adjoint", *weights_adjoint, {network_.weights().size()});
-  for (std::size_t n = pass.graph.size(); n-- > 0;) {  // the last one's memory is in the cache
-    const auto adjoints = output_adjoints(pass, n, logits_adjoint);
-    pull_back_one(pass, n, adjoints.of_outputs, images_adjoint,
-                  weights_adjoint == nullptr ? nullptr : weights_adjoint->data());
-  }
+  const std::size_t count = pass.graph.size();
+  const bool may_share = weights_adjoint == nullptr && pass.times == nullptr;  // else all add to the same
+  detail::for_each_in_lanes(may_share ? detail::lanes_for(network_, count) : 1, count,
+                            [&](std::size_t, std::size_t i) {
+                              const std::size_t n = count - 1 - i;  // the last one's memory is in the cache
+                              const auto adjoints = output_adjoints(pass, n, logits_adjoint);
+                              pull_back_one(pass, n, adjoints.of_outputs, images_adjoint,
+                                            weights_adjoint == nullptr ? nullptr : weights_adjoint->data());
+                            });
 }
 
 template <std::floating_point T>
