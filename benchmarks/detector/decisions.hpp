@@ -137,7 +137,7 @@ void hold(const Problem& problem, const nn::Network<T>& network, const Decisions
     for (std::size_t k = 0; k < decisions.is_positive[i].size(); ++k)
       state.bits.data()[k / 8] |= static_cast<std::uint8_t>(decisions.is_positive[i][k] ? 1U << k % 8 : 0U);
     for (std::size_t k = 0; k < decisions.chosen[i].size(); ++k)
-      state.choices.data()[k] = static_cast<nn::Position<T>>(decisions.chosen[i][k]);
+      state.choices.data()[k] = static_cast<nn::ElementIndex<T>>(decisions.chosen[i][k]);
   });
 }
 
