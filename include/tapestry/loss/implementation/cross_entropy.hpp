@@ -4,14 +4,17 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/cross_entropy.hpp>
 #include <tapestry/loss/cross_entropy_variable.hpp>
 #include <utility>
+#include <vector>
 
 namespace tapestry::loss::detail {
 
@@ -20,6 +23,8 @@ void require_wanted(const char* operation, const Array<T, 4>& logits, const Arra
   require_shape(operation, "wanted", wanted, logits.shape());
   if (logits.size() == 0) throw ShapeError(std::string(operation) + ": no logits");
 }
+
+inline constexpr std::size_t entropy_block = 4096;  ///< logits that a thread takes at a time
 
 /// Calls body(place of class 0, distance of classes, Σ exp(x − largest), largest) for each softmax.
 template <class T, class Body>
@@ -45,12 +50,16 @@ namespace tapestry::loss {
 template <std::floating_point T>
 T binary_cross_entropy(const Array<T, 4>& logits, const Array<T, 4>& wanted) {
   detail::require_wanted("binary_cross_entropy", logits, wanted);
-  double sum = 0;
-  for (std::size_t i = 0; i < logits.size(); ++i) {
-    const T x = logits.data()[i], t = wanted.data()[i];
-    const T missed = x > 0 ? (1 - t) * x : -t * x;  // NaN passes on
-    sum += static_cast<double>(missed + std::log1p(std::exp(-std::abs(x))));
-  }
+  std::vector<double> sums(block_count(logits.size(), detail::entropy_block), 0);
+  parallel_for(sums.size(), [&](std::size_t block) {
+    const auto [begin, end] = block_range(block, logits.size(), detail::entropy_block);
+    for (std::size_t i = begin; i < end; ++i) {
+      const T x = logits.data()[i], t = wanted.data()[i];
+      const T missed = x > 0 ? (1 - t) * x : -t * x;  // NaN passes on
+      sums[block] += static_cast<double>(missed + std::log1p(std::exp(-std::abs(x))));
+    }
+  });
+  const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
   return static_cast<T>(sum / static_cast<double>(logits.size()));
 }
 
@@ -60,12 +69,15 @@ void binary_cross_entropy_adjoint(const Array<T, 4>& logits, const Array<T, 4>& 
   detail::require_wanted("binary_cross_entropy", logits, wanted);
   require_shape("binary_cross_entropy_adjoint", "logits_adjoint", logits_adjoint, logits.shape());
   const T scale = value_adjoint / static_cast<T>(logits.size());
-  for (std::size_t i = 0; i < logits.size(); ++i) {
-    const T x = logits.data()[i], t = wanted.data()[i];
-    const T small = std::exp(-std::abs(x)), surer = 1 / (1 + small);  // σ(|x|)
-    const T yes = x > 0 ? surer : small * surer, no = x > 0 ? small * surer : surer;
-    logits_adjoint.data()[i] += scale * ((1 - t) * yes - t * no);  // σ − t, without cancellation
-  }
+  parallel_for(block_count(logits.size(), detail::entropy_block), [&](std::size_t block) {
+    const auto [begin, end] = block_range(block, logits.size(), detail::entropy_block);
+    for (std::size_t i = begin; i < end; ++i) {
+      const T x = logits.data()[i], t = wanted.data()[i];
+      const T small = std::exp(-std::abs(x)), surer = 1 / (1 + small);  // σ(|x|)
+      const T yes = x > 0 ? surer : small * surer, no = x > 0 ? small * surer : surer;
+      logits_adjoint.data()[i] += scale * ((1 - t) * yes - t * no);  // σ − t, without cancellation
+    }
+  });
 }
 
 template <std::floating_point T>
