@@ -4,7 +4,6 @@
 #include <limits>
 #include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/loss/logistic.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
@@ -19,6 +18,16 @@ namespace {
 template <class T>
 Array<T, 4> one(T value) {
   return tapestry::filled<T, 4>({1, 1, 1, 1}, value);
+}
+
+/// −t · log σ(x) − (1 − t) · log σ(−x) and its slope, in numbers of which no exponential here overflows.
+double entropy_of(double logit, double wanted) {
+  const auto x = static_cast<long double>(logit), t = static_cast<long double>(wanted);
+  return static_cast<double>(t * std::log1p(std::exp(-x)) + (1 - t) * std::log1p(std::exp(x)));
+}
+double slope_of(double logit, double wanted) {
+  const auto x = static_cast<long double>(logit), t = static_cast<long double>(wanted);
+  return static_cast<double>((1 - t) / (1 + std::exp(-x)) - t / (1 + std::exp(x)));
 }
 
 /// Random shares that sum to 1 along axis 1.
@@ -38,11 +47,10 @@ TEST_CASE("binary cross entropy of one logit keeps its digits at both ends", "[l
   for (const double wanted : {0.0, 0.3, 1.0})
     for (const double x : {-800.0, -40.0, -1.5, 0.0, 0.7, 40.0, 800.0}) {
       CAPTURE(wanted, x);
-      CHECK(loss::binary_cross_entropy(one(x), one(wanted)) ==
-            Approx(loss::cross_entropy(x, wanted)).epsilon(1e-14));
+      CHECK(loss::binary_cross_entropy(one(x), one(wanted)) == Approx(entropy_of(x, wanted)).epsilon(1e-14));
       auto adjoint = one(0.0);
       loss::binary_cross_entropy_adjoint(one(x), one(wanted), 1.0, adjoint);
-      CHECK(adjoint(0, 0, 0, 0) == Approx(loss::cross_entropy_slope(x, wanted)).epsilon(1e-14));
+      CHECK(adjoint(0, 0, 0, 0) == Approx(slope_of(x, wanted)).epsilon(1e-14));
     }
   CHECK(loss::binary_cross_entropy(one(40.F), one(1.F)) == Approx(std::exp(-40.0)).epsilon(1e-6));
   const float bad = std::numeric_limits<float>::quiet_NaN();
@@ -52,7 +60,7 @@ TEST_CASE("binary cross entropy of one logit keeps its digits at both ends", "[l
 TEST_CASE("cross entropy of two classes is the binary one of their difference", "[loss][cross_entropy]") {
   for (const double x : {-700.0, -2.0, 0.0, 3.0, 700.0}) {
     const Array<double, 4> logits{{{{x + 5}}, {{5.0}}}}, wanted{{{{0.75}}, {{0.25}}}};
-    CHECK(loss::cross_entropy(logits, wanted) == Approx(loss::cross_entropy(x, 0.75)).epsilon(1e-13));
+    CHECK(loss::cross_entropy(logits, wanted) == Approx(entropy_of(x, 0.75)).epsilon(1e-13));
   }
 }
 

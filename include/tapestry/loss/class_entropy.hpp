@@ -4,8 +4,8 @@
 
 namespace tapestry::loss {
 
-/// How far a candidate is from saying one class: Σ_k H(t_k, [k is it]), see cross_entropy(), or of exclusive
-/// classes −log of the softmax of it.
+/// How far a candidate is from saying one class: Σ_k H(t_k, [k is it]), see binary_cross_entropy(), or of
+/// exclusive classes −log of the softmax of it.
 template <class T>
 [[nodiscard]] double class_entropy(const Predictions<T>& predictions, const Candidate& candidate,
                                    std::size_t class_index) {
@@ -13,7 +13,8 @@ template <class T>
   if (head.exclusive_classes) return softplus(-class_logit(predictions, candidate, class_index));
   double sum = 0;
   for (std::size_t k = 0; k < head.classes; ++k)
-    sum += cross_entropy(logit(predictions, candidate, head.class_channel(k)), k == class_index ? 1 : 0);
+    sum +=
+        binary_cross_entropy(logit(predictions, candidate, head.class_channel(k)), k == class_index ? 1 : 0);
   return sum;
 }
 
@@ -31,7 +32,7 @@ void class_entropy_adjoint(const Predictions<T>& predictions, const Candidate& c
   for (std::size_t k = 0; k < head.classes; ++k) {
     const std::size_t channel = head.class_channel(k);
     const double slope =
-        cross_entropy_slope(logit(predictions, candidate, channel), k == class_index ? 1 : 0);
+        binary_cross_entropy_slope(logit(predictions, candidate, channel), k == class_index ? 1 : 0);
     add_to_logit(predictions, candidate, channel, loss_adjoint * slope, logits_adjoint);
   }
 }

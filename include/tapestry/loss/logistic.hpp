@@ -1,6 +1,8 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 #include <tapestry/nn/activation.hpp>  // logistic
+#include <type_traits>
 
 namespace tapestry::loss {
 
@@ -12,14 +14,20 @@ namespace tapestry::loss {
   return (x > 0 ? x : 0) + std::log1p(std::exp(-std::abs(x)));
 }
 
-/// −t · log σ(x) − (1 − t) · log(1 − σ(x)) for a logit x and a wanted probability t in [0, 1].
-[[nodiscard]] inline double cross_entropy(double logit, double wanted) {
-  return wanted * softplus(-logit) + (1 - wanted) * softplus(logit);
+/// −t · log σ(x) − (1 − t) · log(1 − σ(x)) = t · softplus(−x) + (1 − t) · softplus(x) for a logit x and a
+/// wanted probability t in [0, 1].
+template <std::floating_point T>
+[[nodiscard]] T binary_cross_entropy(T logit, std::type_identity_t<T> wanted) {
+  const T beyond = std::log1p(std::exp(-std::abs(logit)));  // of both softplus
+  return wanted * ((logit < 0 ? -logit : 0) + beyond) + (1 - wanted) * ((logit > 0 ? logit : 0) + beyond);
 }
 
-/// ∂cross_entropy/∂logit = σ(x) − t, kept accurate as (1 − t) · σ(x) − t · σ(−x).
-[[nodiscard]] inline double cross_entropy_slope(double logit, double wanted) {
-  return (1 - wanted) * nn::logistic(logit) - wanted * nn::logistic(-logit);
+/// ∂binary_cross_entropy/∂logit = σ(x) − t, kept accurate as (1 − t) · σ(x) − t · σ(−x).
+template <std::floating_point T>
+[[nodiscard]] T binary_cross_entropy_slope(T logit, std::type_identity_t<T> wanted) {
+  const T decayed = std::exp(-std::abs(logit));  // of both σ, see nn::logistic()
+  return (1 - wanted) * ((logit >= 0 ? 1 : decayed) / (1 + decayed)) -
+         wanted * ((logit <= 0 ? 1 : decayed) / (1 + decayed));
 }
 
 }  // namespace tapestry::loss

@@ -36,7 +36,7 @@ template <class T>
   const std::size_t channel = objectness_channel(head, class_index);
   double sum = 0;
   for_each_candidate(head_index, head, [&](const Candidate& candidate) {
-    sum += cross_entropy(logit(predictions, candidate, channel), 0);
+    sum += binary_cross_entropy(logit(predictions, candidate, channel), 0);
   });
   for (const Candidate& candidate : matched) sum -= logit(predictions, candidate, channel);
   return sum / static_cast<double>(head.candidate_count());
@@ -52,7 +52,8 @@ void mean_objectness_entropy_adjoint(const Predictions<T>& predictions, std::siz
   const double scale = loss_adjoint / static_cast<double>(head.candidate_count());
   for_each_candidate(head_index, head, [&](const Candidate& candidate) {
     const bool is_matched = std::find(matched.begin(), matched.end(), candidate) != matched.end();
-    const double slope = cross_entropy_slope(logit(predictions, candidate, channel), is_matched ? 1 : 0);
+    const double slope =
+        binary_cross_entropy_slope(logit(predictions, candidate, channel), is_matched ? 1 : 0);
     add_to_logit(predictions, candidate, channel, scale * slope, logits_adjoint);
   });
 }

@@ -13,6 +13,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/cross_entropy.hpp>
 #include <tapestry/loss/cross_entropy_variable.hpp>
+#include <tapestry/loss/logistic.hpp>
 #include <utility>
 #include <vector>
 
@@ -53,11 +54,8 @@ T binary_cross_entropy(const Array<T, 4>& logits, const Array<T, 4>& wanted) {
   std::vector<double> sums(block_count(logits.size(), detail::entropy_block), 0);
   parallel_for(sums.size(), [&](std::size_t block) {
     const auto [begin, end] = block_range(block, logits.size(), detail::entropy_block);
-    for (std::size_t i = begin; i < end; ++i) {
-      const T x = logits.data()[i], t = wanted.data()[i];
-      const T missed = x > 0 ? (1 - t) * x : -t * x;  // NaN passes on
-      sums[block] += static_cast<double>(missed + std::log1p(std::exp(-std::abs(x))));
-    }
+    for (std::size_t i = begin; i < end; ++i)
+      sums[block] += static_cast<double>(binary_cross_entropy(logits.data()[i], wanted.data()[i]));
   });
   const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
   return static_cast<T>(sum / static_cast<double>(logits.size()));
@@ -71,12 +69,8 @@ void binary_cross_entropy_adjoint(const Array<T, 4>& logits, const Array<T, 4>& 
   const T scale = value_adjoint / static_cast<T>(logits.size());
   parallel_for(block_count(logits.size(), detail::entropy_block), [&](std::size_t block) {
     const auto [begin, end] = block_range(block, logits.size(), detail::entropy_block);
-    for (std::size_t i = begin; i < end; ++i) {
-      const T x = logits.data()[i], t = wanted.data()[i];
-      const T small = std::exp(-std::abs(x)), surer = 1 / (1 + small);  // σ(|x|)
-      const T yes = x > 0 ? surer : small * surer, no = x > 0 ? small * surer : surer;
-      logits_adjoint.data()[i] += scale * ((1 - t) * yes - t * no);  // σ − t, without cancellation
-    }
+    for (std::size_t i = begin; i < end; ++i)
+      logits_adjoint.data()[i] += scale * binary_cross_entropy_slope(logits.data()[i], wanted.data()[i]);
   });
 }
 

@@ -107,13 +107,13 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
 
 /// The loss of a w or h logit: the cross entropy with σ where its family puts σ on it, else half the square.
 [[nodiscard]] inline double extent_loss(const detect::Head& head, double logit, double wanted) {
-  if (head.decode == detect::DecodeFamily::ultralytics) return cross_entropy(logit, wanted);
+  if (head.decode == detect::DecodeFamily::ultralytics) return binary_cross_entropy(logit, wanted);
   return (logit - wanted) * (logit - wanted) / 2;
 }
 
 /// Derivative of extent_loss() to the logit.
 [[nodiscard]] inline double extent_loss_slope(const detect::Head& head, double logit, double wanted) {
-  if (head.decode == detect::DecodeFamily::ultralytics) return cross_entropy_slope(logit, wanted);
+  if (head.decode == detect::DecodeFamily::ultralytics) return binary_cross_entropy_slope(logit, wanted);
   return logit - wanted;
 }
 
@@ -149,15 +149,15 @@ YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vect
     const auto at = [&](std::size_t channel) { return logit(predictions, assignment.candidate, channel); };
     const BoxGoal goal = box_goal(predictions, assignment);
     const auto& head = predictions.heads[assignment.candidate.head];
-    terms.box +=
-        goal.weight * (cross_entropy(at(x_channel), goal.x) + cross_entropy(at(y_channel), goal.y) +
-                       extent_loss(head, at(w_channel), goal.w) + extent_loss(head, at(h_channel), goal.h));
-    terms.objectness += cross_entropy(at(*head.objectness_channel()), 1);
+    terms.box += goal.weight *
+                 (binary_cross_entropy(at(x_channel), goal.x) + binary_cross_entropy(at(y_channel), goal.y) +
+                  extent_loss(head, at(w_channel), goal.w) + extent_loss(head, at(h_channel), goal.h));
+    terms.objectness += binary_cross_entropy(at(*head.objectness_channel()), 1);
     terms.classification += class_entropy(predictions, assignment.candidate, assignment.truth->class_index);
   }
   for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
     const std::size_t channel = *predictions.heads[candidate.head].objectness_channel();
-    terms.objectness += cross_entropy(logit(predictions, candidate, channel), 0);
+    terms.objectness += binary_cross_entropy(logit(predictions, candidate, channel), 0);
   });
   return terms;
 }
@@ -175,17 +175,18 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
     const BoxGoal goal = box_goal(predictions, assignment);
     const auto& head = predictions.heads[assignment.candidate.head];
     const double box = options.box * goal.weight;
-    add(x_channel, box, [&](double at) { return cross_entropy_slope(at, goal.x); });
-    add(y_channel, box, [&](double at) { return cross_entropy_slope(at, goal.y); });
+    add(x_channel, box, [&](double at) { return binary_cross_entropy_slope(at, goal.x); });
+    add(y_channel, box, [&](double at) { return binary_cross_entropy_slope(at, goal.y); });
     add(w_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.w); });
     add(h_channel, box, [&](double at) { return extent_loss_slope(head, at, goal.h); });
-    add(*head.objectness_channel(), options.objectness, [](double at) { return cross_entropy_slope(at, 1); });
+    add(*head.objectness_channel(), options.objectness,
+        [](double at) { return binary_cross_entropy_slope(at, 1); });
     class_entropy_adjoint(predictions, assignment.candidate, assignment.truth->class_index,
                           adjoint * options.classification, logits_adjoint);
   }
   for_each_background(predictions, truths, assigned, options.ignore_iou, [&](const Candidate& candidate) {
     const std::size_t channel = *predictions.heads[candidate.head].objectness_channel();
-    const double slope = cross_entropy_slope(logit(predictions, candidate, channel), 0);
+    const double slope = binary_cross_entropy_slope(logit(predictions, candidate, channel), 0);
     add_to_logit(predictions, candidate, channel, adjoint * options.objectness * slope, logits_adjoint);
   });
 }

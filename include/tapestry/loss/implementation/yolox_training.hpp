@@ -14,14 +14,14 @@ namespace tapestry::loss::detail {
 
 /// (y − σ(t))² · H(t, y): the cross entropy, which counts the less the nearer σ is to what is wanted.
 [[nodiscard]] inline double quality_focal(double logit, double wanted) {
-  const double missed = cross_entropy_slope(logit, wanted);  // σ − y
-  return missed * missed * cross_entropy(logit, wanted);
+  const double missed = binary_cross_entropy_slope(logit, wanted);  // σ − y
+  return missed * missed * binary_cross_entropy(logit, wanted);
 }
 
 /// ∂quality_focal/∂logit.
 [[nodiscard]] inline double quality_focal_slope(double logit, double wanted) {
-  const double missed = cross_entropy_slope(logit, wanted);
-  return missed * (missed * missed + 2 * logistic_slope(logit) * cross_entropy(logit, wanted));
+  const double missed = binary_cross_entropy_slope(logit, wanted);
+  return missed * (missed * missed + 2 * logistic_slope(logit) * binary_cross_entropy(logit, wanted));
 }
 
 /// Calls visit(channel, wanted, is_focal, is_objectness) for every channel of a candidate that is to say how
@@ -63,7 +63,7 @@ YoloTrainingTerms yolox_sums(const Predictions<T>& predictions, const std::vecto
                    [&](std::size_t channel, double wanted, bool is_focal, bool is_objectness) {
                      const double at = logit(channel);
                      double& sum = is_objectness ? sums.objectness : sums.classification;
-                     sum += is_focal ? quality_focal(at, wanted) : cross_entropy(at, wanted);
+                     sum += is_focal ? quality_focal(at, wanted) : binary_cross_entropy(at, wanted);
                    });
   });
   return sums;
@@ -86,7 +86,7 @@ void yolox_sums_adjoint(const Predictions<T>& predictions, const std::vector<Dyn
                    [&](std::size_t channel, double wanted, bool is_focal, bool is_objectness) {
                      const double at = logit(channel);
                      const double slope =
-                         is_focal ? quality_focal_slope(at, wanted) : cross_entropy_slope(at, wanted);
+                         is_focal ? quality_focal_slope(at, wanted) : binary_cross_entropy_slope(at, wanted);
                      const double weight = is_objectness ? options.objectness : options.classification;
                      add_to_logit(predictions, candidate, channel, adjoint * weight * slope, logits_adjoint);
                    });
