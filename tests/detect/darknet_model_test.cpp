@@ -10,6 +10,7 @@
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/finite_difference.hpp"
+#include "../support/pointers_to.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
@@ -18,6 +19,7 @@ namespace detect = tapestry::detect;
 namespace io = tapestry::io;
 namespace nn = tapestry::nn;
 using tapestry::Array;
+using tapestry::test::pointers_to;
 using tapestry::test::random_array;
 using tapestry::test::relative_distance;
 
@@ -83,13 +85,6 @@ std::vector<Array<T, 4>> random_like(const std::vector<Array<T, 4>>& arrays, std
   for (auto& array : result)
     for (auto& value : array.storage()) value = static_cast<T>(random.uniform(-1, 1));
   return result;
-}
-
-template <class T>
-std::vector<const Array<T, 4>*> pointers_to(const std::vector<Array<T, 4>>& arrays) {
-  std::vector<const Array<T, 4>*> pointers;
-  for (const auto& array : arrays) pointers.push_back(&array);
-  return pointers;
 }
 
 double dot(const std::vector<Array<double, 4>>& a, const std::vector<Array<double, 4>>& b) {

@@ -12,6 +12,7 @@
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/kept_pass.hpp"
+#include "../support/pointers_to.hpp"
 #include "../support/random_array.hpp"
 #include "../support/small_exports.hpp"
 
@@ -415,13 +416,11 @@ TEST_CASE("weights of a graph detector get their gradient", "[detect][graph_dete
   detect::Pass<double> pass;
   detector.forward(images, pass, detect::Mode::training);
   std::vector<Array<double, 4>> seeds;
-  std::vector<const Array<double, 4>*> pointers;
   for (std::size_t h = 0; h < 3; ++h)
     seeds.push_back(tapestry::test::random_array<double, 4>(
         {1, 5 + classes, pass.logits[h].shape(2), pass.logits[h].shape(3)}, 20 + h));
-  for (const auto& seed : seeds) pointers.push_back(&seed);
   auto gradient = tapestry::zeros<double, 1>({detector.weights().size()});
-  detector.pull_back(pass, pointers, nullptr, &gradient);
+  detector.pull_back(pass, tapestry::test::pointers_to(seeds), nullptr, &gradient);
 
   const auto value = [&] {
     detect::Pass<double> fresh;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/pointers_to.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
@@ -71,13 +72,6 @@ detect::Detector<double> observing(const detect::DarknetModel<double>& model,
 
 std::string common_layer(const nn::NetworkDescription& network) {
   return detect::common_layer(network, detect::raw_outputs(network));
-}
-
-template <class Arrays>
-std::vector<const Array<double, 4>*> pointers_to(const Arrays& arrays) {
-  std::vector<const Array<double, 4>*> pointers;
-  for (const auto& array : arrays) pointers.push_back(&array);
-  return pointers;
 }
 }  // namespace
 
@@ -213,7 +207,7 @@ TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[dete
   const std::size_t image = 2;
   const auto adjoints = detect::score_adjoint(network.heads(), pass.logits, image, 1, best);
   const auto values = network.layer_values(pass, 0, image);
-  const auto adjoint = network.layer_adjoint(pass, pointers_to(adjoints), 0, image);
+  const auto adjoint = network.layer_adjoint(pass, test::pointers_to(adjoints), 0, image);
   REQUIRE(values.shape() == tapestry::Extents<3>{4, 2, 2});
   // The head reads W · A + b, of which the score is the sum of two rows: objectness and the class.
   const double* const weights = model.parameters().data() + model.layout().layers[2].weight;
@@ -235,7 +229,8 @@ TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[dete
     for (std::size_t x = 0; x < 2; ++x)
       CHECK(map(y, x) == Approx(y == 1 && x == 0 ? std::max(heat, 0.0) : 0.0).margin(1e-15));
   CHECK(test::relative_distance(network.layer_values(pass, 1, image), values) == 0);
-  CHECK(test::relative_distance(network.layer_adjoint(pass, pointers_to(adjoints), 1, image), adjoint) == 0);
+  CHECK(test::relative_distance(network.layer_adjoint(pass, test::pointers_to(adjoints), 1, image),
+                                adjoint) == 0);
 }
 
 TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's bias, and change nothing",
@@ -271,7 +266,7 @@ TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's
     double sum = 0;
     for (std::size_t image = 0; image < 2; ++image) {
       const auto values = network.layer_values(pass, i, image);
-      const auto asked = network.layer_adjoint(pass, pointers_to(adjoints), i, image);
+      const auto asked = network.layer_adjoint(pass, test::pointers_to(adjoints), i, image);
       const std::size_t pixels = values.shape(1) * values.shape(2);
       for (std::size_t p = channel * pixels; p < (channel + 1) * pixels; ++p) {
         const double a = values.data()[p];
