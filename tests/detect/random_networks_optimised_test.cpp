@@ -48,7 +48,7 @@ struct Case {
         images(random_array<double>({1 + random.index(3), model.input_height(), model.input_width(), 3},
                                     seed)) {}
 
-  /// Of a model of the same cfg; in training mode with the statistics of the batch.
+  /// A detector of a model of the same cfg; in training mode with the statistics of the batch.
   template <class T>
   [[nodiscard]] detect::Detector<T> detector(const detect::DarknetModel<T>& of,
                                              detect::Mode mode = detect::Mode::inference,

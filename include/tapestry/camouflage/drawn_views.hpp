@@ -11,7 +11,7 @@
 
 namespace tapestry::camouflage {
 
-/// What shows of the car in some views, on the tape.
+/// Renders of the car in some views, on the tape.
 template <std::floating_point T>
 struct DrawnViews {
   std::vector<ArrayVariable<T, 3>> renders{};                   ///< m·O, multiplied by coverage

@@ -35,9 +35,9 @@ class Ensemble {
   ///         takes pictures of other extents than the first
   void join(const detect::Detector<T>& detector, std::size_t class_index);
 
-  /// As Objective::keep_layers().
+  /// See Objective::keep_layers().
   void keep_layers(std::size_t bytes, double least_share);
-  /// What is kept for a detector, in the order in which they joined.
+  /// Layers kept for a detector; detectors count in the order in which they joined.
   [[nodiscard]] const KeptLayers<T>& kept_layers(std::size_t member) const {
     return members_.at(member).kept;
   }

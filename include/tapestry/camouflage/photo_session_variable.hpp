@@ -6,7 +6,7 @@
 namespace tapestry::camouflage {
 
 /// Photographs of a batch of pictures on the tape, [N, H, W, 3]: image::transformed() by the shots' chains.
-/// As they are without a session.
+/// Without a session they are returned unchanged.
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures,
                                                const PhotoSession* session);

@@ -105,7 +105,7 @@ class Training {
   /// Leaves the terms in terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session);
 
-  /// What a view adds to a step.
+  /// Terms and gradient that one view adds to a step.
   struct Share {
     ObjectiveTerms terms{};
     Array<T, 2> slopes{};  ///< by the parameter, or empty where they are not wanted

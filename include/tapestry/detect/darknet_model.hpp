@@ -37,7 +37,7 @@ class DarknetModel {
   [[nodiscard]] std::size_t input_width() const { return width_; }
   [[nodiscard]] std::size_t input_channels() const { return config_.channels; }
   [[nodiscard]] const std::vector<Head>& heads() const { return heads_; }
-  /// As nms_kind and beta_nms of the last head say, which is the one that Darknet takes them from.
+  /// Taken from nms_kind and beta_nms of the last head, as Darknet does.
   [[nodiscard]] SuppressionMeasure suppression_measure() const;
   [[nodiscard]] const NetworkConfig& config() const { return config_; }
   /// Where each layer's parameters lie.

@@ -59,7 +59,7 @@ template <class T>
   return addresses;
 }
 
-/// What losses of a batch have to know of the network that gave the logits; detect::Detector is one.
+/// Properties of a network that losses of its logits need; detect::Detector is a model.
 template <class D>
 concept DetectorLike = requires(const D& detector) {
   { detector.heads() } -> std::convertible_to<const std::vector<detect::Head>&>;

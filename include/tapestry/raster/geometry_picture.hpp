@@ -37,7 +37,7 @@ struct Normal {
   static constexpr std::size_t channel_count = 3;
 };
 
-/// What a picture of a mesh's geometry shows: Depth, SurfacePosition or Normal.
+/// Content of a picture of a mesh's geometry: Depth, SurfacePosition or Normal.
 template <class Output>
 concept GeometryOutput =
     std::same_as<Output, Depth> || std::same_as<Output, SurfacePosition> || std::same_as<Output, Normal>;

@@ -10,7 +10,7 @@ namespace tapestry::nn {
 
 /// Time of a network's operations, summed over passes.
 struct OperationTimes {
-  /// Of all operations of one operator.
+  /// Calls and time of all operations of one operator.
   struct Kind {
     std::size_t calls = 0;
     double seconds = 0;
@@ -42,7 +42,7 @@ struct OperationTimes {
   }
 };
 
-/// Of passes forward and of their adjoints.
+/// Times of passes forward and of their adjoints.
 struct PassTimes {
   OperationTimes forward{}, adjoint{};
 };
