@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <cstdlib>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/matrix/cholesky.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 #include <tapestry/autodiff/tape.hpp>

@@ -8,7 +8,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <vector>
 

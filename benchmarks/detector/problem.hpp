@@ -6,7 +6,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/image/planes.hpp>
+#include <tapestry/image/batch.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <vector>

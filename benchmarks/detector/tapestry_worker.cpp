@@ -6,7 +6,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/image/planes.hpp>
+#include <tapestry/image/batch.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/version.hpp>
 

@@ -8,7 +8,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <utility>
 #include <vector>
 

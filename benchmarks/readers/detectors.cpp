@@ -1,9 +1,8 @@
 // Darknet's networks, names of classes, safetensors and ONNX.
-#include <tapestry/io/darknet/cfg_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
-#include <tapestry/io/names_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/safetensors_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 
 #include "../../tests/support/onnx_builder.hpp"
 #include "../../tests/support/temporary_folder.hpp"

@@ -3,7 +3,7 @@
 #include <random>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/npz_file.hpp>
+#include <tapestry/io/npy.hpp>
 #include <tapestry/io/zip_writer.hpp>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>

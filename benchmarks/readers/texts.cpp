@@ -3,11 +3,9 @@
 #include <filesystem>
 #include <memory>
 #include <system_error>
-#include <tapestry/io/dataset/coco_file.hpp>
-#include <tapestry/io/dataset/voc_folder.hpp>
-#include <tapestry/io/dataset/yolo_labels.hpp>
+#include <tapestry/io/dataset/readers.hpp>
 #include <tapestry/io/json.hpp>
-#include <tapestry/io/palette_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 
 #include "../../examples/programs/shell/config_file.hpp"
 #include "../../examples/programs/shell/run_manifest.hpp"

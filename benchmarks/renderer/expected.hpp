@@ -8,7 +8,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/texture_atlas.hpp>
+#include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
 #include "reference.hpp"

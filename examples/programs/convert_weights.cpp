@@ -10,11 +10,10 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
-#include <tapestry/io/sha256.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -10,12 +10,12 @@
 #include <string>
 #include <system_error>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/pass_pool.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/detect/pass.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/nn/network/operation_times.hpp>
+#include <tapestry/nn/network/program.hpp>
 #include <utility>
 #include <vector>
 

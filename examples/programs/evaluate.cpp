@@ -7,12 +7,11 @@
 #include <iostream>
 #include <optional>
 #include <string>
-#include <tapestry/camouflage/own_colours.hpp>
-#include <tapestry/camouflage/paint_file.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/glb_writer.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 #include <utility>
 #include <vector>
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/io/folder_listing.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/obj_writer.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 #include <utility>
 
 #include "../scenes/car.hpp"

@@ -8,8 +8,8 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/image/colour.hpp>
-#include <tapestry/io/folder_listing.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>

@@ -9,15 +9,14 @@
 #include <span>
 #include <string>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/carla_pose.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/geometry/pose.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/io/obj_writer.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>
 

@@ -10,15 +10,12 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
-#include <tapestry/io/onnx/weight_replacement.hpp>
-#include <tapestry/loss/cross_entropy_variable.hpp>
+#include <tapestry/loss/cross_entropy.hpp>
 #include <tapestry/nn/network_variable.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/segment/car_component.hpp>
 #include <tapestry/segment/u2_net.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
-#include <tapestry/segment/u2_net_input.hpp>
 #include <utility>
 #include <vector>
 

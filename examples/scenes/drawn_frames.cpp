@@ -6,7 +6,7 @@
 #include <numbers>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/visibility.hpp>
 
 #include "car.hpp"

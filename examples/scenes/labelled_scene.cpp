@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <vector>
 
 #include "make_scene.hpp"

@@ -1,6 +1,6 @@
 #include "segmented_scene.hpp"
 
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 
 #include "labelled_scene.hpp"
 #include "make_scene.hpp"

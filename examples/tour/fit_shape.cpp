@@ -2,12 +2,12 @@
 #include <chrono>
 #include <cstdio>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/geometry/icosphere.hpp>
-#include <tapestry/geometry/position_array.hpp>
+#include <tapestry/geometry/point_columns.hpp>
+#include <tapestry/geometry/shapes.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/loss/mesh_regularity_variable.hpp>
+#include <tapestry/loss/mesh_regularity.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <tapestry/raster/silhouette_variable.hpp>
+#include <tapestry/raster/silhouette.hpp>
 
 using namespace tapestry;
 using Shape = ArrayVariable<double, 2>;

@@ -3,8 +3,8 @@
 // a photograph.
 #include <cstdio>
 #include <filesystem>
-#include <tapestry/detect/best_score_variable.hpp>
-#include <tapestry/io/gradient_picture.hpp>
+#include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 
 using namespace tapestry;

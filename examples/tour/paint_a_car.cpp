@@ -5,17 +5,17 @@
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/geometry/face_selection.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
-#include <tapestry/image/over_variable.hpp>
+#include <tapestry/image/over.hpp>
+#include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/frame_light.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>
-#include <tapestry/loss/adversarial_variable.hpp>
+#include <tapestry/loss/adversarial.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <tapestry/raster/texture_operator_variable.hpp>
+#include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 
 using namespace tapestry;

@@ -4,7 +4,7 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/texture_operator_variable.hpp>
+#include <tapestry/raster/texture_operator.hpp>
 
 using tapestry::Array;
 using tapestry::ArrayVariable;

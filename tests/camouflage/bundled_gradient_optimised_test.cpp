@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>

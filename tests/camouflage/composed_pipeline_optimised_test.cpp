@@ -1,9 +1,9 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/image/batch_variable.hpp>
-#include <tapestry/image/over_variable.hpp>
-#include <tapestry/loss/adversarial_variable.hpp>
-#include <tapestry/loss/smoothness_variable.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/over.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <tapestry/loss/smoothness.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
 #include <memory>

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <memory>
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/camouflage/paint.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/loss/printability.hpp>
 #include <vector>
 

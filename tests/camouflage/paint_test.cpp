@@ -1,11 +1,11 @@
-#include <tapestry/camouflage/paint_file.hpp>
+#include <tapestry/camouflage/paint.hpp>
 
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
-#include <tapestry/image/transform/conditions.hpp>
-#include <tapestry/io/npz_file.hpp>
+#include <tapestry/image/transform/chain.hpp>
+#include <tapestry/io/npy.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -8,12 +8,12 @@
 #include <memory>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
-#include <tapestry/geometry/carla_pose.hpp>
-#include <tapestry/geometry/face_selection.hpp>
-#include <tapestry/geometry/icosphere.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/pose.hpp>
+#include <tapestry/geometry/shapes.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/frame_light.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/visibility.hpp>

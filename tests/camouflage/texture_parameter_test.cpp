@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/paint.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -2,10 +2,10 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/geometry/bounds.hpp>
+#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <thread>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <tapestry/camouflage/usable_views.hpp>
+#include <tapestry/camouflage/view_store.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"

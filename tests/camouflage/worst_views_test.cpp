@@ -1,4 +1,4 @@
-#include <tapestry/camouflage/worst_views.hpp>
+#include <tapestry/camouflage/objective_terms.hpp>
 
 #include <algorithm>
 #include <cmath>

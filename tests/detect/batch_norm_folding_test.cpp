@@ -1,6 +1,6 @@
-#include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 #include <vector>
 

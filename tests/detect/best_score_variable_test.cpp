@@ -1,4 +1,4 @@
-#include <tapestry/detect/best_score_variable.hpp>
+#include <tapestry/detect/box_decode_variable.hpp>
 
 #include <algorithm>
 #include <string>

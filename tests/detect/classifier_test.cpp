@@ -1,8 +1,6 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
 
 #include <cmath>
 #include <string>

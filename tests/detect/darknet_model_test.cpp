@@ -1,5 +1,5 @@
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/optim/adam.hpp>
 
 #include <algorithm>

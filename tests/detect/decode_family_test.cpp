@@ -1,8 +1,8 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/decode_family.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/detect/head.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 #include <cmath>
 #include <limits>

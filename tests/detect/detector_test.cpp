@@ -4,9 +4,9 @@
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/recognised_detector.hpp>
-#include <tapestry/loss/adversarial_variable.hpp>
+#include <tapestry/loss/adversarial.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

@@ -5,8 +5,6 @@
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
-#include <tapestry/io/onnx/weight_replacement.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

@@ -3,7 +3,7 @@
 #include <opencv2/dnn.hpp>
 
 #include <string>
-#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -5,9 +5,8 @@
 #include <string>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/raw_outputs.hpp>
-#include <tapestry/detect/recognised_detector.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <variant>
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include <tapestry/detect/input_encoding_variable.hpp>
+#include <tapestry/detect/input_encoding.hpp>
 
 #include <cmath>
 #include <limits>

@@ -2,7 +2,7 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 #include <cmath>
 #include <limits>

@@ -2,9 +2,8 @@
 
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/image/planes.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 #include <algorithm>
 #include <cmath>

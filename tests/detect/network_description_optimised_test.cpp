@@ -1,10 +1,9 @@
-#include <tapestry/detect/network_description.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/nn/network/network.hpp>
 

@@ -1,9 +1,7 @@
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/network_description.hpp>
-#include <tapestry/image/planes.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 
 #include <opencv2/dnn.hpp>
 

@@ -1,4 +1,4 @@
-#include <tapestry/detect/pass_pool.hpp>
+#include <tapestry/detect/pass.hpp>
 
 #include <atomic>
 #include <memory>

@@ -8,8 +8,8 @@
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/recognised_detector.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>

@@ -1,4 +1,4 @@
-#include <tapestry/evaluate/best_confidence.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
 
 #include <algorithm>
 #include <cmath>

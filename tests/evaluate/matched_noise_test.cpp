@@ -1,4 +1,4 @@
-#include <tapestry/evaluate/matched_noise.hpp>
+#include <tapestry/evaluate/controls.hpp>
 
 #include <limits>
 #include <tapestry/core/parallel.hpp>

@@ -1,4 +1,4 @@
-#include <tapestry/evaluate/occlusion.hpp>
+#include <tapestry/evaluate/views.hpp>
 
 #include <algorithm>
 #include <limits>

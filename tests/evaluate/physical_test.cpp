@@ -1,4 +1,4 @@
-#include <tapestry/evaluate/physical.hpp>
+#include <tapestry/evaluate/meter.hpp>
 
 #include <array>
 #include <set>

@@ -1,4 +1,4 @@
-#include <tapestry/evaluate/shuffled_patches.hpp>
+#include <tapestry/evaluate/controls.hpp>
 
 #include <array>
 #include <limits>

@@ -1,6 +1,6 @@
-#include <tapestry/evaluate/survey.hpp>
+#include <tapestry/evaluate/measurement.hpp>
 
-#include <tapestry/camouflage/own_colours.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
 
 #include <algorithm>

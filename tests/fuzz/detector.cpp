@@ -1,9 +1,8 @@
 // Darknet's network descriptions and weights, and detectors in safetensors.
 #include <cstring>
-#include <tapestry/io/darknet/cfg_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/names_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 
 #include "target.hpp"
 

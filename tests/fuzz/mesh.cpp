@@ -1,7 +1,6 @@
 // Wavefront's meshes, their materials, and lists of faces.
-#include <tapestry/io/face_list_file.hpp>
-#include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 
 #include "target.hpp"
 

@@ -1,11 +1,9 @@
 // JSON and what is written in it, labels of pictures, a run's manifest, and options in a file.
 #include <CLI/CLI.hpp>
-#include <tapestry/io/dataset/coco_file.hpp>
-#include <tapestry/io/dataset/voc_folder.hpp>
-#include <tapestry/io/dataset/yolo_labels.hpp>
-#include <tapestry/io/detector_description_file.hpp>
+#include <tapestry/io/dataset/readers.hpp>
+#include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/json.hpp>
-#include <tapestry/io/palette_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 
 #include "../../examples/programs/shell/config_file.hpp"
 #include "../../examples/programs/shell/run_manifest.hpp"

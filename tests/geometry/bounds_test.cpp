@@ -1,4 +1,4 @@
-#include <tapestry/geometry/bounds.hpp>
+#include <tapestry/geometry/transform.hpp>
 
 #include <limits>
 

@@ -1,6 +1,6 @@
 #include <cmath>
 #include <limits>
-#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/pose.hpp>
 
 #include "../support/catch.hpp"
 

@@ -1,4 +1,4 @@
-#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/geometry/mesh.hpp>
 
 #include "../support/catch.hpp"
 

@@ -1,7 +1,7 @@
-#include <tapestry/geometry/icosphere.hpp>
+#include <tapestry/geometry/shapes.hpp>
 
 #include <numbers>
-#include <tapestry/geometry/mesh_topology.hpp>
+#include <tapestry/geometry/mesh.hpp>
 
 #include "../support/catch.hpp"
 

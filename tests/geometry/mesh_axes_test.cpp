@@ -1,4 +1,4 @@
-#include <tapestry/geometry/mesh_axes.hpp>
+#include <tapestry/geometry/mesh.hpp>
 
 #include <array>
 #include <string>

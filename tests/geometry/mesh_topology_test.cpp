@@ -1,4 +1,4 @@
-#include <tapestry/geometry/mesh_topology.hpp>
+#include <tapestry/geometry/mesh.hpp>
 
 #include "../support/catch.hpp"
 

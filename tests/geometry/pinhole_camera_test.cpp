@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/pinhole_camera.hpp>
+#include <tapestry/geometry/camera.hpp>
 
 #include "../support/catch.hpp"
 

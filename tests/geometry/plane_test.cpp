@@ -1,4 +1,4 @@
-#include <tapestry/geometry/plane.hpp>
+#include <tapestry/geometry/shapes.hpp>
 
 #include <tapestry/geometry/transform.hpp>
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/pinhole_camera.hpp>
+#include <tapestry/geometry/camera.hpp>
 
 #include "../support/catch.hpp"
 

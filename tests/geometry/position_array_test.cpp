@@ -1,4 +1,4 @@
-#include <tapestry/geometry/position_array.hpp>
+#include <tapestry/geometry/point_columns.hpp>
 
 #include "../support/catch.hpp"
 

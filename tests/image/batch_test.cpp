@@ -1,4 +1,4 @@
-#include <tapestry/image/batch_variable.hpp>
+#include <tapestry/image/batch.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

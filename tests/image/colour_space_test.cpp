@@ -3,7 +3,7 @@
 #include <memory>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
-#include <tapestry/image/over_variable.hpp>
+#include <tapestry/image/over.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

@@ -1,5 +1,5 @@
 #include <limits>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 
 #include "../support/catch.hpp"
 

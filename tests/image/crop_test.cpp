@@ -1,5 +1,5 @@
-#include <tapestry/image/crop_variable.hpp>
-#include <tapestry/image/letterbox_variable.hpp>
+#include <tapestry/image/crop.hpp>
+#include <tapestry/image/letterbox.hpp>
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include <tapestry/image/letterbox_variable.hpp>
+#include <tapestry/image/letterbox.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <tapestry/image/over_variable.hpp>
+#include <tapestry/image/over.hpp>
 
 #include <memory>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <tapestry/image/planes.hpp>
+#include <tapestry/image/batch.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -1,4 +1,4 @@
-#include <tapestry/image/resize_variable.hpp>
+#include <tapestry/image/resize.hpp>
 
 #include <cmath>
 

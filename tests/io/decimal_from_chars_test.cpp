@@ -1,4 +1,4 @@
-#include <tapestry/io/decimal_from_chars.hpp>
+#include <tapestry/io/number_formats.hpp>
 
 #include <charconv>
 #include <string>

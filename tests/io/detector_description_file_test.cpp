@@ -1,4 +1,4 @@
-#include <tapestry/io/detector_description_file.hpp>
+#include <tapestry/io/detector_file.hpp>
 
 #include <string>
 #include <vector>

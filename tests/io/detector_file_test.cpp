@@ -1,8 +1,7 @@
-#include <tapestry/detect/batch_norm_folding.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/sha256.hpp>
+#include <tapestry/io/file_source.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <tapestry/io/face_list_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 
 #include <cstdint>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include <tapestry/io/file_status.hpp>
+#include <tapestry/io/file_source.hpp>
 
 #include <unistd.h>
 

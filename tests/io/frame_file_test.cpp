@@ -1,6 +1,5 @@
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/frame_folder.hpp>
-#include <tapestry/io/npz_file.hpp>
+#include <tapestry/io/npy.hpp>
 
 #include <cstdint>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include <tapestry/io/glb_writer.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,7 @@
-#include <tapestry/io/gradient_picture.hpp>
+#include <tapestry/io/image_file.hpp>
 
 #include <limits>
 #include <string>
-#include <tapestry/io/image_file.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"

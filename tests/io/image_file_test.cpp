@@ -1,5 +1,5 @@
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/pnm_file.hpp>
+#include <tapestry/io/plain_pictures.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,6 @@
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/jpeg_scan.hpp>
 #include <vector>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>

@@ -1,7 +1,7 @@
 #include <tapestry/io/json.hpp>
 
 #include <string>
-#include <tapestry/io/utf8.hpp>
+#include <tapestry/io/text_lines.hpp>
 #include <utility>
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include <tapestry/io/names_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 
 #include <string>
 #include <vector>

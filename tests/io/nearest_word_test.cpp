@@ -1,4 +1,4 @@
-#include <tapestry/io/nearest_word.hpp>
+#include <tapestry/io/text_lines.hpp>
 
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <tapestry/io/npz_file.hpp>
+#include <tapestry/io/npy.hpp>
 
 #include <cstdint>
 #include <string>

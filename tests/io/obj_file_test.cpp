@@ -1,4 +1,3 @@
-#include <tapestry/io/mtl_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 
 #include <array>

@@ -1,5 +1,5 @@
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/obj_writer.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 
 #include <limits>
 #include <string>

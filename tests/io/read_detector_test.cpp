@@ -5,12 +5,12 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/colour.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

@@ -1,4 +1,4 @@
-#include <tapestry/io/run_lock.hpp>
+#include <tapestry/io/atomic_file.hpp>
 
 #include <sys/stat.h>
 #include <sys/wait.h>

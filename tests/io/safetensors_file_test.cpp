@@ -1,4 +1,4 @@
-#include <tapestry/io/float_formats.hpp>
+#include <tapestry/io/number_formats.hpp>
 #include <tapestry/io/safetensors_file.hpp>
 
 #include <algorithm>

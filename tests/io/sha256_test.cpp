@@ -1,4 +1,4 @@
-#include <tapestry/io/sha256.hpp>
+#include <tapestry/io/file_source.hpp>
 
 #include <algorithm>
 #include <cstddef>

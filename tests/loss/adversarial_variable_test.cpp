@@ -1,7 +1,7 @@
 #include <cmath>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/loss/adversarial_variable.hpp>
+#include <tapestry/loss/adversarial.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/loss/attention_variable.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,4 +1,4 @@
-#include <tapestry/loss/cross_entropy_variable.hpp>
+#include <tapestry/loss/cross_entropy.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include <tapestry/loss/dynamic_match.hpp>
+#include <tapestry/loss/box_assignment.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,9 @@
-#include <tapestry/loss/mesh_regularity_variable.hpp>
+#include <tapestry/loss/mesh_regularity.hpp>
 
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/geometry/icosphere.hpp>
-#include <tapestry/geometry/plane.hpp>
-#include <tapestry/geometry/position_array.hpp>
+#include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/rotation.hpp>
+#include <tapestry/geometry/shapes.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

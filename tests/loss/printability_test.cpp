@@ -1,4 +1,4 @@
-#include <tapestry/loss/printability_variable.hpp>
+#include <tapestry/loss/printability.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
-#include <tapestry/loss/smoothness_variable.hpp>
-#include <tapestry/loss/total_variation_variable.hpp>
+#include <tapestry/loss/smoothness.hpp>
+#include <tapestry/loss/total_variation.hpp>
 
 #include <cmath>
 #include <memory>

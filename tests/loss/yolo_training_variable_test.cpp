@@ -1,4 +1,4 @@
-#include <tapestry/loss/yolo_training_variable.hpp>
+#include <tapestry/loss/yolo_training.hpp>
 
 #include <vector>
 

@@ -1,7 +1,6 @@
 #include <tapestry/loss/yolox_training.hpp>
 
 #include <cmath>
-#include <tapestry/loss/yolox_training_variable.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

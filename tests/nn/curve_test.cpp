@@ -1,4 +1,4 @@
-#include <tapestry/nn/curve.hpp>
+#include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/pointwise.hpp>
 

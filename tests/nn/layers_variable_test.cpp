@@ -1,4 +1,4 @@
-#include <tapestry/nn/layers_variable.hpp>
+#include <tapestry/nn/network_variable.hpp>
 
 #include <algorithm>
 #include <cmath>

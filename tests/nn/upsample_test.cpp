@@ -1,4 +1,4 @@
-#include <tapestry/nn/upsample.hpp>
+#include <tapestry/nn/layout.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -2,7 +2,7 @@
 #include <fstream>
 #include <string>
 #include <tapestry/detect/detector_description.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 
 #include "../support/small_exports.hpp"
 

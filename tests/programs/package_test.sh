@@ -42,7 +42,7 @@ grep -rlF "$sources" root/usr/include root/usr/share >paths && fail "these name 
 cat >main.cpp <<'END'
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
-#include <tapestry/io/sha256.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/zip_writer.hpp>
 
 int main() {

@@ -1,4 +1,4 @@
-#include <tapestry/raster/affine_colour_variable.hpp>
+#include <tapestry/raster/affine_colour.hpp>
 
 #include <cmath>
 #include <tapestry/autodiff/array_functions.hpp>

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>

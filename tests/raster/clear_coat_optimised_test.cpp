@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/icosphere.hpp>
+#include <tapestry/geometry/shapes.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

@@ -1,5 +1,5 @@
 #include <limits>
-#include <tapestry/raster/coverage_rate.hpp>
+#include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"

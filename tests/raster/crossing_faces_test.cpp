@@ -6,7 +6,7 @@
 #include <limits>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/icosphere.hpp>
+#include <tapestry/geometry/shapes.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

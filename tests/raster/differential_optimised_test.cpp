@@ -8,7 +8,7 @@
 #include <numbers>
 #include <sstream>
 #include <string>
-#include <tapestry/io/obj_writer.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/geometry/icosphere.hpp>
+#include <tapestry/geometry/shapes.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

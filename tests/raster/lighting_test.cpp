@@ -2,8 +2,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <tapestry/geometry/icosphere.hpp>
-#include <tapestry/geometry/plane.hpp>
+#include <tapestry/geometry/shapes.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 #include <type_traits>

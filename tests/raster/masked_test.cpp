@@ -1,4 +1,4 @@
-#include <tapestry/raster/masked.hpp>
+#include <tapestry/raster/cropped.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/paint.hpp"

@@ -1,8 +1,8 @@
-#include <tapestry/raster/mip_pyramid_variable.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/raster/texture_operator_variable.hpp>
+#include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"

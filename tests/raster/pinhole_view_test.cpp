@@ -1,5 +1,5 @@
 #include <cmath>
-#include <tapestry/geometry/pinhole_camera.hpp>
+#include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"

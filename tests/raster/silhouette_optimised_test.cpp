@@ -1,10 +1,10 @@
-#include <tapestry/raster/silhouette_variable.hpp>
+#include <tapestry/raster/silhouette.hpp>
 
 #include <cmath>
 #include <numbers>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/geometry_picture_variable.hpp>
 #include <tapestry/raster/render_variable.hpp>

@@ -1,5 +1,5 @@
-#include <tapestry/geometry/position_array.hpp>
-#include <tapestry/raster/silhouette_variable.hpp>
+#include <tapestry/geometry/point_columns.hpp>
+#include <tapestry/raster/silhouette.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/tape.hpp>

@@ -1,8 +1,7 @@
-#include <tapestry/raster/texture_charts.hpp>
+#include <tapestry/raster/used_texels.hpp>
 
 #include <set>
-#include <tapestry/raster/texture_cube.hpp>
-#include <tapestry/raster/used_texels.hpp>
+#include <tapestry/raster/texture_layout.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"

@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <tapestry/raster/masked.hpp>
+#include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>

@@ -1,4 +1,4 @@
-#include <tapestry/raster/texture_operator_variable.hpp>
+#include <tapestry/raster/texture_operator.hpp>
 
 #include <memory>
 #include <tapestry/autodiff/array_functions.hpp>

@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tapestry/raster/texture_atlas.hpp>
-#include <tapestry/raster/texture_cube.hpp>
-#include <tapestry/raster/texture_slope.hpp>
+#include <tapestry/raster/footprint.hpp>
+#include <tapestry/raster/texture_layout.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <tapestry/core/random.hpp>
-#include <tapestry/raster/texture_atlas.hpp>
+#include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <numbers>
 #include <string>
-#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <utility>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 

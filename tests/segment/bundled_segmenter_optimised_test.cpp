@@ -3,7 +3,7 @@
 #include <iostream>
 #include <string>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>

@@ -5,7 +5,6 @@
 #include <map>
 #include <string>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 #include <vector>
 

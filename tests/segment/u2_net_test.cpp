@@ -8,8 +8,6 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
-#include <tapestry/segment/u2_net_input.hpp>
-#include <tapestry/segment/u2_net_variable.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

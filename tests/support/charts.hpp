@@ -6,7 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/fourier_transform.hpp>
-#include <tapestry/raster/texture_charts.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <vector>
 
 namespace tapestry::test {

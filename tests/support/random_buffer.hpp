@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/random.hpp>
-#include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::test {
 /// Values in [−1, 1).

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <numbers>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/icosphere.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/shapes.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <vector>
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <tapestry/geometry/face_selection.hpp>
+#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 #include "tiny_scene.hpp"

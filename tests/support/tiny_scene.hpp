@@ -8,8 +8,8 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/face_selection.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -7,10 +7,10 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/read_detector.hpp>
-#include <tapestry/loss/adversarial_variable.hpp>
+#include <tapestry/loss/adversarial.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <vector>
 

@@ -16,7 +16,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/nearest_word.hpp>
+#include <tapestry/io/text_lines.hpp>
 #include <tapestry/version.hpp>
 #include <utility>
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/nearest_word.hpp>
+#include <tapestry/io/text_lines.hpp>
 #include <utility>
 #include <vector>
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <vector>
 
 namespace tapestry::shell {

@@ -6,13 +6,11 @@
 #include <filesystem>
 #include <string>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/pass_pool.hpp>
+#include <tapestry/detect/pass.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
-#include <tapestry/io/dataset/coco_file.hpp>
-#include <tapestry/io/dataset/voc_folder.hpp>
-#include <tapestry/io/dataset/yolo_labels.hpp>
+#include <tapestry/io/dataset/readers.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <tapestry/io/names_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 #include <utility>
 #include <vector>
 

@@ -5,7 +5,7 @@
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/file_status.hpp>
+#include <tapestry/io/file_source.hpp>
 
 namespace tapestry::shell {
 

@@ -10,8 +10,8 @@
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/loss/yolo_training_variable.hpp>
-#include <tapestry/loss/yolox_training_variable.hpp>
+#include <tapestry/loss/yolo_training.hpp>
+#include <tapestry/loss/yolox_training.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
 #include <vector>

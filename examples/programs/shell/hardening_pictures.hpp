@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <optional>
 #include <string>
-#include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <utility>
 #include <vector>

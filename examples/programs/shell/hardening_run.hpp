@@ -6,12 +6,11 @@
 #include <iostream>
 #include <memory>
 #include <string>
-#include <tapestry/camouflage/own_colours.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/image/colour.hpp>
-#include <tapestry/io/glb_writer.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 #include <utility>
 #include <vector>
 

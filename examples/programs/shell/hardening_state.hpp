@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/io/npz_file.hpp>
+#include <tapestry/io/npy.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
 #include <vector>

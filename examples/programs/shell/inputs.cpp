@@ -1,13 +1,12 @@
 #include "inputs.hpp"
 
-#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/folder_listing.hpp>
-#include <tapestry/io/frame_folder.hpp>
+#include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <tapestry/raster/ambient_occlusion.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>
 

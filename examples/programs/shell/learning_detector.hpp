@@ -9,7 +9,6 @@
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/onnx/weight_replacement.hpp>
 #include <utility>
 #include <vector>
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <tapestry/core/error.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/car_component.hpp>

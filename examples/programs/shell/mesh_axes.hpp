@@ -2,9 +2,8 @@
 #include <cstddef>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/geometry/bounds.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/mesh_axes.hpp>
+#include <tapestry/geometry/transform.hpp>
 #include <utility>
 
 #include "problem_list.hpp"

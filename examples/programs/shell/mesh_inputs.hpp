@@ -4,9 +4,8 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/geometry/face_selection.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/io/face_list_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 #include <vector>
 
 namespace tapestry::shell {

@@ -11,10 +11,10 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/raster/clear_coat.hpp>
-#include <tapestry/raster/coverage_rate.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/visibility.hpp>
 #include <vector>
 
 namespace tapestry::shell {

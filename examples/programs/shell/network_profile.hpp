@@ -4,7 +4,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/nn/network/operation_times.hpp>
+#include <tapestry/nn/network/program.hpp>
 #include <utility>
 #include <vector>
 

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
+#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/finite_logits.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <vector>
 
 #include "detector_inputs.hpp"

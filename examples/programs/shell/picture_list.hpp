@@ -6,7 +6,6 @@
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/folder_listing.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <vector>
 

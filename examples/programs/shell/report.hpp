@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/evaluate/survey.hpp>
+#include <tapestry/evaluate/measurement.hpp>
 #include <vector>
 
 #include "run_folder.hpp"

@@ -9,9 +9,7 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/json.hpp>
-#include <tapestry/io/run_lock.hpp>
-#include <tapestry/io/sha256.hpp>
-#include <tapestry/io/utf8.hpp>
+#include <tapestry/io/text_lines.hpp>
 #include <utility>
 #include <vector>
 

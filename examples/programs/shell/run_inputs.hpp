@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/io/folder_listing.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 #include "inputs.hpp"

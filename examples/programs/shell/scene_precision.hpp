@@ -6,7 +6,6 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/finite_logits.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 #include <vector>

@@ -8,7 +8,7 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/io/run_lock.hpp>
+#include <tapestry/io/atomic_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <tapestry/camouflage/method/method_names.hpp>
+#include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/decode_family.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/image/transform/chain.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <type_traits>

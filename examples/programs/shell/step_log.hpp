@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
-#include <tapestry/camouflage/kept_layers.hpp>
+#include <tapestry/camouflage/ensemble.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/training.hpp>

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <tapestry/camouflage/usable_views.hpp>
-#include <tapestry/evaluate/survey.hpp>
-#include <tapestry/image/colour.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <utility>
 #include <vector>
 

@@ -4,12 +4,10 @@
 #include <memory>
 #include <string>
 #include <tapestry/camouflage/method/methods.hpp>
-#include <tapestry/camouflage/own_colours.hpp>
-#include <tapestry/camouflage/paint_file.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/io/palette_file.hpp>
+#include <tapestry/io/text_lists.hpp>
 #include <tapestry/loss/printability.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>

@@ -2,7 +2,6 @@
 /// Operations on array variables: formulas that are computed and pulled back in one pass each, and records
 /// with a hand-written pullback.
 #include <tapestry/autodiff/arrays/elementwise.hpp>
-#include <tapestry/autodiff/arrays/exponential.hpp>
 #include <tapestry/autodiff/arrays/extreme.hpp>
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/arrays/join.hpp>

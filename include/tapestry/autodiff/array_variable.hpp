@@ -6,7 +6,7 @@
 #include <tapestry/autodiff/arrays/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>

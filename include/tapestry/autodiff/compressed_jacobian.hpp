@@ -5,10 +5,9 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/jacobian/index_sets.hpp>
 #include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
-#include <tapestry/autodiff/tape/statement_operands.hpp>
+#include <tapestry/autodiff/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <utility>

@@ -11,7 +11,7 @@
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <utility>
 #include <vector>

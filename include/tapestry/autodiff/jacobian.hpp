@@ -8,7 +8,6 @@
 #include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/shared.hpp>
-#include <tapestry/autodiff/tape/vector_pullbacks.hpp>
 #include <tapestry/autodiff/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>

@@ -7,11 +7,8 @@
 ///   const auto z = matrix::solve_triangular(matrix::cholesky(a), x, matrix::Triangle::lower);
 ///   const Variable<double> loss = sum(z * z) / 2 + matrix::log_determinant_positive_definite(a) / 2;
 ///   tape.reverse(loss);                                            // a.adjoint(), [N, N]
-#include <tapestry/autodiff/matrix/cholesky.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 #include <tapestry/autodiff/matrix/eigenvalues.hpp>
-#include <tapestry/autodiff/matrix/frobenius_norm.hpp>
-#include <tapestry/autodiff/matrix/least_squares.hpp>
 #include <tapestry/autodiff/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/singular_values.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>

@@ -6,7 +6,6 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/replay/record_function.hpp>
 #include <tapestry/autodiff/replay/replay_program.hpp>
 #include <tapestry/autodiff/replay/replayable.hpp>
 #include <tapestry/core/error.hpp>

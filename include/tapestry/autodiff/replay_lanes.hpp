@@ -10,7 +10,6 @@
 #include <string>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/replay/lane_program.hpp>
-#include <tapestry/autodiff/replay/record_function.hpp>
 #include <tapestry/autodiff/replay/replayable.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>

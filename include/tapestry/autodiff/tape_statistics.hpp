@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/tape/statement_operands.hpp>
+#include <tapestry/autodiff/tape/statement.hpp>
 #include <typeinfo>
 #include <utility>
 #include <vector>

@@ -1,9 +1,16 @@
 #pragma once
+#include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <string>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
 #include <vector>
 
 namespace tapestry::camouflage {
@@ -29,5 +36,72 @@ void require_sound(const char* operation, const Paint<T>& paint);
 /// \throws ShapeError as require_sound(); else as image::transformed()
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> printed(const Paint<T>& paint, const image::ColourChange& print);
+
+/// The paint that a run ended with, of its texture.npz: colours, [texel, 3], and painted, [texel], 0 or 1; if
+/// the latter is missing, all is paint.
+/// \throws FileError: mismatch (of another car or layout), malformed (other values)
+[[nodiscard]] Paint<float> read_paint(const std::string& path, std::size_t texel_count);
+
+/// The offsets of the car's positions that a run ended with, of its texture.npz, see shape_offsets(); of
+/// extent 0 if it left the shape as it was.
+/// \throws FileError: mismatch (of another mesh), malformed (offsets farther than the car is long)
+[[nodiscard]] Array<float, 2> read_offsets(const std::string& path, std::size_t position_count);
+
+/// Writes what read_paint() and read_offsets() read, and the parameter that a method made it of, [row, 3].
+/// \param offsets  [V, 3], or of extent 0 where the shape stays
+/// \throws ShapeError as require_sound(); FileError (write)
+void write_paint(const std::string& path, const Array<float, 2>& parameter, const Paint<float>& paint,
+                 const Array<float, 2>& offsets = {});
+
+/// The colours that the painted faces have by their materials, as a texture, [texel, 3]. Atlas texels that
+/// no painted face uses take the mean over painted faces.
+template <class T>
+[[nodiscard]] Array<T, 2> own_colours(const raster::PaintedMesh& car);
+
+/// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1: texels that no
+/// painted face refers to take colours of those around them. Textures of other kinds than an atlas are baked
+/// into one of 512 × 1024 texels; faces without uv do not show.
+template <class T>
+[[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours);
+
+/// How the texture starts.
+enum class TextureStart {
+  random,  ///< every texel an independent colour, uniform in [0.02, 0.98]³
+  zero,    ///< parameter 0, mid grey
+  own,     ///< the colours that the mesh's materials give
+};
+
+/// Colours farther than this from 0 and 1 are kept exactly by parameter_of_colours().
+inline constexpr double colour_margin = 1e-3;
+
+/// The colours of a texture parameter on the tape: c = ½ (tanh p + 1), so that no step leaves (0, 1). Its
+/// slope keeps its relative accuracy where tanh saturates. Others write sigmoid(p) or clamp(p, 0, 1) here.
+///
+/// \param parameter  p, [texel, 3], any real value
+/// \returns          c, [texel, 3], in [0, 1]; exactly 0 or 1 where tanh saturates
+/// Source: the texture parametrisation of Wang et al.'s published FCA program.
+template <class T>
+[[nodiscard]] ArrayVariable<T, 2> texture_colours(const ArrayVariable<T, 2>& parameter) {
+  return (tanh(parameter) + T(1)) / T(2);
+}
+
+/// The same of plain numbers.
+template <class T>
+[[nodiscard]] Array<T, 2> texture_colours(const Array<T, 2>& parameter) {
+  return texture_colours(ArrayVariable<T, 2>(parameter)).value();
+}
+
+/// The parameter whose colours are given: p = atanh(2c − 1), with c first moved into
+/// [colour_margin, 1 − colour_margin], since a full white or black would need an infinite p.
+template <class T>
+[[nodiscard]] Array<T, 2> parameter_of_colours(const Array<T, 2>& colours);
+
+/// Every texel an independent colour, uniform in [0.02, 0.98]³: the random start and the noise control.
+template <class T>
+[[nodiscard]] Array<T, 2> random_colours(std::size_t texel_count, Random& random);
+
+/// Every texel the same colour.
+template <class T>
+[[nodiscard]] Array<T, 2> solid_colours(std::size_t texel_count, const std::array<double, 3>& colour);
 
 }  // namespace tapestry::camouflage

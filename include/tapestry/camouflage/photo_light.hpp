@@ -4,8 +4,8 @@
 #include <memory>
 #include <optional>
 #include <tapestry/io/frame.hpp>
-#include <tapestry/raster/ambient_occlusion.hpp>
 #include <tapestry/raster/estimated_light.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <vector>
 

@@ -2,11 +2,12 @@
 #include <concepts>
 #include <cstddef>
 #include <optional>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/image/transform/chain.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <vector>
 
@@ -44,5 +45,11 @@ void require_shots(const PhotoSession* session, std::size_t views);
 template <std::floating_point T>
 [[nodiscard]] std::vector<loss::Target> targets_of(ViewSpan<T> views, const PhotoSession* session,
                                                    std::size_t class_index);
+
+/// Photographs of a batch of pictures on the tape, [N, H, W, 3]: image::transformed() by the shots' chains.
+/// Without a session they are returned unchanged.
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures,
+                                               const PhotoSession* session);
 
 }  // namespace tapestry::camouflage

@@ -4,13 +4,14 @@
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh_topology.hpp>
-#include <tapestry/loss/mesh_regularity_variable.hpp>
-#include <tapestry/raster/mesh_edges.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/loss/mesh_regularity.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/render_variable.hpp>
 
 namespace tapestry::camouflage {
 
@@ -69,5 +70,24 @@ template <std::floating_point T>
 /// \throws ShapeError unless there is one a position
 template <std::floating_point T>
 [[nodiscard]] raster::PaintedMesh reshaped(raster::PaintedMesh car, const Array<T, 2>& offsets);
+
+/// A view whose car has another shape, on the tape.
+template <std::floating_point T>
+struct RedrawnView {
+  ArrayVariable<T, 3> render;                   ///< m·O, [H, W, 3], multiplied by its coverage m·c
+  ArrayVariable<T, 3> picture;                  ///< I_adv, [H, W, 3], see picture_of()
+  std::shared_ptr<const Array<T, 2>> interior;  ///< as View::interior, of the whole picture; held still
+};
+
+/// Draws a view anew, differentiable by texels and positions, right through silhouettes. The mask stays that
+/// of the frame: where the car grows beyond it, it is cut off, and where it shrinks, the frame shows.
+///
+/// \param texels     [texel, 3], in the view's colour space
+/// \param positions  [V, 3]
+/// \throws DomainError if the view does not keep what it is drawn by, see sight_of(); else as
+///         raster::render()
+template <std::floating_point T>
+[[nodiscard]] RedrawnView<T> redrawn(const View<T>& view, const ShapeParameter& shape,
+                                     const ArrayVariable<T, 2>& texels, const ArrayVariable<T, 2>& positions);
 
 }  // namespace tapestry::camouflage

@@ -10,9 +10,9 @@
 #include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/camouflage/worst_views.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
 #include <vector>

@@ -6,7 +6,7 @@
 #include <string>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/image/colour_space.hpp>

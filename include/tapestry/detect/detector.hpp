@@ -7,15 +7,13 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
-#include <tapestry/detect/foreign_engine.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/pass.hpp>
-#include <tapestry/detect/suppression_measure.hpp>
+#include <tapestry/detect/suppression.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/network/network.hpp>

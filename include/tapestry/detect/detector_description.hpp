@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
@@ -8,6 +9,7 @@
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/nn/network/tensor.hpp>
 #include <vector>
 
 namespace tapestry::detect {
@@ -79,5 +81,17 @@ struct DetectorDescription {
 /// \throws ShapeError if the channels leave no class, or not as many for each anchor; DomainError as
 /// heads_of()
 [[nodiscard]] std::size_t class_count_of(const DetectorDescription& description, std::size_t channels);
+
+/// An output of a foreign engine, values in row-major order.
+struct ForeignOutput {
+  nn::Shape shape{};
+  std::vector<float> values{};
+};
+
+/// Another library, such as OpenCV, ONNX Runtime or TensorRT, that runs a model which our readers do not
+/// read: everything that measures by forward passes takes it as a Detector. Runs the model on one picture,
+/// [3, H, W] of the input's extents, encoded as the description says, and returns the output with boxes and,
+/// unless it is the same, the one with scores. It is never called by two threads at once.
+using ForeignEngine = std::function<std::vector<ForeignOutput>(const std::vector<float>& picture)>;
 
 }  // namespace tapestry::detect

@@ -1,13 +1,34 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/head.hpp>
+#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <vector>
 
 namespace tapestry::detect {
+
+/// The convolutions that an exported detector's outputs show, before they were rearranged and before the
+/// logistic function: what losses need, since where that rounds to 1 no slope is left. Found by going back
+/// from the outputs through operators that only present values; in the order in which they are joined there.
+[[nodiscard]] std::vector<std::string> raw_outputs(const nn::NetworkDescription& description);
+
+/// The last value on which all these values depend: of raw outputs, where everything that the heads see still
+/// lies in one layer. Empty if there is none.
+[[nodiscard]] std::string common_layer(const nn::NetworkDescription& description,
+                                       const std::vector<std::string>& outputs);
+
+/// The description of a known detector, by the shape of what is behind its outputs:
+///
+///   yolox    three convolutions on each of three grids, of 4, 1 and K filters
+///   nanodet  on each of three grids either one convolution of K + 32 filters, with K classes and 32 bins in
+///            outputs of their own, or two of K and 32
+///
+/// Exports of other detectors may look alike; a description by hand goes before this.
+[[nodiscard]] std::optional<DetectorDescription> recognised_detector(const nn::NetworkDescription& network);
 
 /// An output of a network that is a run of channels of a head's logits.
 struct HeadPiece {

@@ -1,14 +1,46 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <memory>
 #include <optional>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
-#include <tapestry/detect/best_candidate.hpp>
+#include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/head.hpp>
 #include <vector>
 
 namespace tapestry::detect {
+
+/// The candidate that is surest to be of a class.
+struct BestCandidate {
+  std::size_t head = 0;       ///< whose it is
+  std::size_t candidate = 0;  ///< anchor · cells + cell within that
+  double confidence = 0;  ///< objectness times the probability of the class, or without objectness the latter
+};
+
+/// Where to look for it.
+struct CandidateSearch {
+  std::size_t class_index = 0;
+  std::optional<Box> target{};  ///< only candidates whose box has iou_threshold with it, pixels of the input
+  double iou_threshold = 0.5;   ///< met exactly counts
+};
+
+/// The surest candidate of one image, however unsure and before suppression; of equals the first. Candidates
+/// do not count whose box, objectness or probability is NaN or whose confidence is 0.
+///
+/// \param heads   of any decode family
+/// \param logits  one [N, channels, H, W] a head
+/// \param height  and \param width of the network's input, pixels
+/// \throws ShapeError if the logits do not fit the heads; DomainError if there is no such image, or as
+///         require_class() and require_layout()
+template <std::floating_point T>
+[[nodiscard]] std::optional<BestCandidate> best_candidate(const std::vector<Head>& heads,
+                                                          const std::vector<const Array<T, 4>*>& logits,
+                                                          std::size_t image, const CandidateSearch& search,
+                                                          std::size_t height, std::size_t width);
 
 /// Grad-CAM: where in a layer a score comes from. What the layer holds, A, is weighted by what the score asks
 /// of it, G = ∂score/∂A: here each channel by the mean of its adjoint.
@@ -53,5 +85,26 @@ template <std::floating_point T>
                                                      const std::vector<Array<T, 4>>& logits,
                                                      std::size_t image, std::size_t class_index,
                                                      const BestCandidate& best);
+
+/// What a detector sees in a batch, and where from.
+template <std::floating_point T>
+struct ExplainedLogits {
+  std::vector<ArrayVariable<T, 4>> logits;  ///< as forward() gives them
+  std::vector<ArrayVariable<T, 2>> heat;    ///< [H, W] of a layer, one an image
+};
+
+/// Logits and, of each picture, the layer_cam() of the surest candidate of a class, over the first layer that
+/// the detector tells, on the tape. The pullback of a map is that of the layer's values; what the score asks
+/// of the layer is taken as constant, as programs with Grad-CAM do it, which is exact, off kinks, where the
+/// network above the layer is piecewise linear.
+///
+/// \param detector  that tells a layer; must outlive the tape's last reverse(), unchanged
+/// \param images    [N, H, W, 3], RGB in [0, 1]
+/// \param pass      memory to use, as for forward()
+/// \throws as forward(); DomainError if the detector tells no layer, or has no such class
+template <std::floating_point T>
+[[nodiscard]] ExplainedLogits<T> explained_forward(const Detector<T>& detector,
+                                                   const ArrayVariable<T, 4>& images, std::size_t class_index,
+                                                   std::shared_ptr<Pass<T>> pass = nullptr);
 
 }  // namespace tapestry::detect

@@ -1,26 +1,13 @@
 #pragma once
 /// \file
 /// The compiled part of detect/, for one source file of a program; see tapestry/implementation.hpp.
-#include <tapestry/detect/implementation/batch_norm_folding.hpp>
-#include <tapestry/detect/implementation/best_candidate.hpp>
 #include <tapestry/detect/implementation/box_decode.hpp>
-#include <tapestry/detect/implementation/box_decode_variable.hpp>
 #include <tapestry/detect/implementation/darknet_model.hpp>
-#include <tapestry/detect/implementation/decoded_outputs.hpp>
 #include <tapestry/detect/implementation/detector.hpp>
 #include <tapestry/detect/implementation/detector_description.hpp>
 #include <tapestry/detect/implementation/detector_variable.hpp>
 #include <tapestry/detect/implementation/exported_heads.hpp>
 #include <tapestry/detect/implementation/heat_map.hpp>
-#include <tapestry/detect/implementation/heat_map_variable.hpp>
-#include <tapestry/detect/implementation/input_encoding.hpp>
-#include <tapestry/detect/implementation/input_encoding_variable.hpp>
-#include <tapestry/detect/implementation/network_config/decode_choice.hpp>
-#include <tapestry/detect/implementation/network_config/layer.hpp>
+#include <tapestry/detect/implementation/network_config.hpp>
 #include <tapestry/detect/implementation/network_config/shape.hpp>
 #include <tapestry/detect/implementation/network_description.hpp>
-#include <tapestry/detect/implementation/parameter_layout.hpp>
-#include <tapestry/detect/implementation/pass.hpp>
-#include <tapestry/detect/implementation/raw_outputs.hpp>
-#include <tapestry/detect/implementation/recognised_detector.hpp>
-#include <tapestry/detect/implementation/suppression.hpp>

@@ -2,9 +2,10 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
 
 namespace tapestry::detect {
 
@@ -52,5 +53,9 @@ template <std::floating_point T>
 template <std::floating_point T>
 void encoded_adjoint(const Array<T, 4>& input_adjoint, const InputEncoding& encoding,
                      Array<T, 4>& pictures_adjoint);
+
+/// encoded() of pictures on the tape; its pullback is encoded_adjoint(). Errors as there.
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> encoded(const ArrayVariable<T, 4>& pictures, const InputEncoding& encoding);
 
 }  // namespace tapestry::detect

@@ -2,11 +2,11 @@
 #include <concepts>
 #include <cstddef>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/image/pixel_window.hpp>
-#include <tapestry/nn/network/kept_values.hpp>
-#include <tapestry/nn/window.hpp>
+#include <tapestry/nn/convolution_geometry.hpp>
+#include <tapestry/nn/network/window_plan.hpp>
 #include <vector>
 
 namespace tapestry::detect {

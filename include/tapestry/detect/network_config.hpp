@@ -1,14 +1,70 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/network_config/decode_choice.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
-#include <tapestry/detect/network_config/shape.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <vector>
 
 namespace tapestry::detect {
+namespace detail {
+
+/// All heads are of one family with anchors, and those of the family scaled read activations.
+void check_decode(const NetworkConfig& config);
+
+}  // namespace detail
+
+/// The decode family of a network's heads; darknet where there is none.
+[[nodiscard]] DecodeFamily decode_family_of(const NetworkConfig& config);
+
+/// The same network with heads of this decode family. A cfg that says new_coords=1 is scaled and stays so;
+/// one that does not say it leaves the choice open. A [region] is of the family darknet.
+///
+/// \throws FileError (mismatch) for a family that contradicts new_coords=1 or [region] or has no anchors, and
+/// for scaled
+///         unless each head reads a convolution with activation=logistic
+[[nodiscard]] NetworkConfig with_decode(NetworkConfig config, DecodeFamily family);
+
+/// One remark for each head that puts σ on what has been through it: Darknet computes that, too, but hardly
+/// any detector means it.
+[[nodiscard]] std::vector<std::string> decode_warnings(const NetworkConfig& config);
+
+/// Extents of a layer's output for one image.
+struct FeatureShape {
+  std::size_t channels = 0;
+  std::size_t height = 0;
+  std::size_t width = 0;
+  double row_reduction = 1;     ///< input pixels per cell, downwards
+  double column_reduction = 1;  ///< and to the right
+
+  [[nodiscard]] std::size_t size() const { return channels * height * width; }
+};
+
+namespace detail {
+
+inline constexpr std::uint64_t largest_element_count = std::uint64_t(1) << 31U;
+
+[[nodiscard]] std::string to_text(const FeatureShape& shape);
+
+[[nodiscard]] FileError misfit(const NetworkConfig& config, std::size_t index, const std::string& what,
+                               const std::string& expected, const std::string& found);
+
+/// The head that a layer is, whose output has this shape.
+[[nodiscard]] Head head_of(const LayerConfig& layer, const FeatureShape& shape);
+
+}  // namespace detail
+
+/// Output extents of every layer for an input of `height` × `width` pixels.
+///
+/// Convolution and pooling round down; a maxpool's padding lies half before (rounded down) and the rest
+/// after its input, as in Darknet since 2018.
+/// \throws FileError  mismatch where layers do not fit each other or the input, limit where a product
+///                    passes 2³¹, with the path and line of the layer
+[[nodiscard]] std::vector<FeatureShape> infer_shapes(const NetworkConfig& config, std::size_t height,
+                                                     std::size_t width);
+
 namespace detail {
 /// A detector has at least one head, and no two heads of the same grid.
 inline void check_heads(const NetworkConfig& config, const std::vector<FeatureShape>& shapes) {

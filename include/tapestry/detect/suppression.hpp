@@ -1,10 +1,38 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
+#include <optional>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/suppression_measure.hpp>
+#include <tapestry/detect/box_overlap.hpp>
 #include <vector>
 
 namespace tapestry::detect {
+
+/// How much two detections are the same, at most 1: what suppress() compares with its threshold. That is
+/// their IoU, or with an exponent β
+///
+///   IoU − (d² / c²)^β
+///
+/// where d is the distance of their centres and c the diagonal of the smallest box around both: of two
+/// objects, one of which hides a part of the other, both stay more often. Source: Zheng et al., "Distance-IoU
+/// loss" (AAAI 2020), section 3.3, there with β = 1; β is beta_nms of AlexeyAB's Darknet for
+/// nms_kind=diounms, which measures in shares of the picture's extents. Here it is in pixels of the network's
+/// input.
+struct SuppressionMeasure {
+  std::optional<double> distance_exponent{};  ///< β, above 0; none: the IoU alone
+
+  /// Never above the IoU, and 0 where that is 0.
+  [[nodiscard]] double operator()(const Box& a, const Box& b) const {
+    const double overlap = iou(a, b);
+    if (!distance_exponent || overlap == 0) return overlap;
+    const double distance = std::hypot(a.cx - b.cx, a.cy - b.cy);
+    const double diagonal = std::hypot(std::max(a.right(), b.right()) - std::min(a.left(), b.left()),
+                                       std::max(a.bottom(), b.bottom()) - std::min(a.top(), b.top()));
+    return overlap - std::pow(distance / diagonal, 2 * *distance_exponent);
+  }
+  bool operator==(const SuppressionMeasure&) const = default;
+};
 
 /// Greedy non-maximum suppression: going down in confidence, a detection is dropped if its IoU with one
 /// kept before, or another measure, is above the threshold. Equal confidences go by head, candidate, then

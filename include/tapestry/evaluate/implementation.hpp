@@ -2,19 +2,9 @@
 /// \file
 /// The compiled part of evaluate/, for one source file of a program; see tapestry/implementation.hpp.
 #include <tapestry/evaluate/implementation/average_precision.hpp>
-#include <tapestry/evaluate/implementation/average_precision/class_matches.hpp>
-#include <tapestry/evaluate/implementation/best_confidence.hpp>
-#include <tapestry/evaluate/implementation/chart_colours.hpp>
 #include <tapestry/evaluate/implementation/controls.hpp>
-#include <tapestry/evaluate/implementation/detection_rate.hpp>
-#include <tapestry/evaluate/implementation/effect.hpp>
 #include <tapestry/evaluate/implementation/matched_noise.hpp>
 #include <tapestry/evaluate/implementation/measurement.hpp>
-#include <tapestry/evaluate/implementation/meter.hpp>
-#include <tapestry/evaluate/implementation/occlusion.hpp>
 #include <tapestry/evaluate/implementation/paired_bootstrap.hpp>
-#include <tapestry/evaluate/implementation/physical.hpp>
 #include <tapestry/evaluate/implementation/protocol_cells.hpp>
-#include <tapestry/evaluate/implementation/shuffled_patches.hpp>
-#include <tapestry/evaluate/implementation/survey.hpp>
 #include <tapestry/evaluate/implementation/views.hpp>

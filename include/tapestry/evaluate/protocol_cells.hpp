@@ -4,10 +4,9 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/effect.hpp>
+#include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <vector>

@@ -1,7 +1,11 @@
 #pragma once
 #include <cstddef>
+#include <numbers>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/rotation.hpp>
+#include <tapestry/geometry/transform.hpp>
 #include <vector>
 
 namespace tapestry::geometry {
@@ -44,5 +48,44 @@ inline void posed_adjoint(const Pose& pose, const std::vector<Vector3>& position
       rotation_adjoint[i] = add(rotation_adjoint[i], scale(outer[k], turned[i][k]));
   exponential_map_adjoint(pose.rotation, rotation_adjoint, pose_adjoint.rotation);
 }
+
+/// How metres of the simulator become units of a normalised car. The defaults reproduce the published
+/// masks; 0.41 is about 2 / 4.86 m, the length of the normalised car over that of the real one.
+struct CarlaOptions {
+  double scale = 0.41;                    ///< units of the mesh per metre
+  double z_shift_m = 0.2;                 ///< how far the vehicle's origin is raised
+  double fov_rad = std::numbers::pi / 2;  ///< full field of view, horizontal and vertical
+  double near = 0.1;                      ///< units of the mesh
+  double far = 100;                       ///< units of the mesh
+};
+
+/// Where a CARLA frame's vehicle and camera stand: x forward, y right, z up (left-handed).
+struct CarlaPose {
+  Vector3 vehicle_translation{};   ///< metres
+  Vector3 vehicle_rotation_deg{};  ///< pitch, yaw, roll
+  Vector3 camera_translation{};    ///< metres from the vehicle, along the axes of the world
+  Vector3 camera_rotation_deg{};   ///< pitch, yaw, roll
+  bool operator==(const CarlaPose&) const = default;
+};
+
+/// The camera that shows a normalised mesh (see normalise_mesh()) as a CARLA frame shows the vehicle.
+///
+/// With the camera's pitch p and yaw y, the vehicle's yaw ψ, scale s and shift h,
+///   eye     = Q·s·(camera offset − (0, 0, h)),
+///   forward = Q·(cos p · cos y, cos p · sin y, sin p),
+///   up      = Q·(−sin p · cos y, −sin p · sin y, cos p),
+/// Q turning about z by −ψ. All three then have their y negated, which takes them to the right-handed
+/// axes of the mesh (x forward, y left, z up); this is the one flip between simulator and mesh.
+/// Roll, and the vehicle's position, pitch and roll, have no effect, as in the published program.
+/// Source: Wang et al., Dual Attention Suppression Attack (CVPR 2021), the camera of its data loader.
+///
+/// \throws DomainError if a number is not finite
+[[nodiscard]] Camera carla_camera(const CarlaPose& pose, const CarlaOptions& options = {});
+
+/// The mesh moved and scaled uniformly so that its box is centred at the origin and its longest axis
+/// spans [−1, 1]. Vertices that are not finite do not count towards the box. Source: Neural Mesh
+/// Renderer, load_obj: subtract the minimum, divide by the largest coordinate, times 2, minus half of
+/// the maximum of each axis.
+[[nodiscard]] Mesh normalise_mesh(Mesh mesh);
 
 }  // namespace tapestry::geometry

@@ -1,13 +1,14 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/image/pixel_window.hpp>
 
 namespace tapestry::image {
 
-/// A window of a picture; on the tape see crop_variable.hpp.
+/// A window of a picture.
 ///
 /// \param picture  [H, W, C]
 /// \returns        [window.height, window.width, C]
@@ -21,6 +22,14 @@ template <class T>
     std::copy_n(picture.data() + ((window.top + y) * picture.shape(1) + window.left) * channels, row,
                 part.data() + y * row);
   return part;
+}
+
+/// crop() of a picture on the tape; errors as there.
+template <class T>
+[[nodiscard]] ArrayVariable<T, 3> crop(const ArrayVariable<T, 3>& picture, const PixelWindow& window) {
+  require_window("crop", window, picture.shape()[0], picture.shape()[1]);
+  return slice(picture, {Range{window.top, window.top + window.height},
+                         Range{window.left, window.left + window.width}, Range{}});
 }
 
 }  // namespace tapestry::image

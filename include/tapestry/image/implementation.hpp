@@ -1,23 +1,9 @@
 #pragma once
 /// \file
 /// The compiled part of image/, for one source file of a program; see tapestry/implementation.hpp.
-#include <tapestry/image/implementation/batch.hpp>
-#include <tapestry/image/implementation/batch_variable.hpp>
-#include <tapestry/image/implementation/colour_space_variable.hpp>
-#include <tapestry/image/implementation/crop.hpp>
-#include <tapestry/image/implementation/crop_variable.hpp>
-#include <tapestry/image/implementation/letterbox.hpp>
-#include <tapestry/image/implementation/letterbox_variable.hpp>
 #include <tapestry/image/implementation/over.hpp>
-#include <tapestry/image/implementation/over_variable.hpp>
 #include <tapestry/image/implementation/resize.hpp>
-#include <tapestry/image/implementation/resize_variable.hpp>
-#include <tapestry/image/implementation/transform/blur.hpp>
+#include <tapestry/image/implementation/transform/camera_effects.hpp>
 #include <tapestry/image/implementation/transform/chain.hpp>
-#include <tapestry/image/implementation/transform/chain_variable.hpp>
-#include <tapestry/image/implementation/transform/colour_change.hpp>
 #include <tapestry/image/implementation/transform/conditions.hpp>
 #include <tapestry/image/implementation/transform/jpeg_compression.hpp>
-#include <tapestry/image/implementation/transform/light_change.hpp>
-#include <tapestry/image/implementation/transform/sensor_noise.hpp>
-#include <tapestry/image/implementation/transform/warp.hpp>

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/crop.hpp>
@@ -110,6 +111,24 @@ void fitted_adjoint(const Array<T, 3>& canvas_adjoint, FitKind kind, Array<T, 3>
 template <class T>
 [[nodiscard]] Array<T, 3> letterboxed(const Array<T, 3>& picture, std::size_t height, std::size_t width,
                                       T margin) {
+  return fitted(picture, height, width, {FitKind::letterbox, static_cast<double>(margin)});
+}
+
+/// fitted() of a picture on the tape; its pullback is fitted_adjoint(). Errors as there.
+template <class T>
+[[nodiscard]] ArrayVariable<T, 3> fitted(const ArrayVariable<T, 3>& picture, std::size_t height,
+                                         std::size_t width, const Fit& fit) {
+  const auto pullback = [kind = fit.kind](const Array<T, 3>& canvas_adjoint, Array<T, 3>* picture_adjoint) {
+    fitted_adjoint(canvas_adjoint, kind, *picture_adjoint);
+  };
+  return record_array(fitted(picture.value(), height, width, fit), pullback, picture);
+}
+
+/// letterboxed() of a picture on the tape; errors as there.
+/// \param margin  the value beside the picture, a colour in [0, 1]
+template <class T>
+[[nodiscard]] ArrayVariable<T, 3> letterboxed(const ArrayVariable<T, 3>& picture, std::size_t height,
+                                              std::size_t width, T margin) {
   return fitted(picture, height, width, {FitKind::letterbox, static_cast<double>(margin)});
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 
@@ -33,5 +33,15 @@ template <std::floating_point T>
 /// \throws DomainError if a side is 0 or beyond 65536
 template <std::floating_point T>
 void resize_bilinear_adjoint(const Array<T, 3>& resized_adjoint, Array<T, 3>& picture_adjoint);
+
+/// resize_bilinear() of a picture on the tape; its pullback is resize_bilinear_adjoint().
+template <class T>
+[[nodiscard]] ArrayVariable<T, 3> resize_bilinear(const ArrayVariable<T, 3>& picture, std::size_t height,
+                                                  std::size_t width) {
+  const auto pullback = [](const Array<T, 3>& resized_adjoint, Array<T, 3>* picture_adjoint) {
+    resize_bilinear_adjoint(resized_adjoint, *picture_adjoint);
+  };
+  return record_array(resize_bilinear(picture.value(), height, width), pullback, picture);
+}
 
 }  // namespace tapestry::image

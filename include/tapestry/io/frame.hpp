@@ -7,7 +7,8 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/pose.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/light.hpp>
 #include <vector>
 
@@ -37,6 +38,22 @@ struct Frame {
   if (frame.camera) return *frame.camera;
   if (frame.pose) return geometry::carla_camera(*frame.pose);
   throw DomainError("camera_of: frame " + frame.name + " has neither a camera nor a pose");
+}
+
+/// The light of a frame, for pictures in a colour space.
+///
+/// A frame states by which factors the numbers of its picture were multiplied where it was drawn; so does
+/// Neural Mesh Renderer, whose light stands in where a frame states none. In ColourSpace::linear these become
+/// what they stand for: white paint in the shade, and white paint that faces the light, look the same in both
+/// spaces.
+[[nodiscard]] inline raster::Light frame_light(const Frame& frame, image::ColourSpace space) {
+  raster::Light light = frame.light.value_or(raster::Light{});
+  if (space == image::ColourSpace::encoded) return light;
+  const double brightest = image::linearised(light.ambient + light.directional);
+  light.ambient = image::linearised(light.ambient);
+  light.directional = brightest - light.ambient;
+  for (double& channel : light.colour) channel = image::linearised(channel);
+  return light;
 }
 
 }  // namespace tapestry::io

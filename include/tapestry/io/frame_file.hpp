@@ -2,10 +2,10 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/frame.hpp>
+#include <vector>
 
 namespace tapestry::io {
 
@@ -28,5 +28,9 @@ namespace tapestry::io {
 /// Writes a frame so that read_frame() gives it back; deflated, the whole file or nothing.
 /// \throws ShapeError unless the picture is [H, W, 3] and the mask, if any, [H, W]; FileError (write)
 void write_frame(const std::string& path, const Frame& frame);
+
+/// The .npz files of a folder in order of their names, numbers by value: data2 before data10.
+/// \throws FileError: malformed (not a readable folder), mismatch (no .npz file in it)
+[[nodiscard]] std::vector<std::string> frame_paths(const std::string& folder);
 
 }  // namespace tapestry::io

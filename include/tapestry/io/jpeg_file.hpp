@@ -6,8 +6,134 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/io/png_scan.hpp>  // limits of pictures
 
 namespace tapestry::io {
+
+/// What stands before the picture data of a JPEG file.
+struct JpegHeader {
+  std::size_t height = 0;  ///< as stored, before it is turned
+  std::size_t width = 0;
+  int orientation = 1;  ///< how it is to be turned, 1 to 8, see turned_upright()
+};
+
+namespace detail {
+
+/// Integers of an EXIF block, in its own byte order.
+class ExifReader {
+ public:
+  explicit ExifReader(std::string_view tiff) : tiff_(tiff), is_little_(tiff.starts_with("II")) {}
+
+  /// The orientation of the first picture; 1 if the block says none that makes sense.
+  [[nodiscard]] int orientation() const {
+    constexpr std::size_t orientation_tag = 0x0112, short_type = 3;
+    if (!is_little_ && !tiff_.starts_with("MM")) return 1;
+    const std::size_t directory = number(4, 4);
+    const std::size_t entries = number(directory, 2);
+    for (std::size_t i = 0; i < entries && directory + 2 + 12 * i + 12 <= tiff_.size(); ++i) {
+      const std::size_t entry = directory + 2 + 12 * i;
+      if (number(entry, 2) != orientation_tag || number(entry + 2, 2) != short_type) continue;
+      const std::size_t value = number(entry + 8, 2);
+      return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+    }
+    return 1;
+  }
+
+ private:
+  /// 0 beyond the end.
+  [[nodiscard]] std::size_t number(std::size_t at, std::size_t bytes) const {
+    if (at > tiff_.size() || tiff_.size() - at < bytes) return 0;
+    std::size_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i)
+      value = value << 8U | static_cast<unsigned char>(tiff_[at + (is_little_ ? bytes - 1 - i : i)]);
+    return value;
+  }
+
+  std::string_view tiff_;
+  bool is_little_;
+};
+
+/// Walks over the segments of a JPEG up to its picture data.
+class JpegScan {
+ public:
+  JpegScan(std::string_view file, const std::string& path) : file_(file), path_(path) {}
+
+  [[nodiscard]] JpegHeader scan() {
+    for (std::size_t at = 2;;) {
+      if (byte(at) != 0xFF) fail(at, "JPEG segment does not begin with a marker");
+      while (byte(at + 1) == 0xFF) ++at;  // fill bytes
+      const unsigned marker = byte(at + 1);
+      if (marker == 0xDA) break;
+      if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8)) {
+        at += 2;
+        continue;
+      }
+      if (marker == 0xD9) fail(at, "JPEG ends before its picture data");
+      const std::size_t length = byte(at + 2) << 8U | byte(at + 3);
+      if (length < 2 || file_.size() - at - 2 < length) fail(at, "JPEG segment is cut");
+      read_segment(marker, at, file_.substr(at + 4, length - 2));
+      at += 2 + length;
+    }
+    if (header_.width == 0) fail(2, "JPEG has no frame header before its picture data");
+    return header_;
+  }
+
+ private:
+  [[nodiscard]] unsigned byte(std::size_t at) const {
+    if (at >= file_.size()) fail(file_.size(), "JPEG ends before its picture data");
+    return static_cast<unsigned char>(file_[at]);
+  }
+
+  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
+                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
+    throw FileError(kind, {path_, "@" + std::to_string(at), what, expected, found});
+  }
+
+  void read_segment(unsigned marker, std::size_t at, std::string_view content) {
+    using namespace std::string_view_literals;
+    if (marker == 0xE1 && content.starts_with("Exif\0\0"sv))
+      header_.orientation = ExifReader(content.substr(6)).orientation();
+    const bool is_frame =
+        marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (!is_frame) return;
+    if (marker > 0xC2)
+      fail(at, "this kind of JPEG is not read", "baseline or progressive Huffman coding",
+           "frame type " + std::to_string(marker - 0xC0));
+    if (header_.width != 0) fail(at, "JPEG has a second frame header");
+    if (content.size() < 6) fail(at, "JPEG frame header is cut");
+    const auto number = [&](std::size_t i) { return static_cast<unsigned char>(content[i]); };
+    if (number(0) != 8) fail(at, "bits a channel of a JPEG", "8", std::to_string(number(0)));
+    header_.height = static_cast<std::size_t>(number(1) << 8U | number(2));
+    header_.width = static_cast<std::size_t>(number(3) << 8U | number(4));
+    if (number(5) != 1 && number(5) != 3)
+      fail(at, "channels of a JPEG", "1 (grey) or 3 (colour)",
+           std::to_string(number(5)) + (number(5) == 4 ? " (CMYK)" : ""));
+    if (header_.height == 0 || header_.width == 0) fail(at, "JPEG of no extent");
+    if (header_.height > png_side_limit || header_.width > png_side_limit ||
+        std::uint64_t(header_.height) * header_.width > png_pixel_limit)
+      fail(at, "picture is too large", "at most 16384 a side and 64 Mpx",
+           std::to_string(header_.width) + " x " + std::to_string(header_.height), ErrorKind::limit);
+  }
+
+  std::string_view file_;
+  const std::string& path_;
+  JpegHeader header_;
+};
+}  // namespace detail
+
+/// Whether a file is a JPEG by its first bytes.
+[[nodiscard]] inline bool is_jpeg(std::string_view file) { return file.starts_with("\xff\xd8\xff"); }
+
+/// Reads what stands before a JPEG's picture data. Sources: ITU-T T.81, annex B; for the orientation
+/// Exif 2.3 (CIPA DC-008), section 4.6.4.
+///
+/// \param path  for messages
+/// \throws FileError: malformed (cut; neither baseline nor progressive; CMYK), limit (over 16,384 a side or
+///         64 Mpx)
+[[nodiscard]] inline JpegHeader scan_jpeg(std::string_view file, const std::string& path) {
+  return detail::JpegScan(file, path).scan();
+}
+
 namespace detail {
 
 /// libjpeg-turbo's part, compiled where a program includes implementation.hpp: RGB, rows from the top,

@@ -1,6 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
+#include <ranges>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -77,6 +79,59 @@ template <class Integer>
   if (word.starts_with('+') && !word.substr(1).starts_with('-')) word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   return !word.empty() && end == word.data() + word.size() && error == std::errc();
+}
+
+namespace detail {
+/// Bytes of the well-formed sequence that `text` begins with; 0 if it begins with none.
+/// Source: The Unicode Standard 15.0, table 3-7; it leaves out overlong forms and surrogates.
+[[nodiscard]] inline std::size_t utf8_sequence(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned lead = byte(0);
+  if (lead < 0x80) return 1;
+  if (lead < 0xC2 || lead > 0xF4) return 0;
+  const std::size_t length = lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
+  if (text.size() < length) return 0;
+  const unsigned least = lead == 0xE0 ? 0xA0 : lead == 0xF0 ? 0x90 : 0x80;
+  const unsigned most = lead == 0xED ? 0x9F : lead == 0xF4 ? 0x8F : 0xBF;
+  if (byte(1) < least || byte(1) > most) return 0;
+  for (std::size_t i = 2; i < length; ++i)
+    if (byte(i) < 0x80 || byte(i) > 0xBF) return 0;
+  return length;
+}
+}  // namespace detail
+
+/// Bytes from the beginning of `text` that are well-formed UTF-8: all of them, or the place of the fault.
+[[nodiscard]] inline std::size_t utf8_prefix(std::string_view text) {
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const std::size_t length = detail::utf8_sequence(text.substr(at));
+    if (length == 0) break;
+    at += length;
+  }
+  return at;
+}
+
+/// Insertions, deletions, replacements and exchanges of neighbours that turn one word into the other, no part
+/// of it changed twice (optimal string alignment).
+[[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The known word closest to `word`, the first of several; empty when none is near (more than a third of the
+/// longer word would have to change).
+[[nodiscard]] inline std::string nearest_word(std::string_view word,
+                                              const std::ranges::forward_range auto& known) {
+  std::string nearest;
+  std::size_t best = 0;
+  for (const std::string_view candidate : known) {
+    const auto [shorter, longer] = std::minmax({word.size(), candidate.size()});
+    if (3 * (longer - shorter) > longer) continue;  // so many insertions at least, without looking
+    const std::size_t distance = edit_distance(word, candidate);
+    if (3 * distance > longer) continue;
+    if (nearest.empty() || distance < best) {
+      nearest = candidate;
+      best = distance;
+    }
+  }
+  return nearest;
 }
 
 }  // namespace tapestry::io

@@ -1,8 +1,10 @@
 #pragma once
 #include <concepts>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
 
 namespace tapestry::loss {
 
@@ -24,5 +26,11 @@ template <std::floating_point T>
 /// \throws ShapeError if heat_adjoint has other extents than heat
 template <std::floating_point T>
 void attention_adjoint(const Array<T, 2>& heat, T loss_adjoint, Array<T, 2>& heat_adjoint);
+
+/// attention() of a heat map on the active tape; its pullback is attention_adjoint().
+///
+/// \param heat  [H, W]
+template <std::floating_point T>
+[[nodiscard]] Variable<T> attention(const ArrayVariable<T, 2>& heat);
 
 }  // namespace tapestry::loss

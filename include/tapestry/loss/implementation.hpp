@@ -2,19 +2,11 @@
 /// \file
 /// The compiled part of loss/, for one source file of a program; see tapestry/implementation.hpp.
 #include <tapestry/loss/implementation/adversarial.hpp>
-#include <tapestry/loss/implementation/adversarial_variable.hpp>
+#include <tapestry/loss/implementation/adversarial_terms.hpp>
 #include <tapestry/loss/implementation/attention.hpp>
-#include <tapestry/loss/implementation/attention_variable.hpp>
 #include <tapestry/loss/implementation/cross_entropy.hpp>
 #include <tapestry/loss/implementation/dynamic_match.hpp>
-#include <tapestry/loss/implementation/max_score.hpp>
 #include <tapestry/loss/implementation/mesh_regularity.hpp>
-#include <tapestry/loss/implementation/mesh_regularity_variable.hpp>
-#include <tapestry/loss/implementation/overlap.hpp>
 #include <tapestry/loss/implementation/printability.hpp>
-#include <tapestry/loss/implementation/printability_variable.hpp>
-#include <tapestry/loss/implementation/total_variation_variable.hpp>
 #include <tapestry/loss/implementation/yolo_training.hpp>
-#include <tapestry/loss/implementation/yolo_training_variable.hpp>
 #include <tapestry/loss/implementation/yolox_training.hpp>
-#include <tapestry/loss/implementation/yolox_training_variable.hpp>

@@ -1,9 +1,11 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
-#include <tapestry/geometry/mesh_topology.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 
 /// What keeps a mesh well shaped while its positions are fitted: values are summed in double, in the order of
@@ -56,5 +58,35 @@ template <std::floating_point T>
 template <std::floating_point T>
 void normal_consistency_adjoint(const geometry::MeshTopology& topology, const Array<T, 2>& positions,
                                 T loss_adjoint, Array<T, 2>& positions_adjoint);
+
+template <std::floating_point T>
+void laplacian(const geometry::MeshTopology&&, const ArrayVariable<T, 2>&) = delete;  // it would be gone
+
+/// laplacian() on the active tape; its pullback is laplacian_adjoint(). Passive positions record nothing.
+/// \param topology  must outlive the tape's last reverse(), unchanged
+template <std::floating_point T>
+[[nodiscard]] Variable<T> laplacian(const geometry::MeshTopology& topology,
+                                    const ArrayVariable<T, 2>& positions);
+
+template <std::floating_point T>
+void edge_length(const geometry::MeshTopology&&, const ArrayVariable<T, 2>&,
+                 double = 0) = delete;  // it would be gone
+
+/// edge_length() on the active tape; its pullback is edge_length_adjoint(). Passive positions record nothing.
+/// \param topology  must outlive the tape's last reverse(), unchanged
+template <std::floating_point T>
+[[nodiscard]] Variable<T> edge_length(const geometry::MeshTopology& topology,
+                                      const ArrayVariable<T, 2>& positions, double length = 0);
+
+template <std::floating_point T>
+void normal_consistency(const geometry::MeshTopology&&,
+                        const ArrayVariable<T, 2>&) = delete;  // it would be gone
+
+/// normal_consistency() on the active tape; its pullback is normal_consistency_adjoint(). Passive positions
+/// record nothing.
+/// \param topology  must outlive the tape's last reverse(), unchanged
+template <std::floating_point T>
+[[nodiscard]] Variable<T> normal_consistency(const geometry::MeshTopology& topology,
+                                             const ArrayVariable<T, 2>& positions);
 
 }  // namespace tapestry::loss

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/head.hpp>

@@ -1,10 +1,13 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -117,5 +120,15 @@ void non_printability_adjoint(const Texels& texels, const UsedTexels& used, cons
     }
   });
 }
+
+/// non_printability() on the active tape; its pullback is non_printability_adjoint().
+///
+/// \param texels  [H·W, 3]
+/// \param used    [H, W]; it and `palette` are shared, and not to be changed before the tape's last reverse()
+template <std::floating_point T>
+[[nodiscard]] Variable<T> non_printability(const ArrayVariable<T, 2>& texels,
+                                           std::shared_ptr<const Array<T, 2>> used,
+                                           std::shared_ptr<const Array<double, 2>> palette,
+                                           double spread = printable_spread);
 
 }  // namespace tapestry::loss

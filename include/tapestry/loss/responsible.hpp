@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
-#include <tapestry/loss/anchor_match.hpp>  // cell_of
+#include <tapestry/loss/box_assignment.hpp>  // cell_of
 #include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {

@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <vector>
 
 namespace tapestry::loss {
@@ -33,4 +34,38 @@ YoloTrainingTerms batch_terms(std::size_t images, double count, const Options& o
 }
 
 }  // namespace detail
+
+/// How far a candidate is from saying one class: Σ_k H(t_k, [k is it]), see binary_cross_entropy(), or of
+/// exclusive classes −log of the softmax of it.
+template <class T>
+[[nodiscard]] double class_entropy(const Predictions<T>& predictions, const Candidate& candidate,
+                                   std::size_t class_index) {
+  const auto& head = predictions.heads[candidate.head];
+  if (head.exclusive_classes) return softplus(-class_logit(predictions, candidate, class_index));
+  double sum = 0;
+  for (std::size_t k = 0; k < head.classes; ++k)
+    sum +=
+        binary_cross_entropy(logit(predictions, candidate, head.class_channel(k)), k == class_index ? 1 : 0);
+  return sum;
+}
+
+/// Adds loss_adjoint times the derivative of class_entropy().
+template <class T>
+void class_entropy_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
+                           std::size_t class_index, double loss_adjoint,
+                           const LogitsAdjoint<T>& logits_adjoint) {
+  const auto& head = predictions.heads[candidate.head];
+  if (head.exclusive_classes) {
+    const double missed = nn::logistic(-class_logit(predictions, candidate, class_index));
+    class_logit_adjoint(predictions, candidate, class_index, -loss_adjoint * missed, logits_adjoint);
+    return;
+  }
+  for (std::size_t k = 0; k < head.classes; ++k) {
+    const std::size_t channel = head.class_channel(k);
+    const double slope =
+        binary_cross_entropy_slope(logit(predictions, candidate, channel), k == class_index ? 1 : 0);
+    add_to_logit(predictions, candidate, channel, loss_adjoint * slope, logits_adjoint);
+  }
+}
+
 }  // namespace tapestry::loss

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <numeric>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <vector>
 
 namespace tapestry::nn {

@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <memory>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution.hpp>
 #include <tapestry/nn/few_channel_convolution.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <type_traits>
 
 /// \file

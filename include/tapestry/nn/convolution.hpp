@@ -3,11 +3,11 @@
 #include <concepts>
 #include <cstddef>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution_region.hpp>
 #include <tapestry/nn/depthwise_convolution.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <vector>
 
 namespace tapestry::nn {

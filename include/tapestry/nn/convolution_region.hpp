@@ -3,8 +3,8 @@
 #include <concepts>
 #include <cstddef>
 #include <cstring>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <vector>
 
 namespace tapestry::nn::detail {

@@ -3,8 +3,8 @@
 #include <concepts>
 #include <cstddef>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <vector>
 
 namespace tapestry::nn {

@@ -5,7 +5,6 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
-#include <tapestry/nn/window.hpp>
 
 namespace tapestry::nn {
 

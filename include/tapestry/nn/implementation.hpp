@@ -1,14 +1,9 @@
 #pragma once
 /// \file
 /// The compiled part of nn/, for one source file of a program; see tapestry/implementation.hpp.
-#include <tapestry/nn/implementation/layers_variable.hpp>
-#include <tapestry/nn/implementation/network/constant_folding.hpp>
-#include <tapestry/nn/implementation/network/description.hpp>
 #include <tapestry/nn/implementation/network/network.hpp>
 #include <tapestry/nn/implementation/network/network_pass.hpp>
 #include <tapestry/nn/implementation/network/operators.hpp>
 #include <tapestry/nn/implementation/network/program_builder.hpp>
-#include <tapestry/nn/implementation/network/pruned.hpp>
-#include <tapestry/nn/implementation/network/simplify.hpp>
 #include <tapestry/nn/implementation/network_variable.hpp>
 #include <tapestry/nn/implementation/vector_kernels.hpp>

@@ -1,7 +1,10 @@
 #pragma once
 #include <concepts>
+#include <cstddef>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <vector>
 
@@ -29,5 +32,64 @@ template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& x,
                                                        const ArrayVariable<T, 1>& weights,
                                                        std::shared_ptr<NetworkPass<T>> pass = nullptr);
+
+// Layers for networks of one's own, on the tape: one record each, by the kernels that run detectors, on all
+// threads. Pictures and maps are [N, H, W, C]. All throw DomainError if an operand is active but on no active
+// tape.
+
+/// How the filters of a convolution move, along both axes.
+struct ConvolutionLayer {
+  std::size_t stride = 1;
+  std::size_t padding = 0;   ///< rows and columns of zeros on each side
+  std::size_t dilation = 1;  ///< pixels from one tap to the next
+  std::size_t groups = 1;    ///< parts that channels are cut into, each with filters of its own
+};
+
+/// Cross-correlation, what networks call a convolution:
+///
+///   y[n, i, j, m] = bias[m] + Σ over r, s, c of weights[m, c, r, s] · x[n, i·stride + r·dilation − p, …, c]
+///
+/// \param x        [N, H, W, C]
+/// \param weights  [M, C / groups, R, S]
+/// \param bias     [M]
+/// \returns        [N, H', W', M]
+/// \throws ShapeError if weights do not fit the channels or the window the picture, DomainError for a stride,
+///         dilation or number of groups of 0
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> convolve(const ArrayVariable<T, 4>& x, const ArrayVariable<T, 4>& weights,
+                                           const ArrayVariable<T, 1>& bias,
+                                           const ConvolutionLayer& layer = {});
+
+/// The same without a bias.
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> convolve(const ArrayVariable<T, 4>& x, const ArrayVariable<T, 4>& weights,
+                                           const ConvolutionLayer& layer = {});
+
+/// Window of a pooling, along both axes.
+struct PoolingLayer {
+  std::size_t size = 2;
+  std::size_t stride = 2;
+  std::size_t padding = 0;  ///< on each side; what lies there is not counted
+};
+
+/// The largest value of each window in each channel, [N, H', W', C]; of equal ones the first in reading order
+/// has the derivative. \throws ShapeError if the window does not fit
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> max_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
+
+/// The mean of each window in each channel, [N, H', W', C]. \throws ShapeError if the window does not fit
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> average_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
+
+/// Batch normalisation by the statistics of the batch itself, whose derivatives count:
+///
+///   y = scale · (x − mean(x)) / √(variance(x) + ε) + bias      for each channel
+///
+/// \param x            [N, H, W, C]
+/// \param scale, bias  [C]
+/// \throws ShapeError unless scale and bias have a value a channel
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> batch_norm(const ArrayVariable<T, 4>& x, const ArrayVariable<T, 1>& scale,
+                                             const ArrayVariable<T, 1>& bias, double epsilon = 1e-5);
 
 }  // namespace tapestry::nn

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <memory>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/convolution_region.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <vector>
 
 namespace tapestry::nn {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <cstring>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
-#include <tapestry/nn/curve.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 
 namespace tapestry::nn {

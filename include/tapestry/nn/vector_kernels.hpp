@@ -5,7 +5,7 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/core/vector_exp.hpp>
-#include <tapestry/nn/curve.hpp>
+#include <tapestry/nn/activation.hpp>
 #include <type_traits>
 
 namespace tapestry::nn {

@@ -3,10 +3,10 @@
 #include <concepts>
 #include <cstddef>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/packed_convolution.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <tapestry/nn/winograd_plan.hpp>
+#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 namespace detail {

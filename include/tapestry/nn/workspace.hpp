@@ -1,10 +1,74 @@
 #pragma once
 #include <cstddef>
-#include <tapestry/nn/buffer.hpp>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <tapestry/core/huge_pages.hpp>
 #include <utility>
 #include <vector>
 
 namespace tapestry::nn {
+
+/// Memory for kernels: aligned to 64 bytes, not initialised, kept when resized to less, and followed by
+/// 128 readable zero bytes so that a kernel may load whole vectors past the last element.
+template <class T>
+class Buffer {
+ public:
+  Buffer() = default;
+  explicit Buffer(std::size_t count) { resize(count); }
+  Buffer(Buffer&& other) noexcept
+      : memory_(std::move(other.memory_)),
+        size_(std::exchange(other.size_, 0)),
+        capacity_(std::exchange(other.capacity_, 0)) {}
+  Buffer& operator=(Buffer&& other) noexcept {
+    memory_ = std::move(other.memory_);
+    size_ = std::exchange(other.size_, 0);
+    capacity_ = std::exchange(other.capacity_, 0);
+    return *this;
+  }
+
+  /// Keeps no content. Memory grows only when `count` is larger than ever before.
+  void resize(std::size_t count) {
+    if (count > capacity_ || !memory_) {
+      memory_.reset();
+      capacity_ = 0;
+      const std::size_t bytes = (count * sizeof(T) + slack + 63) / 64 * 64;
+      void* fresh = nullptr;
+      if (::posix_memalign(&fresh, bytes < page ? 64 : page, bytes) != 0) throw std::bad_alloc();
+      memory_.reset(static_cast<T*>(fresh));
+      prefer_huge_pages(fresh, bytes);
+      capacity_ = count;
+      std::memset(static_cast<char*>(fresh) + count * sizeof(T), 0, bytes - count * sizeof(T));
+    }
+    size_ = count;
+  }
+
+  void clear() {
+    memory_.reset();
+    size_ = capacity_ = 0;
+  }
+
+  void fill_zero() { std::memset(data(), 0, size_ * sizeof(T)); }
+
+  [[nodiscard]] T* data() { return memory_.get(); }
+  [[nodiscard]] const T* data() const { return memory_.get(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+
+ private:
+  static constexpr std::size_t slack = 128;
+  // Kernels walk through memory at large distances, where looking up a page of 4 KiB can cost more than the
+  // line that it is for, so large memory begins at a page of 2 MiB and asks for more of them.
+  static constexpr std::size_t page = std::size_t(2) << 20U;
+  struct Release {
+    void operator()(T* memory) const { std::free(memory); }
+  };
+  std::unique_ptr<T, Release> memory_;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
 
 /// Memory that layers hand to one another, kept between passes.
 template <class T>

@@ -6,7 +6,6 @@
 #include <span>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <utility>

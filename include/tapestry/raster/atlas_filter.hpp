@@ -6,11 +6,10 @@
 #include <cstdint>
 #include <limits>
 #include <tapestry/raster/footprint.hpp>
-#include <tapestry/raster/lookup_batch.hpp>
 #include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/raster_kernels.hpp>
-#include <tapestry/raster/texture_atlas.hpp>
+#include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
 namespace tapestry::raster {

@@ -5,7 +5,6 @@
 #include <concepts>
 #include <cstddef>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/fragment_shader.hpp>

@@ -73,8 +73,8 @@ inline void weigh_mixed(const RayGrid& rays, const std::array<std::int32_t, 3>* 
   weigh(rays, p, column, row, result, begin);
 }
 
-/// Perspective-correct barycentric coordinates of points given in samples; see barycentric.hpp. All arrays of
-/// numbers are readable and writable to 8 beyond `count`.
+/// Perspective-correct barycentric coordinates of points given in samples; see face_weights.hpp. All arrays
+/// of numbers are readable and writable to 8 beyond `count`.
 inline void barycentrics(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                          const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,
                          const double* column, const double* row, double* const* result) {

@@ -7,7 +7,7 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/raster_kernels.hpp>
-#include <tapestry/raster/screen_vertex.hpp>
+#include <tapestry/raster/view_clip.hpp>
 #include <vector>
 
 namespace tapestry::raster {

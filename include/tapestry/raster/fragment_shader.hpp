@@ -16,8 +16,6 @@
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_atlas.hpp>
-#include <tapestry/raster/texture_cube.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 

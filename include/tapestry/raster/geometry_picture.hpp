@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <memory>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/crossing_faces.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
-#include <tapestry/raster/seen_faces.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/vertex_gradient/band_moments.hpp>
 #include <tapestry/raster/vertex_gradient/sliver.hpp>

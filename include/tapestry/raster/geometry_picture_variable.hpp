@@ -6,7 +6,7 @@
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/geometry/rotation.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/shape_inputs.hpp>
+#include <tapestry/raster/render_variable.hpp>
 #include <utility>
 #include <vector>
 

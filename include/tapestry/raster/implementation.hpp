@@ -1,22 +1,12 @@
 #pragma once
 /// \file
 /// The compiled part of raster/, for one source file of a program; see tapestry/implementation.hpp.
-#include <tapestry/raster/implementation/ambient_occlusion.hpp>
-#include <tapestry/raster/implementation/bake.hpp>
-#include <tapestry/raster/implementation/coverage_rate.hpp>
-#include <tapestry/raster/implementation/crossing_faces.hpp>
 #include <tapestry/raster/implementation/estimated_light.hpp>
 #include <tapestry/raster/implementation/face_field.hpp>
 #include <tapestry/raster/implementation/mesh_edges.hpp>
-#include <tapestry/raster/implementation/mip_pyramid.hpp>
-#include <tapestry/raster/implementation/mip_pyramid_variable.hpp>
 #include <tapestry/raster/implementation/raster_kernels.hpp>
-#include <tapestry/raster/implementation/render_variable.hpp>
-#include <tapestry/raster/implementation/silhouette.hpp>
-#include <tapestry/raster/implementation/silhouette_variable.hpp>
+#include <tapestry/raster/implementation/texture.hpp>
 #include <tapestry/raster/implementation/texture_charts.hpp>
 #include <tapestry/raster/implementation/texture_operator.hpp>
-#include <tapestry/raster/implementation/texture_operator_variable.hpp>
-#include <tapestry/raster/implementation/used_texels.hpp>
 #include <tapestry/raster/implementation/vertex_gradient.hpp>
 #include <tapestry/raster/implementation/visibility.hpp>

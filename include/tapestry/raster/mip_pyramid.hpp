@@ -4,9 +4,10 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/mip_levels.hpp>
 #include <vector>
@@ -189,5 +190,12 @@ template <std::floating_point T>
                                         Array<T, 2> texels) {
   return pyramid ? (*pyramid)(texels) : texels;
 }
+
+/// stored_texels() on the active tape, which keeps the pyramid alive; its pullback is MipPyramid::adjoint().
+/// Passive texels record nothing.
+/// \throws ShapeError as the pyramid does
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
+                                                const ArrayVariable<T, 2>& texels);
 
 }  // namespace tapestry::raster

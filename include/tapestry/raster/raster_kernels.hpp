@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/instruction_set.hpp>
-#include <tapestry/raster/lookup_batch.hpp>
-#include <tapestry/raster/screen_vertex.hpp>
+#include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/triangle.hpp>
+#include <tapestry/raster/view_clip.hpp>
 
 namespace tapestry::raster {
 

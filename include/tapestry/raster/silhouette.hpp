@@ -2,9 +2,10 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
@@ -35,5 +36,36 @@ void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& came
                         const Array<T, 2>& silhouette_adjoint,
                         std::vector<geometry::Vector3>& positions_adjoint, std::size_t samples_per_axis = 4,
                         const std::shared_ptr<const MeshEdges>& edges = nullptr);
+
+namespace detail {
+/// Puts a coverage that has been drawn on the tape.
+/// \param camera  as geometry::posed() has it
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 2> record_coverage(std::shared_ptr<const geometry::Mesh> mesh,
+                                                  const geometry::Camera& camera, const geometry::Pose& at,
+                                                  Array<T, 2> coverage, const ArrayVariable<T, 2>& positions,
+                                                  const ArrayVariable<T, 1>& pose,
+                                                  std::size_t samples_per_axis,
+                                                  std::shared_ptr<const MeshEdges> edges);
+}  // namespace detail
+
+/// silhouette() on the active tape, differentiable by positions and pose; its pullback is
+/// silhouette_adjoint(). Nothing is drawn but the outline. Passive inputs record nothing.
+///
+/// \param mesh       copied: it may change or go once this returns
+/// \param positions  [V, 3], instead of the mesh's own; of extent 0: the mesh's own
+/// \param pose       [6], w (radians) and t (units of the world): the mesh is seen at exp(w)·x + t, see
+///                   geometry::posed(); of extent 0: as it is
+/// \param edges      mesh_edges() of the mesh, when they are kept from view to view
+/// \returns          [H, W] in [0, 1]
+/// \throws ShapeError if an input does not fit; DomainError if the pose is not finite; otherwise as
+///         visibility()
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 2> silhouette(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                             std::size_t height, std::size_t width,
+                                             const ArrayVariable<T, 2>& positions,
+                                             const ArrayVariable<T, 1>& pose = {},
+                                             std::size_t samples_per_axis = 4,
+                                             std::shared_ptr<const MeshEdges> edges = nullptr);
 
 }  // namespace tapestry::raster

@@ -6,14 +6,13 @@
 #include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
+#include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/mesh_edges.hpp>
-#include <tapestry/raster/texture_slope.hpp>
 #include <tapestry/raster/tiled_triangles.hpp>
 #include <utility>
 #include <vector>

@@ -9,7 +9,6 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/raster_kernels.hpp>
-#include <tapestry/raster/screen_vertex.hpp>
 #include <tapestry/raster/triangle.hpp>
 #include <tapestry/raster/view_clip.hpp>
 

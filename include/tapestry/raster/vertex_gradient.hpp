@@ -11,10 +11,8 @@
 #include <tapestry/raster/crossing_faces.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/mesh_edges.hpp>
-#include <tapestry/raster/seen_faces.hpp>
 #include <tapestry/raster/surface.hpp>
-#include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
+#include <tapestry/raster/vertex_gradient/edge_line.hpp>
 #include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <tapestry/raster/vertex_gradient/intersections.hpp>
 #include <tapestry/raster/vertex_gradient/outlines.hpp>

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <optional>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
 
 namespace tapestry::segment {
 

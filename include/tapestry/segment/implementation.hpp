@@ -4,5 +4,3 @@
 #include <tapestry/segment/implementation/car_component.hpp>
 #include <tapestry/segment/implementation/u2_net.hpp>
 #include <tapestry/segment/implementation/u2_net_description.hpp>
-#include <tapestry/segment/implementation/u2_net_input.hpp>
-#include <tapestry/segment/implementation/u2_net_variable.hpp>

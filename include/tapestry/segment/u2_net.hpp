@@ -4,15 +4,44 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/nn/buffer.hpp>
 #include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <vector>
 
 namespace tapestry::segment {
+namespace detail {
+
+/// Of the first largest value.
+template <class T>
+[[nodiscard]] std::size_t brightest(const Array<T, 3>& picture) {
+  return static_cast<std::size_t>(std::max_element(picture.data(), picture.data() + picture.size()) -
+                                  picture.data());
+}
+}  // namespace detail
+
+/// A picture as a network of the U²-Net family takes it: divided by its largest value, then scaled by mean
+/// and standard deviation of ImageNet.
+///
+///   x[i, j, c] = (p[i, j, c] / max p − mean[c]) / deviation[c]
+///
+/// Source: U-2-Net, data_loader.py, ToTensorLab with flag 0. A black picture is not divided.
+///
+/// \param picture  p, [S, S, 3], RGB in [0, 1]
+/// \returns        [S, S, 3]
+/// \throws ShapeError unless there are three channels
+template <std::floating_point T>
+[[nodiscard]] Array<T, 3> u2_net_input(const Array<T, 3>& picture);
+
+/// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. Among equal largest values the first is the
+/// one that all are divided by.
+template <std::floating_point T>
+void u2_net_input_adjoint(const Array<T, 3>& picture, const Array<T, 3>& input_adjoint,
+                          Array<T, 3>& picture_adjoint);
 
 /// The results of one U2Net::forward(), and what pull_back() needs. May be used again; two threads must not
 /// share one.
@@ -89,5 +118,15 @@ class U2Net {
 
 extern template class U2Net<float>;
 extern template class U2Net<double>;
+
+/// The mask of a picture on the tape: U2Net::forward(), whose pullback is U2Net::pull_back(). A passive
+/// picture records nothing.
+///
+/// \param network  must outlive the tape's last reverse()
+/// \param picture  [H, W, 3], RGB in [0, 1]
+/// \returns        [H, W] in [0, 1]
+/// \throws ShapeError, DomainError and NumericError as U2Net::forward()
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 2> mask(const U2Net<T>& network, const ArrayVariable<T, 3>& picture);
 
 }  // namespace tapestry::segment

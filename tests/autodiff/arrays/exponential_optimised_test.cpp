@@ -1,4 +1,4 @@
-#include <tapestry/autodiff/arrays/exponential.hpp>
+#include <tapestry/autodiff/arrays/unary.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -6,9 +6,7 @@
 #include <cstddef>
 #include <span>
 #include <tapestry/autodiff/derivatives.hpp>
-#include <tapestry/autodiff/matrix/cholesky.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <tapestry/autodiff/matrix/least_squares.hpp>
 #include <tapestry/autodiff/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 #include <vector>

@@ -4,7 +4,6 @@
 #include <limits>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/matrix/cholesky.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 #include <tapestry/autodiff/matrix/product.hpp>
 #include <utility>

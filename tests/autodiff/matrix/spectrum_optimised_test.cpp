@@ -3,10 +3,9 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/matrix/eigenvalues.hpp>
-#include <tapestry/autodiff/matrix/frobenius_norm.hpp>
-#include <tapestry/autodiff/matrix/least_squares.hpp>
 #include <tapestry/autodiff/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/singular_values.hpp>
+#include <tapestry/autodiff/matrix/solve.hpp>
 
 #include "matrix_gradient.hpp"
 

@@ -1,12 +1,12 @@
-#include <tapestry/camouflage/method/mesh_adv.hpp>
+#include <tapestry/camouflage/method/comparators.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <tapestry/camouflage/redrawn_view.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/paint.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <vector>

@@ -5,11 +5,9 @@
 #include <cstddef>
 #include <set>
 #include <string>
-#include <tapestry/camouflage/method/method_names.hpp>
-#include <tapestry/camouflage/method/panels.hpp>
-#include <tapestry/camouflage/method/upc.hpp>
-#include <tapestry/camouflage/own_colours.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
+#include <tapestry/camouflage/method/comparators.hpp>
+#include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <vector>
 
 #include "../../support/catch.hpp"

@@ -1,11 +1,11 @@
 #include <cstddef>
 #include <memory>
 #include <string>
-#include <tapestry/camouflage/method/das.hpp>
+#include <tapestry/camouflage/method/comparators.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/raw_outputs.hpp>
+#include <tapestry/detect/exported_heads.hpp>
 #include <vector>
 
 #include "../../support/catch.hpp"

@@ -1,6 +1,5 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/transform/chain.hpp>
-#include <tapestry/image/transform/chain_variable.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/image/transform/chain.hpp>
 
 #include <cmath>
 #include <variant>

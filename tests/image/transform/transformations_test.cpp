@@ -2,12 +2,9 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <tapestry/image/colour.hpp>
-#include <tapestry/image/transform/blur.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/jpeg_compression.hpp>
-#include <tapestry/image/transform/light_change.hpp>
-#include <tapestry/image/transform/sensor_noise.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <vector>
 #if defined(TAPESTRY_JPEG)

@@ -1,6 +1,6 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 #include <array>
 #include <string>

@@ -1,5 +1,4 @@
-#include <tapestry/io/darknet/cfg_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 #include <sys/stat.h>
 

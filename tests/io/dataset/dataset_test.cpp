@@ -2,9 +2,7 @@
 
 #include <filesystem>
 #include <string>
-#include <tapestry/io/dataset/coco_file.hpp>
-#include <tapestry/io/dataset/voc_folder.hpp>
-#include <tapestry/io/dataset/yolo_labels.hpp>
+#include <tapestry/io/dataset/readers.hpp>
 #include <vector>
 
 #include "../../support/bad_file.hpp"

@@ -1,11 +1,10 @@
-#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 
 #include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <vector>
 

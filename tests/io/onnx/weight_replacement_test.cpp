@@ -1,7 +1,6 @@
-#include <tapestry/io/onnx/weight_replacement.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 
 #include <string>
-#include <tapestry/io/onnx/onnx_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <limits>
 #include <string>
-#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <vector>
 

@@ -5,11 +5,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <tapestry/camouflage/own_colours.hpp>
-#include <tapestry/camouflage/paint_file.hpp>
+#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/geometry/carla_pose.hpp>
+#include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <unordered_set>
 #include <utility>

@@ -14,7 +14,7 @@
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <tapestry/io/npz_file.hpp>
+#include <tapestry/io/npy.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>

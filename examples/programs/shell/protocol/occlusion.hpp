@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/random.hpp>
-#include <tapestry/evaluate/occlusion.hpp>
+#include <tapestry/evaluate/views.hpp>
 #include <utility>
 #include <vector>
 

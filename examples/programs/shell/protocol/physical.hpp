@@ -6,8 +6,8 @@
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/physical.hpp>
-#include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/evaluate/meter.hpp>
+#include <tapestry/image/transform/chain.hpp>
 #include <utility>
 #include <vector>
 

@@ -7,7 +7,6 @@
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>

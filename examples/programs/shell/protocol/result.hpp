@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/effect.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <vector>

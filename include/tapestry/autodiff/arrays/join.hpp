@@ -6,7 +6,7 @@
 #include <tapestry/autodiff/arrays/elementwise.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <utility>
 #include <vector>
 

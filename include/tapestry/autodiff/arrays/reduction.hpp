@@ -5,12 +5,11 @@
 #include <limits>
 #include <memory>
 #include <tapestry/autodiff/arrays/elementwise.hpp>
-#include <tapestry/autodiff/arrays/exponential.hpp>
 #include <tapestry/autodiff/arrays/expression/evaluate.hpp>
 #include <tapestry/autodiff/arrays/unary.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>

@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 #include <tapestry/autodiff/arrays/expression/node.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <utility>
 
 namespace tapestry {

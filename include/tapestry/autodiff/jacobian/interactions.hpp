@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/jacobian/index_sets.hpp>
 #include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/tape/dual_number.hpp>
 #include <type_traits>

@@ -6,7 +6,7 @@
 #include <span>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
-#include <tapestry/autodiff/tape/statement_operands.hpp>
+#include <tapestry/autodiff/tape/statement.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <vector>

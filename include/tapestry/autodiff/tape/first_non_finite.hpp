@@ -6,7 +6,7 @@
 #include <tapestry/autodiff/tape/diagnosis.hpp>
 #include <tapestry/autodiff/tape/formula.hpp>
 #include <tapestry/autodiff/tape/shared.hpp>
-#include <tapestry/autodiff/tape/statement_operands.hpp>
+#include <tapestry/autodiff/tape/statement.hpp>
 #include <tapestry/autodiff/tape/tape_state.hpp>
 #include <utility>
 

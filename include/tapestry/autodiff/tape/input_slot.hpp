@@ -7,7 +7,7 @@
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <vector>
 
 /// What a record keeps of its inputs, so that its pullback finds their adjoints.

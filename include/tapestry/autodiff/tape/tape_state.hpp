@@ -6,8 +6,8 @@
 #include <tapestry/autodiff/tape/diagnosis.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
+#include <tapestry/autodiff/tape/shared.hpp>
 #include <tapestry/autodiff/tape/tape_record.hpp>
-#include <tapestry/autodiff/tape/thread_claim.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

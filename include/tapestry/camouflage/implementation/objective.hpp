@@ -1,16 +1,161 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
+#include <span>
+#include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/drawn_views.hpp>
+#include <tapestry/camouflage/ensemble.hpp>
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/photo_session_variable.hpp>
+#include <tapestry/camouflage/objective_terms.hpp>
+#include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/loss/printability_variable.hpp>
-#include <tapestry/loss/smoothness_variable.hpp>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/detector_variable.hpp>
+#include <tapestry/detect/heat_map.hpp>
+#include <tapestry/detect/kept_picture.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <tapestry/loss/attention.hpp>
+#include <tapestry/loss/printability.hpp>
+#include <tapestry/loss/smoothness.hpp>
+#include <utility>
+#include <vector>
 
 namespace tapestry::camouflage {
+
+template <class T>
+std::vector<detect::KeptPicture<T>*> KeptLayers<T>::of(const detect::Detector<T>& detector, Views views,
+                                                       double least_share) {
+  std::vector<detect::KeptPicture<T>*> pictures;
+  for (const auto& view : views) {
+    const auto [found, is_new] = views_.try_emplace(view->name);
+    Kept& kept = found->second;
+    if (is_new) kept.share = detector.share_kept(view->window);
+    if (is_new && !is_full_ && kept.share >= least_share) kept.picture.emplace(view->window);
+    pictures.push_back(kept.picture && kept.picture->window() == view->window ? &*kept.picture : nullptr);
+  }
+  if (std::ranges::count(pictures, nullptr) == std::ssize(pictures)) pictures.clear();
+  return pictures;
+}
+
+template <class T>
+void KeptLayers<T>::limit_to(std::size_t bytes, Views views) {
+  if (is_full_ || this->bytes() <= bytes) return;
+  for (const auto& view : views) views_[view->name].picture.reset();
+  is_full_ = true;
+}
+
+template <class T>
+std::size_t KeptLayers<T>::bytes() const {
+  std::size_t sum = 0;
+  for (const auto& [name, kept] : views_) sum += kept.picture ? kept.picture->bytes() : 0;
+  return sum;
+}
+
+template <class T>
+std::size_t KeptLayers<T>::kept_count() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(views_, [](const auto& entry) { return entry.second.picture.has_value(); }));
+}
+
+template <class T>
+double KeptLayers<T>::share() const {
+  double sum = 0;
+  for (const auto& [name, kept] : views_) sum += kept.picture ? kept.share : 0;
+  return views_.empty() ? 0 : sum / static_cast<double>(views_.size());
+}
+
+template class KeptLayers<float>;
+template class KeptLayers<double>;
+
+template <class T>
+void Ensemble<T>::join(const detect::Detector<T>& detector, std::size_t class_index) {
+  loss::require_raw_logits("objective", detector.heads());
+  detect::require_class("objective", detector.heads(), class_index);
+  const auto& first = members_.empty() ? detector : *members_.front().detector;
+  if (detector.input_height() != first.input_height() || detector.input_width() != first.input_width())
+    throw ShapeError("objective: the ensemble's detectors take pictures of different extents");
+  members_.push_back({&detector, class_index});
+}
+
+template <class T>
+void Ensemble<T>::keep_layers(std::size_t bytes, double least_share) {
+  layer_bytes_ = bytes;
+  least_share_kept_ = least_share;
+}
+
+template <class T>
+loss::AdversarialTerms<Variable<T>> Ensemble<T>::operator()(const ShownPictures<T>& shown,
+                                                            const ObjectiveOptions& options, double attention,
+                                                            StageClock<T>& clock) {
+  std::vector<loss::AdversarialTerms<Variable<T>>> of_members;
+  for (Member& member : members_) {
+    std::optional<Explained> explanation;
+    if (attention > 0) explanation = explained(member, shown, attention);
+    const Logits logits = explanation ? std::move(explanation->logits) : logits_of(member, shown);
+    clock.end_of(&StepTimes::detector_forward, &StepTimes::detector_backward);
+    of_members.push_back(loss::adversarial(*member.detector, logits,
+                                           targets_of(shown.views, shown.session, member.class_index),
+                                           options.kind, options.weights));
+    if (explanation) of_members.back().total = explanation->attention;
+    clock.end_of(&StepTimes::losses);
+  }
+  return loss::mean_of(of_members);
+}
+
+template <class T>
+auto Ensemble<T>::explained(Member& member, const ShownPictures<T>& shown, double weight) -> Explained {
+  auto explained =
+      detect::explained_forward(*member.detector, shown.pictures, member.class_index, member.passes.take());
+  Variable<T> sum = T(0);
+  for (const auto& heat : explained.heat) sum += loss::attention(heat);
+  return {std::move(explained.logits),
+          static_cast<T>(weight / static_cast<double>(explained.heat.size())) * sum};
+}
+
+template <class T>
+auto Ensemble<T>::logits_of(Member& member, const ShownPictures<T>& shown) -> Logits {
+  std::vector<detect::KeptPicture<T>*> kept;
+  if (layer_bytes_ > 0 && shown.session == nullptr && !shown.is_redrawn)
+    kept = member.kept.of(*member.detector, shown.views, least_share_kept_);
+  if (kept.empty()) return detect::forward(*member.detector, shown.pictures, member.passes.take());
+  auto logits = detect::forward_within(*member.detector, shown.pictures, kept, member.passes.take());
+  member.kept.limit_to(layer_bytes_ / members_.size(), shown.views);
+  return logits;
+}
+
+template class Ensemble<float>;
+template class Ensemble<double>;
+
+std::vector<double> worst_view_weights(std::span<const double> losses, double share) {
+  if (!(share > 0 && share <= 1))
+    throw DomainError("worst_view_weights: the share is " + std::to_string(share) +
+                      ", expected above 0 and at most 1");
+  if (losses.empty()) throw DomainError("worst_view_weights: no losses");
+  if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
+    throw DomainError("worst_view_weights: a loss is not a number");
+  std::vector<std::size_t> order(losses.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return losses[a] > losses[b]; });
+  const double counted = std::max(1.0, share * static_cast<double>(losses.size()));
+  std::vector<double> weights(losses.size(), 0.0);
+  double left = counted;
+  for (const std::size_t i : order) {
+    if (!(left > 0)) break;
+    weights[i] = std::min(1.0, left) / counted;
+    left -= 1;
+  }
+  return weights;
+}
 
 template <class T>
 Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views views,

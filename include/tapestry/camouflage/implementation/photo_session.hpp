@@ -3,18 +3,37 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/camouflage/drawn_views.hpp>
+#include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/camouflage/photo_session_variable.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/transform/chain_variable.hpp>
-#include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/colour_space_variable.hpp>
+#include <tapestry/image/over.hpp>
+#include <tapestry/image/transform/chain.hpp>
+#include <tapestry/io/frame.hpp>
+#include <tapestry/loss/smoothness.hpp>
+#include <tapestry/raster/estimated_light.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/texture_operator.hpp>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -119,5 +138,142 @@ template decltype(draw_shot<float>) draw_shot<float>;
 template decltype(draw_shot<double>) draw_shot<double>;
 template decltype(draw_session<float>) draw_session<float>;
 template decltype(draw_session<double>) draw_session<double>;
+
+std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::PaintedMesh& car,
+                                         const PhotoLight& settings) {
+  const geometry::Camera camera = io::camera_of(frame);
+  const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
+  raster::OutdoorLight any;
+  any.occlusion = settings.occlusion;
+  const auto lighting = raster::prepare(car.mesh, camera, any);
+  const raster::FragmentBands bands("lit_points", car.mesh, camera, height, width, 2);
+  std::vector<std::vector<raster::LitPoint>> of_band(bands.band_count());
+  parallel_for(of_band.size(), [&](std::size_t band) {
+    bands.visit_band(band, raster::FragmentGrain::face, [&](const raster::Fragment& fragment) {
+      const auto face = static_cast<std::size_t>(fragment.face);
+      if (fragment.coverage < 1 || car.painted[face] == 0) return;
+      if (frame.mask && frame.mask->data()[fragment.pixel] == 0) return;
+      raster::LitPoint point;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint8_t byte = frame.image.data()[3 * fragment.pixel + c];
+        if (byte == 255) return;
+        point.colour[c] = byte / 255.0;
+        if (car.space == image::ColourSpace::linear) point.colour[c] = image::linearised(point.colour[c]);
+      }
+      point.face = face;
+      point.point = lighting.point(face, fragment.barycentric);
+      point.normal = lighting.normal(face, fragment.barycentric);
+      point.open = lighting.open_share(face, fragment.barycentric);
+      of_band[band].push_back(point);
+    });
+  });
+  std::vector<raster::LitPoint> points;
+  std::size_t count = 0, seen = 0;
+  for (const auto& band : of_band) count += band.size();
+  const std::size_t stride =
+      std::max<std::size_t>(1, block_count(count, std::max<std::size_t>(1, settings.most_points)));
+  for (const auto& band : of_band)
+    for (const auto& point : band)
+      if (seen++ % stride == 0) points.push_back(point);
+  return points;
+}
+
+std::optional<raster::EstimatedLight> photo_light(const io::Frame& frame, const raster::PaintedMesh& car,
+                                                  const PhotoLight& settings) {
+  const auto points = lit_points(frame, car, settings);
+  if (points.empty()) return std::nullopt;
+  auto estimate = raster::estimated_light(car.mesh, points, settings.paint, settings.shadow_pixels);
+  estimate.light.occlusion = settings.occlusion;
+  return estimate;
+}
+
+}  // namespace tapestry::camouflage
+
+namespace tapestry::camouflage::detail {
+
+/// The texels that views are drawn from, in their colour space.
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 2> texels_of(ViewSpan<T> views, const ArrayVariable<T, 2>& colours) {
+  if (views.empty()) throw DomainError("objective: no views");
+  for (const auto& view : views) {
+    if (view->space != views[0]->space) throw DomainError("objective: views in different colour spaces");
+    if (view->pyramid != views[0]->pyramid) throw DomainError("objective: views of different pyramids");
+  }
+  return raster::stored_texels(views[0]->pyramid, image::in_space(views[0]->space, colours));
+}
+
+/// Pictures of one size as a batch, [N, H, W, C].
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> in_batch(const std::vector<ArrayVariable<T, 3>>& pictures) {
+  std::vector<ArrayVariable<T, 4>> batch;
+  for (const auto& picture : pictures) {
+    const auto& [height, width, channels] = picture.shape();
+    batch.push_back(reshape(picture, Extents<4>{1, height, width, channels}));
+  }
+  return concatenate(std::span<const ArrayVariable<T, 4>>(batch), 0);
+}
+
+}  // namespace tapestry::camouflage::detail
+
+namespace tapestry::camouflage {
+
+template <std::floating_point T>
+DrawnViews<T> drawn_views(ViewSpan<T> views, const ArrayVariable<T, 2>& colours) {
+  const auto texels = detail::texels_of(views, colours);
+  std::vector<std::shared_ptr<const raster::TextureOperator<T>>> operators;
+  DrawnViews<T> drawn;
+  for (const auto& view : views) {
+    operators.push_back(view->paint_to_picture);
+    drawn.interiors.push_back(view->interior);
+  }
+  drawn.renders = raster::render(operators, texels);
+  return drawn;
+}
+
+template <std::floating_point T>
+DrawnViews<T> drawn_views(ViewSpan<T> views, const ArrayVariable<T, 2>& colours, const ShapeParameter& shape,
+                          const ArrayVariable<T, 2>& steps) {
+  const auto texels = detail::texels_of(views, colours);
+  const auto positions = shape_positions(shape, steps);
+  DrawnViews<T> drawn;
+  for (const auto& view : views) {
+    auto anew = redrawn(*view, shape, texels, positions);
+    drawn.renders.push_back(std::move(anew.render));
+    drawn.interiors.push_back(std::move(anew.interior));
+    drawn.pictures.push_back(std::move(anew.picture));
+  }
+  return drawn;
+}
+
+template <std::floating_point T>
+ArrayVariable<T, 4> laid_over(ViewSpan<T> views, const DrawnViews<T>& drawn) {
+  if (!drawn.pictures.empty()) return detail::in_batch(drawn.pictures);
+  std::vector<image::Backdrop<T>> backdrops;
+  for (const auto& view : views)
+    backdrops.push_back({{view, &view->background},
+                         {view->paint_to_picture, &view->paint_to_picture->coverage},
+                         view->window.top,
+                         view->window.left});
+  return image::over(drawn.renders, backdrops, views[0]->space);
+}
+
+template <std::floating_point T>
+Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn) {
+  auto seen = drawn.renders;  // interiors are covered wholly, where a render is the colour itself
+  if (views[0]->space == image::ColourSpace::linear)
+    for (auto& render : seen) render = image::encoded(render);
+  return loss::smoothness(seen, drawn.interiors) / static_cast<T>(views.size());
+}
+
+template DrawnViews<float> drawn_views<float>(ViewSpan<float>, const ArrayVariable<float, 2>&);
+template DrawnViews<double> drawn_views<double>(ViewSpan<double>, const ArrayVariable<double, 2>&);
+template DrawnViews<float> drawn_views<float>(ViewSpan<float>, const ArrayVariable<float, 2>&,
+                                              const ShapeParameter&, const ArrayVariable<float, 2>&);
+template DrawnViews<double> drawn_views<double>(ViewSpan<double>, const ArrayVariable<double, 2>&,
+                                                const ShapeParameter&, const ArrayVariable<double, 2>&);
+template decltype(laid_over<float>) laid_over<float>;
+template decltype(laid_over<double>) laid_over<double>;
+template decltype(smoothness_of<float>) smoothness_of<float>;
+template decltype(smoothness_of<double>) smoothness_of<double>;
 
 }  // namespace tapestry::camouflage

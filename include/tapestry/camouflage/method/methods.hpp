@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <concepts>
 #include <cstdint>
 #include <string>
@@ -7,6 +8,10 @@
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {
+
+/// All methods, as method_by_name() takes them.
+inline constexpr std::array method_names{"fca",      "planar_patch", "camou",    "upc",    "das",
+                                         "das_full", "rauca",        "mesh_adv", "random", "solid"};
 
 /// The method of that name for a car; those that draw something draw the same for the same seed.
 /// \throws DomainError for a name that is not one of method_names, or unless the texture is an atlas if the

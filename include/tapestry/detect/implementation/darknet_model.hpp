@@ -7,12 +7,10 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/network_description.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <utility>

@@ -10,7 +10,6 @@
 #include <string_view>
 #include <system_error>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/box_decode.hpp>
@@ -18,16 +17,13 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
-#include <tapestry/detect/implementation/detector/decoded_extents.hpp>
 #include <tapestry/detect/implementation/detector/foreign.hpp>
-#include <tapestry/detect/implementation/detector/layers.hpp>
 #include <tapestry/detect/implementation/detector/passes.hpp>
-#include <tapestry/detect/raw_outputs.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/pruned.hpp>
 #include <utility>
 #include <variant>
 #include <vector>

@@ -2,13 +2,65 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <memory>
 #include <optional>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
-#include <tapestry/detect/best_candidate.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_formula.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/heat_map.hpp>
+#include <utility>
 #include <vector>
+
+namespace tapestry::detect {
+
+template <std::floating_point T>
+std::optional<BestCandidate> best_candidate(const std::vector<Head>& heads,
+                                            const std::vector<const Array<T, 4>*>& logits, std::size_t image,
+                                            const CandidateSearch& search, std::size_t height,
+                                            std::size_t width) {
+  require_class("best_candidate", heads, search.class_index);
+  if (logits.size() != heads.size())
+    throw ShapeError("best_candidate: logits of " + std::to_string(logits.size()) + " heads, expected " +
+                     std::to_string(heads.size()));
+  std::optional<BestCandidate> best;
+  for (std::size_t h = 0; h < heads.size(); ++h) {
+    const Head& head = heads[h];
+    require_layout("best_candidate", head);
+    require_shape("best_candidate", "logits", *logits[h],
+                  {logits[h]->shape(0), head.channel_count(), head.grid_height, head.grid_width});
+    if (image >= logits[h]->shape(0))
+      throw DomainError("best_candidate: image " + std::to_string(image) + " of a batch of " +
+                        std::to_string(logits[h]->shape(0)));
+    const auto objectness_channel = head.objectness_channel();
+    const std::size_t cells = head.grid_height * head.grid_width;
+    const T* const of_image = logits[h]->data() + image * head.channel_count() * cells;
+    for (std::size_t candidate = 0; candidate < head.candidate_count(); ++candidate) {
+      const std::size_t anchor = candidate / cells, cell = candidate % cells;
+      const T* const first = of_image + anchor * head.candidate_channel_count() * cells + cell;
+      const auto logit = [&](std::size_t channel) { return static_cast<double>(first[channel * cells]); };
+      const double least = best ? best->confidence : 0;
+      const double objectness = objectness_channel ? probability(head, logit(*objectness_channel)) : 1.0;
+      if (!(objectness > least)) continue;  // the other factor is at most 1
+      const double confidence = objectness * ClassScores(head, logit)(search.class_index);
+      if (!(confidence > least)) continue;
+      const CandidatePlace place{anchor, cell / head.grid_width, cell % head.grid_width,
+                                 static_cast<double>(width), static_cast<double>(height)};
+      if (!search.target || iou(decode_box(head, place, logit), *search.target) >= search.iou_threshold)
+        best = {h, candidate, confidence};
+    }
+  }
+  return best;
+}
+
+template decltype(best_candidate<float>) best_candidate<float>;
+template decltype(best_candidate<double>) best_candidate<double>;
+
+}  // namespace tapestry::detect
 
 namespace tapestry::detect::detail {
 
@@ -102,5 +154,58 @@ template decltype(share_within<float>) share_within<float>;
 template decltype(share_within<double>) share_within<double>;
 template decltype(score_adjoint<float>) score_adjoint<float>;
 template decltype(score_adjoint<double>) score_adjoint<double>;
+
+}  // namespace tapestry::detect
+
+namespace tapestry::detect::detail {
+
+/// What the score of an image's surest candidate asks of the first told layer, without what is negative,
+/// [C, H, W]; zeros if there is no candidate.
+template <class T>
+[[nodiscard]] Array<T, 3> positive_layer_adjoint(const Detector<T>& detector, Pass<T>& pass,
+                                                 std::size_t class_index, std::size_t image) {
+  std::vector<const Array<T, 4>*> logits;
+  for (const auto& head : pass.logits) logits.push_back(&head);
+  const auto best = best_candidate(detector.heads(), logits, image, {class_index}, detector.input_height(),
+                                   detector.input_width());
+  if (!best) return zeros<T, 3>(detector.layer_values(pass, 0, image).shape());
+  const auto adjoints = score_adjoint(detector.heads(), pass.logits, image, class_index, *best);
+  std::vector<const Array<T, 4>*> pointers;
+  for (const auto& head : adjoints) pointers.push_back(&head);
+  auto asked = detector.layer_adjoint(pass, pointers, 0, image);
+  for (T& value : asked.storage()) value = std::max(value, T(0));
+  return asked;
+}
+
+}  // namespace tapestry::detect::detail
+
+namespace tapestry::detect {
+
+template <std::floating_point T>
+ExplainedLogits<T> explained_forward(const Detector<T>& detector, const ArrayVariable<T, 4>& images,
+                                     std::size_t class_index, std::shared_ptr<Pass<T>> pass) {
+  if (!pass) pass = std::make_shared<Pass<T>>();
+  detector.forward(images.value(), *pass, Mode::input_gradient);
+  ExplainedLogits<T> explained{detail::record_logits(detector, pass, images), {}};
+  for (std::size_t image = 0; image < pass->images; ++image) {
+    const auto weights = std::make_shared<const Array<T, 3>>(
+        detail::positive_layer_adjoint(detector, *pass, class_index, image));
+    auto heat = layer_cam(detector.layer_values(*pass, 0, image), *weights);
+    const auto pullback = [&detector, pass, weights, image, kept = heat](const Array<T, 2>& heat_adjoint,
+                                                                         Array<T, 4>* images_adjoint) {
+      Array<T, 3> layer_adjoint = *weights;
+      for (std::size_t i = 0; i < layer_adjoint.size(); ++i) {
+        const std::size_t place = i % kept.size();
+        layer_adjoint.data()[i] *= kept.data()[place] > T(0) ? heat_adjoint.data()[place] : T(0);
+      }
+      detector.pull_back_layer(*pass, 0, image, layer_adjoint, *images_adjoint);
+    };
+    explained.heat.push_back(record_array(std::move(heat), pullback, images));
+  }
+  return explained;
+}
+
+template decltype(explained_forward<float>) explained_forward<float>;
+template decltype(explained_forward<double>) explained_forward<double>;
 
 }  // namespace tapestry::detect

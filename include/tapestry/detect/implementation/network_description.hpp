@@ -7,10 +7,10 @@
 #include <map>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/implementation/network_description/writer.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/network_description.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/detect/decode_family.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <vector>
 

@@ -1,23 +1,140 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/texture_parameter.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/matched_noise.hpp>
-#include <tapestry/evaluate/shuffled_patches.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_charts.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <utility>
 #include <vector>
 
+namespace tapestry::evaluate::detail {
+
+template <std::floating_point T>
+void require_chart_colours(const char* operation, const Array<T, 2>& colours,
+                           const std::vector<raster::TextureChart>& charts) {
+  if (colours.shape(1) != 3)
+    throw ShapeError(std::string(operation) + ": colours are [" + std::to_string(colours.shape(0)) + ", " +
+                     std::to_string(colours.shape(1)) + "], expected 3 channels");
+  for (const raster::TextureChart& chart : charts)
+    for (const raster::ChartTexel& texel : chart.texels) {
+      if (texel.texel >= colours.shape(0))
+        throw ShapeError(std::string(operation) + ": a chart has texel " + std::to_string(texel.texel) +
+                         " of a texture of " + std::to_string(colours.shape(0)));
+      for (std::size_t c = 0; c < 3; ++c)
+        if (!std::isfinite(colours(texel.texel, c)))
+          throw NumericError(std::string(operation) + ": texel " + std::to_string(texel.texel) +
+                             " has a colour that is not finite");
+    }
+}
+
+template decltype(require_chart_colours<float>) require_chart_colours<float>;
+template decltype(require_chart_colours<double>) require_chart_colours<double>;
+
+}  // namespace tapestry::evaluate::detail
+
 namespace tapestry::evaluate {
+
+PatchExtents patch_extents(const raster::TextureLayout& layout) {
+  if (layout.kind == raster::TextureKind::atlas) {
+    const std::size_t edge = std::max<std::size_t>(1, layout.height / 8);
+    return {edge, edge};
+  }
+  if (layout.kind == raster::TextureKind::cube)
+    return {1, raster::detail::used_cube_texels(layout.texels_per_edge).size()};
+  return {};
+}
+
+}  // namespace tapestry::evaluate
+
+namespace tapestry::evaluate::detail {
+
+inline constexpr std::size_t no_texel = std::numeric_limits<std::size_t>::max();
+
+/// A chart of which patch after patch is taken away.
+class PatchCutter {
+ public:
+  explicit PatchCutter(const raster::TextureChart& chart)
+      : height_(chart.height), width_(chart.width), texels_(chart.height * chart.width, no_texel) {
+    for (const raster::ChartTexel& texel : chart.texels)
+      texels_[texel.row * width_ + texel.column] = texel.texel;
+  }
+
+  /// Takes the patches of a grid from the upper left corner of the box whose places all still have a texel;
+  /// none if there are not two of them.
+  /// \returns  the texels of each, row by row
+  [[nodiscard]] std::vector<std::vector<std::size_t>> cut(const PatchExtents& extents) {
+    std::vector<std::vector<std::size_t>> patches;
+    std::vector<std::size_t> places;
+    for (std::size_t top = 0; top + extents.height <= height_; top += extents.height)
+      for (std::size_t left = 0; left + extents.width <= width_; left += extents.width) {
+        std::vector<std::size_t> patch;
+        for (std::size_t row = top; row < top + extents.height; ++row)
+          for (std::size_t column = left; column < left + extents.width; ++column)
+            patch.push_back(row * width_ + column);
+        if (std::any_of(patch.begin(), patch.end(), [&](std::size_t at) { return texels_[at] == no_texel; }))
+          continue;
+        places.insert(places.end(), patch.begin(), patch.end());
+        for (std::size_t& at : patch) at = texels_[at];
+        patches.push_back(std::move(patch));
+      }
+    if (patches.size() < 2) return {};
+    for (const std::size_t at : places) texels_[at] = no_texel;
+    return patches;
+  }
+
+ private:
+  std::size_t height_, width_;
+  std::vector<std::size_t> texels_;
+};
+
+/// A random permutation of a single cycle: with two items or more, each goes to another's place. Source:
+/// Sattolo, "An algorithm to generate a random cyclic permutation" (Information Processing Letters 22, 1986).
+template <class Item>
+void shuffle_in_a_cycle(std::vector<Item>& items, Random& random) {
+  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random.index(i - 1)]);
+}
+
+}  // namespace tapestry::evaluate::detail
+
+namespace tapestry::evaluate {
+
+template <std::floating_point T>
+Array<T, 2> shuffled_patches(const Array<T, 2>& colours, const std::vector<raster::TextureChart>& charts,
+                             PatchExtents patch, const Random& random) {
+  detail::require_chart_colours("shuffled_patches", colours, charts);
+  if (patch.height == 0 || patch.width == 0)
+    throw DomainError("shuffled_patches: a patch must have rows and columns");
+  Array<T, 2> shuffled = colours;
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    Random of_chart = random.fork(i);
+    detail::PatchCutter cutter(charts[i]);
+    for (PatchExtents extents = patch;; extents = {std::max<std::size_t>(1, extents.height / 2),
+                                                   std::max<std::size_t>(1, extents.width / 2)}) {
+      const auto places = cutter.cut(extents);
+      auto sources = places;
+      detail::shuffle_in_a_cycle(sources, of_chart);
+      for (std::size_t p = 0; p < places.size(); ++p)
+        for (std::size_t k = 0; k < places[p].size(); ++k)
+          for (std::size_t c = 0; c < 3; ++c) shuffled(places[p][k], c) = colours(sources[p][k], c);
+      if (extents.height == 1 && extents.width == 1) break;
+    }
+  }
+  return shuffled;
+}
+
+template decltype(shuffled_patches<float>) shuffled_patches<float>;
+template decltype(shuffled_patches<double>) shuffled_patches<double>;
 
 template <std::floating_point T>
 std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car, const camouflage::Paint<T>& paint,

@@ -8,10 +8,9 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/evaluate/chart_colours.hpp>
-#include <tapestry/evaluate/matched_noise.hpp>
+#include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/fourier_transform.hpp>
-#include <tapestry/raster/texture_charts.hpp>
+#include <tapestry/raster/used_texels.hpp>
 #include <utility>
 #include <vector>
 

@@ -1,10 +1,14 @@
 #pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
@@ -14,15 +18,81 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/heat_map.hpp>
+#include <tapestry/detect/pass.hpp>
+#include <tapestry/detect/suppression.hpp>
+#include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
-#include <tapestry/image/transform/conditions.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <tapestry/evaluate/views.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/transform/chain.hpp>
+#include <tapestry/loss/prediction.hpp>
 #include <utility>
 #include <vector>
 
 namespace tapestry::evaluate {
+
+template <std::floating_point T>
+double best_confidence(const loss::Predictions<T>& predictions, const loss::Target& target,
+                       double iou_threshold) {
+  const auto best = detect::best_candidate(predictions.heads, predictions.logits, predictions.image,
+                                           {target.class_index, target.box, iou_threshold},
+                                           predictions.input_height, predictions.input_width);
+  return best ? best->confidence : 0;
+}
+
+template decltype(best_confidence<float>) best_confidence<float>;
+template decltype(best_confidence<double>) best_confidence<double>;
+
+bool is_found(const std::vector<detect::Detection>& detections, const loss::Target& target,
+              double iou_threshold) {
+  return std::any_of(detections.begin(), detections.end(), [&](const detect::Detection& detection) {
+    return detection.class_index == target.class_index &&
+           detect::iou(detection.box, target.box) >= iou_threshold;
+  });
+}
+
+std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials, std::size_t pictures_a_trial) {
+  if (trials == 0) return {0.0, 1.0};
+  constexpr double z = 1.959963984540054;
+  const double n = static_cast<double>(trials) / static_cast<double>(pictures_a_trial);
+  const double share = static_cast<double>(hits) / static_cast<double>(trials);
+  const double centre = share + z * z / (2 * n);
+  const double reach = z * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
+  const double scale = 1 / (1 + z * z / n);
+  return {hits == 0 ? 0.0 : scale * (centre - reach), hits == trials ? 1.0 : scale * (centre + reach)};
+}
+
+DetectionRate detection_rate(const std::vector<bool>& found, std::size_t pictures_a_view) {
+  const auto detected = static_cast<std::size_t>(std::count(found.begin(), found.end(), true));
+  if (found.empty()) return {};
+  return {found.size(), detected, static_cast<double>(detected) / static_cast<double>(found.size()),
+          wilson_interval(detected, found.size(), pictures_a_view)};
+}
+
+AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
+                                  const std::vector<bool>& adversarial_found, std::size_t pictures_a_view) {
+  if (clean_found.size() != adversarial_found.size())
+    throw ShapeError("attack_success_rate: adversarial_found has " +
+                     std::to_string(adversarial_found.size()) + " views, expected " +
+                     std::to_string(clean_found.size()));
+  AttackSuccess success;
+  for (std::size_t view = 0; view < clean_found.size(); ++view) {
+    if (!clean_found[view]) continue;
+    ++success.views;
+    if (!adversarial_found[view]) ++success.hidden;
+  }
+  if (success.views == 0) return success;
+  success.rate = static_cast<double>(success.hidden) / static_cast<double>(success.views);
+  success.interval = wilson_interval(success.hidden, success.views, pictures_a_view);
+  return success;
+}
 
 template <class T>
 Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
@@ -44,5 +114,80 @@ Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_in
 
 template decltype(photograph_of<float>) photograph_of<float>;
 template decltype(photograph_of<double>) photograph_of<double>;
+
+Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
+                     const BootstrapSettings& settings) {
+  const auto compare = [&](const auto& of_control, const auto& of_adversarial) {
+    return paired_bootstrap(detail::means_of_views(of_control, control.draws),
+                            detail::means_of_views(of_adversarial, adversarial.draws), settings);
+  };
+  return {control.name, compare(control.best_confidence, adversarial.best_confidence),
+          compare(control.found, adversarial.found)};
+}
+
+template <std::floating_point T>
+ViewResult Meter<T>::examine(const Array<T, 3>& picture, const std::string& name, const detect::Box& target) {
+  const auto pass = passes_.take();
+  detector_.forward(image::batch_of(picture), *pass);
+  const auto& logits = pass->logits;
+  detect::require_finite_logits(logits, name);
+  double least = settings_.confidence;
+  for (const double threshold : settings_.sweep) least = std::min(least, threshold);
+  const auto kept = detect::suppress(
+      detect::decode(detector_.heads(), logits, 0, least, detector_.input_height(), detector_.input_width()),
+      settings_.nms, true, detector_.suppression_measure());
+  ViewResult result;
+  result.detections = above(settings_.confidence, kept);
+  const auto surest =
+      std::ranges::find_if(kept, [&](const auto& detection) { return shows_car({detection}, target); });
+  if (surest != kept.end()) result.found_confidence = surest->confidence;
+  result.found = result.found_confidence > settings_.confidence;
+  for (const double threshold : settings_.sweep)
+    result.found_in_sweep.push_back(result.found_confidence > threshold);
+  result.best_confidence = best_confidence<T>(
+      {detector_.heads(), loss::to_read(logits), 0, detector_.input_height(), detector_.input_width()},
+      {class_index_, target});
+  return result;
+}
+
+template <std::floating_point T>
+std::vector<detect::Detection> Meter<T>::above(double threshold,
+                                               const std::vector<detect::Detection>& detections) {
+  const auto is_above = [=](const detect::Detection& detection) { return detection.confidence > threshold; };
+  return {detections.begin(), std::partition_point(detections.begin(), detections.end(), is_above)};
+}
+
+template class Meter<float>;
+template class Meter<double>;
+
+ProtocolTable physical_table(const PhysicalGrid& grid) {
+  ProtocolTable table{"surroundings", {}, "distance", detail::short_numbers(grid.distances)};
+  for (const char* as_it_is : {"", " as it is"})
+    for (std::size_t place = 0; place < grid.surroundings; ++place)
+      table.rows.push_back("street " + std::to_string(place + 1) + as_it_is);
+  table.pictures_a_view.assign(grid.surroundings, grid.photographs);
+  return table;
+}
+
+std::vector<ProtocolFrame> physical_frames(const PhysicalGrid& grid) {
+  if (grid.photographs == 0) throw DomainError("physical_frames: no photographs of a view");
+  const ViewGrid views{grid.distances, {grid.elevation_deg}, grid.azimuth_step_deg};
+  std::vector<ProtocolFrame> frames;
+  for (std::size_t place = 0; place < grid.surroundings; ++place)
+    detail::for_each_view(
+        "physical_frames", views, [&](std::size_t column, double distance, double elevation, double azimuth) {
+          frames.insert(frames.end(), grid.photographs, {distance, elevation, azimuth, place, column});
+          frames.push_back({distance, elevation, azimuth, grid.surroundings + place, column});
+        });
+  return frames;
+}
+
+PhysicalFrame physical_frame(const PhysicalGrid& grid, std::size_t frame) {
+  const std::size_t view = frame / grid.frames_a_view(), picture = frame % grid.frames_a_view();
+  const std::size_t views_a_place = grid.distances.size() * (360 / grid.azimuth_step_deg);
+  PhysicalFrame shown{view, view / views_a_place};
+  if (picture < grid.photographs) shown.photograph = picture;
+  return shown;
+}
 
 }  // namespace tapestry::evaluate

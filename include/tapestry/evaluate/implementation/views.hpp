@@ -7,13 +7,16 @@
 #include <cstdint>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/pixel_window.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <utility>
@@ -89,5 +92,130 @@ camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::Pain
 
 template decltype(protocol_view<float>) protocol_view<float>;
 template decltype(protocol_view<double>) protocol_view<double>;
+
+template <std::floating_point T>
+HiddenPixels<T>::HiddenPixels(const Array<T, 2>& coverage, const image::PixelWindow& place)
+    : coverage_(coverage), place_(place), is_hidden_(zeros<std::uint8_t, 2>(coverage.shape())) {
+  require_shape("HiddenPixels", "coverage", coverage, {place.height, place.width});
+  for (const T share : coverage.storage()) total_ += static_cast<double>(share);
+}
+
+template <std::floating_point T>
+double HiddenPixels<T>::gain_of(const image::PixelWindow& window) const {
+  double gain = 0;
+  for_each_pixel(window, [&](std::size_t y, std::size_t x) {
+    if (is_hidden_(y, x) == 0) gain += static_cast<double>(coverage_(y, x));
+  });
+  return gain;
+}
+
+template <std::floating_point T>
+void HiddenPixels<T>::hide(const image::PixelWindow& window) {
+  hidden_ += gain_of(window);
+  for_each_pixel(window, [&](std::size_t y, std::size_t x) { is_hidden_(y, x) = 1; });
+}
+
+}  // namespace tapestry::evaluate
+
+namespace tapestry::evaluate::detail {
+
+/// A rectangle around some point of a place, cut to the picture.
+/// \param scale  its largest extent in those of the place
+[[nodiscard]] inline Occluder random_occluder(const image::PixelWindow& place, std::size_t height,
+                                              std::size_t width, double scale, Random& random) {
+  const auto span = [&](std::size_t first, std::size_t count, std::size_t all) {
+    const auto whole = static_cast<double>(count);
+    const double extent = std::max(1.0, scale * whole * random.uniform(0.4, 1));
+    const double begin = static_cast<double>(first) + random.uniform(0, whole) - extent / 2;
+    const auto low =
+        static_cast<std::size_t>(std::clamp(std::round(begin), 0.0, static_cast<double>(all - 1)));
+    const auto high =
+        static_cast<std::size_t>(std::clamp(std::round(begin + extent), 0.0, static_cast<double>(all)));
+    return std::array<std::size_t, 2>{low, std::max(high, low + 1) - low};
+  };
+  const auto [top, rows] = span(place.top, place.height, height);
+  const auto [left, columns] = span(place.left, place.width, width);
+  Occluder occluder{{top, left, rows, columns}};
+  for (auto* colour : {&occluder.colour, &occluder.other})
+    for (float& channel : *colour) channel = static_cast<float>(random.uniform());
+  const std::size_t period = 1 + random.index(1 + std::max(rows, columns) / 4);
+  const std::size_t kind = random.index(6);  // as often plain as textured
+  if (kind == 3 || kind == 5) occluder.period_x = period;
+  if (kind == 4 || kind == 5) occluder.period_y = period;
+  return occluder;
+}
+
+}  // namespace tapestry::evaluate::detail
+
+namespace tapestry::evaluate {
+
+template <std::floating_point T>
+std::optional<Occlusion> draw_occlusion(const Array<T, 2>& coverage, const image::PixelWindow& place,
+                                        std::size_t height, std::size_t width, OcclusionGroup group,
+                                        Random random) {
+  image::require_window("draw_occlusion", place, height, width);
+  HiddenPixels<T> hidden(coverage, place);
+  constexpr std::array<std::array<double, 2>, 3> ranges{{{0.05, 0.3}, {0.3, 0.7}, {0.7, 0.95}}};
+  const auto [low, high] = ranges[static_cast<std::size_t>(group)];
+  const double wanted = random.uniform(low, high);
+  double scale = std::sqrt(wanted);
+  Occlusion occlusion;
+  constexpr int most_attempts = 400;
+  for (int attempt = 0; attempt < most_attempts && place.height > 0 && place.width > 0; ++attempt) {
+    const Occluder occluder = detail::random_occluder(place, height, width, scale, random);
+    const double gain = hidden.gain_of(occluder.window);
+    if (!(gain > 0)) continue;
+    const double share = hidden.share_with(gain);
+    if (share > high || occlusion_group(share) > group) {
+      scale *= 0.8;
+      continue;
+    }
+    hidden.hide(occluder.window);
+    occlusion.occluders.push_back(occluder);
+    occlusion.hidden_share = hidden.share();
+    if (occlusion.hidden_share >= wanted && occlusion_group(occlusion.hidden_share) == group)
+      return occlusion;
+  }
+  return std::nullopt;
+}
+
+template <std::floating_point T>
+void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders) {
+  for (const Occluder& occluder : occluders) {
+    const auto& [top, left, height, width] = occluder.window;
+    image::require_window("lay_occluders", occluder.window, picture.shape(0), picture.shape(1));
+    for (std::size_t y = 0; y < height; ++y)
+      for (std::size_t x = 0; x < width; ++x) {
+        const bool odd_x = occluder.period_x > 0 && x / occluder.period_x % 2 != 0;
+        const bool odd_y = occluder.period_y > 0 && y / occluder.period_y % 2 != 0;
+        const auto& colour = odd_x != odd_y ? occluder.other : occluder.colour;
+        for (std::size_t c = 0; c < 3; ++c) picture(top + y, left + x, c) = static_cast<T>(colour[c]);
+      }
+  }
+}
+
+ProtocolTable occlusion_table(const ViewGrid& grid) {
+  return {"occlusion",
+          {"small (<= 30 %)", "middle (30-70 %)", "large (>= 70 %)"},
+          "distance",
+          detail::short_numbers(grid.distances)};
+}
+
+std::vector<ProtocolFrame> occlusion_frames(const ViewGrid& grid) {
+  std::vector<ProtocolFrame> frames;
+  for (std::size_t group = 0; group < occlusion_group_names.size(); ++group)
+    detail::for_each_view("occlusion_frames", grid,
+                          [&](std::size_t column, double distance, double elevation, double azimuth) {
+                            frames.push_back({distance, elevation, azimuth, group, column});
+                          });
+  return frames;
+}
+
+template class HiddenPixels<float>;
+template class HiddenPixels<double>;
+template decltype(draw_occlusion<float>) draw_occlusion<float>;
+template decltype(draw_occlusion<double>) draw_occlusion<double>;
+template decltype(lay_occluders<float>) lay_occluders<float>;
+template decltype(lay_occluders<double>) lay_occluders<double>;
 
 }  // namespace tapestry::evaluate

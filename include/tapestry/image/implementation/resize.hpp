@@ -1,13 +1,23 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <string>
+#include <string_view>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/crop.hpp>
+#include <tapestry/image/letterbox.hpp>
+#include <tapestry/image/pixel_window.hpp>
 #include <tapestry/image/resize.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::image::detail {
@@ -117,5 +127,57 @@ template Array<double, 3> resize_bilinear<double>(const Array<double, 3>& pictur
                                                   std::size_t width);
 template decltype(resize_bilinear_adjoint<float>) resize_bilinear_adjoint<float>;
 template decltype(resize_bilinear_adjoint<double>) resize_bilinear_adjoint<double>;
+
+Fit fit_by_name(std::string_view name) {
+  for (const FitKind kind : fit_kinds)
+    if (name_of(kind) == name) return {kind, kind == FitKind::letterbox_top_left ? 114.0 / 255 : 0.5};
+  throw DomainError("no fit is called " + in_quotes(name) +
+                    "; expected letterbox, letterbox_top_left or stretch");
+}
+
+Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height, std::size_t width,
+                    FitKind kind) {
+  if (from_height == 0 || from_width == 0 || height == 0 || width == 0)
+    throw DomainError("placement: a picture without pixels");
+  Placement place{height, width, 0, 0};
+  if (kind == FitKind::stretch) return place;
+  if (from_width * height > from_height * width)
+    place.height = std::max<std::size_t>(1, from_height * width / from_width);
+  else
+    place.width = std::max<std::size_t>(1, from_width * height / from_height);
+  if (kind == FitKind::letterbox_top_left) return place;
+  if ((height - place.height) % 2 != 0 && place.height > 1) --place.height;
+  if ((width - place.width) % 2 != 0 && place.width > 1) --place.width;
+  place.top = (height - place.height) / 2;
+  place.left = (width - place.width) / 2;
+  return place;
+}
+
+PictureFromCanvas picture_from_canvas(std::size_t picture_height, std::size_t picture_width,
+                                      std::size_t height, std::size_t width, FitKind kind) {
+  const Placement place = placement(picture_height, picture_width, height, width, kind);
+  return {static_cast<double>(picture_width) / static_cast<double>(place.width),
+          static_cast<double>(picture_height) / static_cast<double>(place.height),
+          static_cast<double>(place.left), static_cast<double>(place.top)};
+}
+
+template <std::floating_point T>
+ArrayVariable<T, 4> batch_of(const std::vector<ArrayVariable<T, 3>>& pictures) {
+  std::vector<const Array<T, 3>*> values;
+  for (const auto& picture : pictures) values.push_back(&picture.value());
+  const auto pullback = [](const Array<T, 4>& batch_adjoint,
+                           const std::vector<Array<T, 3>*>& picture_adjoints) {
+    const T* from = batch_adjoint.data();
+    for (auto* const adjoint : picture_adjoints) {
+      const std::size_t size = batch_adjoint.size() / batch_adjoint.shape(0);
+      for (std::size_t i = 0; adjoint != nullptr && i < size; ++i) adjoint->data()[i] += from[i];
+      from += size;
+    }
+  };
+  return record_array(batch_of(values), pullback, pictures);
+}
+
+template ArrayVariable<float, 4> batch_of<float>(const std::vector<ArrayVariable<float, 3>>& pictures);
+template ArrayVariable<double, 4> batch_of<double>(const std::vector<ArrayVariable<double, 3>>& pictures);
 
 }  // namespace tapestry::image

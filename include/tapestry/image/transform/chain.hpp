@@ -1,12 +1,13 @@
 #pragma once
 #include <concepts>
+#include <cstddef>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
-#include <tapestry/image/transform/blur.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/random.hpp>
+#include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/jpeg_compression.hpp>
-#include <tapestry/image/transform/light_change.hpp>
-#include <tapestry/image/transform/sensor_noise.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <variant>
 #include <vector>
@@ -37,5 +38,67 @@ template <std::floating_point T>
 template <std::floating_point T>
 void transformed_adjoint(const std::vector<Array<T, 3>>& stages, const TransformationChain& chain,
                          const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint);
+
+/// Recoloured texels or pictures on the tape, [..., 3].
+template <std::floating_point T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> transformed(const ArrayVariable<T, Rank>& colours,
+                                                 const ColourChange& change) {
+  const auto pullback = [before = colours.shared_value(), change](const Array<T, Rank>& out_adjoint,
+                                                                  Array<T, Rank>* colours_adjoint) {
+    transformed_adjoint(*before, change, out_adjoint, *colours_adjoint);
+  };
+  return record_array(transformed(colours.value(), change), pullback, colours);
+}
+
+/// The pictures of a batch, each after its own chain, in one operation on the tape, which keeps what every
+/// transformation began with.
+///
+/// \param pictures  [N, H, W, 3]
+/// \param chains    one a picture
+/// \returns         [N, H, W, 3]
+/// \throws ShapeError if there are not as many chains; or as the transformations
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
+                                              const std::vector<TransformationChain>& chains);
+
+/// How far the conditions of a photograph vary around those of the frames: how its camera is held, the light,
+/// its lens, its sensor and its file. Of each range something is drawn uniformly; 0 leaves it as it is.
+/// Angles are those of a view of 90°: the picture of a longer lens moves as far, by a camera that turned
+/// less.
+struct Conditions {
+  double turn_degrees = 0;    ///< largest pan and tilt of the camera, either way
+  double roll_degrees = 0;    ///< largest roll, either way
+  double zoom = 0;            ///< largest change of the focal length, as a share, either way
+  double exposure_stops = 0;  ///< largest change of exposure, either way
+  double colour_cast = 0;     ///< largest change of the gain of red and of blue, as a share, either way
+  double shadow = 0;          ///< largest share of light that a shadow takes; in half of the pictures
+  double contrast = 0;        ///< largest change of contrast and of saturation, as a share, either way
+  double blur_px = 0;         ///< largest standard deviation of blur, pixels of the detector's input
+  double noise = 0;           ///< largest standard deviation of the sensor's noise at mid grey
+  int worst_quality = 0;      ///< of JPEG, 1 to 95: drawn between it and 95; 0 for no compression
+
+  /// Of a printer: how far its blackest black and its whitest white lie from theirs, and the largest error of
+  /// the matrix that its colours are mixed by.
+  double printed_range = 0, printed_error = 0;
+
+  [[nodiscard]] bool operator==(const Conditions&) const = default;
+};
+
+/// A printed paint photographed outdoors: what evaluate measures with and camouflage can train for. Values
+/// are ours; RAUCA-E2E trains with turns of ±5°, scales of 0.7 to 1 and jittered colours.
+inline constexpr Conditions physical_conditions{5, 5, 0.15, 1, 0.1, 0.5, 0.2, 1.5, 0.04, 50, 0.1, 0.05};
+
+/// Of the physical conditions only those of some kinds: camera, light, blur, noise, contrast, jpeg or print,
+/// or all of them for physical. \throws DomainError naming one that is none of these
+[[nodiscard]] Conditions conditions_by_names(const std::vector<std::string>& names);
+
+/// Draws what happens to one picture: the camera's motion, the light, blur, noise, contrast and JPEG, in the
+/// order of a camera. The same for the same random numbers.
+///
+/// \param is_smooth  whether JPEG's rounding has slopes, to train; else it is as in files, to measure
+[[nodiscard]] TransformationChain draw_chain(const Conditions& conditions, Random random, bool is_smooth);
+
+/// Draws what a printer makes of a paint's colours.
+[[nodiscard]] ColourChange draw_print(const Conditions& conditions, Random random);
 
 }  // namespace tapestry::image

@@ -1,13 +1,28 @@
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
+
+namespace tapestry::image::detail {
+
+/// Calls body(y) for every row of a picture, from several threads.
+template <class Body>
+void for_each_row(std::size_t rows, Body body) {
+  constexpr std::size_t rows_a_block = 16;
+  parallel_for(block_count(rows, rows_a_block), [&](std::size_t block) {
+    const auto [begin, end] = block_range(block, rows, rows_a_block);
+    for (std::size_t y = begin; y < end; ++y) body(y);
+  });
+}
+
+}  // namespace tapestry::image::detail
 
 namespace tapestry::image {
 
@@ -84,5 +99,32 @@ void transformed_adjoint(const Array<T, Rank>& colours, const ColourChange& chan
         matrix.transpose() * inside.cwiseProduct(Eigen::Map<const Vector>(out_adjoint.data() + i));
   });
 }
+
+/// Another exposure, another colour of the light, and the soft edge of a shadow across the picture.
+///
+/// Light is multiplied, not its code in the picture: a gain g of light is one of g^(1/2.2) of encoded values.
+/// The power 2.2 stands for the sRGB curve, from which a stop of exposure, up or down, then differs by at
+/// most 0.018.
+struct LightChange {
+  std::array<double, 3> gain{1, 1, 1};  ///< of red, green and blue light, above 0
+  double shadow = 0;                    ///< share of light that the shadow takes, 0 to below 1
+  double shadow_rad = 0;                ///< direction into the shadow: 0 to the right, π/2 down
+  double shadow_at = 0;                 ///< the edge's place from the middle, in half widths
+  double shadow_softness = 0.1;         ///< half width of the edge, in half widths of the picture, above 0
+};
+
+/// The picture in the changed light; what becomes brighter than white is white.
+///
+/// \param picture  [H, W, 3]
+/// \returns        [H, W, 3]
+/// \throws ShapeError if there are not three channels; DomainError for a change beyond its ranges
+template <std::floating_point T>
+[[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const LightChange& change);
+
+/// Adds the derivatives of transformed() to `picture_adjoint`; those of white pixels are 0. All are [H, W,
+/// 3]. \throws ShapeError if extents differ, or as transformed()
+template <std::floating_point T>
+void transformed_adjoint(const Array<T, 3>& picture, const LightChange& change,
+                         const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint);
 
 }  // namespace tapestry::image

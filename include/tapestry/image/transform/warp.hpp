@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <optional>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <tapestry/io/darknet/section.hpp>
 #include <tapestry/io/name_numbers.hpp>
-#include <tapestry/io/nearest_word.hpp>
+#include <tapestry/io/text_lines.hpp>
 #include <vector>
 
 namespace tapestry::io::detail {

@@ -1,13 +1,95 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 namespace tapestry::io {
+namespace detail {
+
+/// The layers, each checked by itself.
+[[nodiscard]] detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name);
+
+inline constexpr std::uint64_t largest_cfg_size = std::uint64_t(4) << 20U;
+}  // namespace detail
+
+/// Parses a Darknet cfg file of a detector. Its layers are checked against each other at the size it names;
+/// other sizes are checked by detect::infer_shapes(). Options that Darknet only trains with are skipped;
+/// those that nobody knows become `warnings`.
+///
+/// \param text  the file's content
+/// \param name  the file's name, for messages
+/// \throws FileError  malformed for syntax and impossible values, mismatch for parts that do not fit,
+///                    limit for absurd sizes; with line, and column where an option's value is at fault
+[[nodiscard]] detect::NetworkConfig parse_network_config(std::string_view text, const std::string& name);
+
+/// The same of a network without heads, such as a classifier; see detect::check_classifier().
+[[nodiscard]] detect::NetworkConfig parse_classifier_config(std::string_view text, const std::string& name);
+
+/// Reads a Darknet cfg file of at most 4 MiB; errors as parse_network_config() and read_text_file().
+/// Takes memory of at most 24 times the file and 1 MiB.
+[[nodiscard]] inline detect::NetworkConfig read_network_config(const std::string& path) {
+  return parse_network_config(read_text_file(path, detail::largest_cfg_size), path);
+}
+
+/// The same by parse_classifier_config().
+[[nodiscard]] inline detect::NetworkConfig read_classifier_config(const std::string& path) {
+  return parse_classifier_config(read_text_file(path, detail::largest_cfg_size), path);
+}
+
+/// Content of a Darknet `.weights` file, little-endian: int32 major, minor, revision; the number of images
+/// seen, 64 bits wide from version 0.2 on and 32 before; float32 parameters in the order of
+/// detect::ParameterLayout.
+struct WeightFile {
+  std::uint64_t images_seen = 0;
+  Array<float, 1> parameters{};         ///< in the order of detect::ParameterLayout
+  std::vector<std::string> warnings{};  ///< suspicious values, one message each
+};
+
+/// What a reader of weights lets pass.
+struct WeightFileOptions {
+  bool allow_trailing = false;   ///< accept more parameters than the cfg needs (cut backbone files)
+  bool allow_nonfinite = false;  ///< accept NaN, infinity and negative variances, to debug them
+};
+
+namespace detail {
+
+[[nodiscard]] std::string describe(const detect::NetworkConfig& config, const detect::ParameterBlock& block);
+
+/// Bytes of the header, decided by the version and, where that does not fit, by the exact size. A file of 4
+/// bytes less than its version asks for may also be cut; then the upper half of the count stands where
+/// the first parameter should, and is zero.
+[[nodiscard]] std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& config,
+                                        const detect::ParameterLayout& layout, std::uint64_t by_version,
+                                        bool upper_half_is_zero, bool allow_trailing);
+
+}  // namespace detail
+
+/// Reads a weight file that must have exactly the parameters of `config`; its size is checked first.
+/// Takes memory of at most 2 times the file and 1 MiB.
+/// \throws FileError  malformed if it is damaged, cut, not a weight file or holds impossible values, with
+///                    layer, array and byte offset; mismatch if it is longer; limit above 4 GiB
+[[nodiscard]] WeightFile read_weight_file(const std::string& path, const detect::NetworkConfig& config,
+                                          const detect::ParameterLayout& layout,
+                                          const WeightFileOptions& options = {});
+
+/// Writes a weight file of version 0.2.5, or leaves the old file as it was.
+/// \throws FileError (write)
+void write_weight_file(const std::string& path, std::uint64_t images_seen, const Array<float, 1>& parameters);
+
+/// Writes a model's parameters, rounded to float, and its count of images; errors as above.
+template <std::floating_point T>
+void write_weight_file(const std::string& path, const detect::DarknetModel<T>& model) {
+  write_weight_file(path, model.images_seen(), cast<float>(model.parameters()));
+}
 
 /// A model, and remarks on what is suspicious about its files.
 template <std::floating_point T>

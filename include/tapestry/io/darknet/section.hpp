@@ -8,7 +8,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
-#include <tapestry/io/decimal_from_chars.hpp>
+#include <tapestry/io/number_formats.hpp>
 #include <vector>
 
 namespace tapestry::io::detail {

@@ -5,7 +5,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/io/file_status.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <vector>
 
 namespace tapestry::io {

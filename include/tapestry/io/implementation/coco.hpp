@@ -9,15 +9,14 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/dataset/coco_file.hpp>
+#include <tapestry/io/dataset/readers.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/file_status.hpp>
 #include <tapestry/io/json.hpp>
 #include <utility>
 #include <vector>
 
 /// \file
-/// The compiled part of dataset/coco_file.hpp.
+/// The compiled part of the COCO reader.
 
 namespace tapestry::io {
 namespace detail {

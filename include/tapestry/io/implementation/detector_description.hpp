@@ -11,13 +11,13 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/io/detector_description_file.hpp>
+#include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/json.hpp>
 #include <utility>
 #include <vector>
 
 /// \file
-/// The compiled part of detector_description_file.hpp.
+/// The compiled part of the reader of detector descriptions.
 
 namespace tapestry::io {
 namespace detail {

@@ -11,16 +11,13 @@
 #include <tapestry/core/finite.hpp>
 #include <tapestry/core/huge_pages.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/batch_norm_folding.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/detector_metadata.hpp>
 #include <tapestry/io/npy_header.hpp>
 #include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <tapestry/io/utf8.hpp>
 #include <utility>
 #include <vector>
 

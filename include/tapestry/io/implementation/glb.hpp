@@ -11,14 +11,13 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/glb_writer.hpp>
 #include <tapestry/io/json.hpp>
-#include <tapestry/io/obj_writer.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 #include <utility>
 #include <vector>
 
 /// \file
-/// The compiled part of glb_writer.hpp.
+/// The compiled part of the GLB writer.
 
 namespace tapestry::io::detail {
 

@@ -8,17 +8,14 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/image/batch.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/jpeg_scan.hpp>
-#include <tapestry/io/picture_samples.hpp>
+#include <tapestry/io/plain_pictures.hpp>
 #include <tapestry/io/png_scan.hpp>
-#include <tapestry/io/pnm_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -141,5 +138,19 @@ template std::string png_file<float>(const std::string& path, const Array<float,
 template std::string png_file<double>(const std::string& path, const Array<double, 3>& image);
 template decltype(write_mask<float>) write_mask<float>;
 template decltype(write_mask<double>) write_mask<double>;
+
+template <std::floating_point T>
+void write_gradient(const std::string& path, const Array<T, 4>& gradient) {
+  require_shape("write_gradient", "gradient", gradient, {1, gradient.shape(1), gradient.shape(2), 3});
+  auto picture = image::picture_of(gradient, 0);
+  T largest = 0;
+  for (const T value : picture.storage()) largest = std::max(largest, std::abs(value));
+  if (largest == 0) largest = 1;
+  for (T& value : picture.storage()) value = (1 + std::cbrt(value / largest)) / 2;
+  write_image(path, picture);
+}
+
+template decltype(write_gradient<float>) write_gradient<float>;
+template decltype(write_gradient<double>) write_gradient<double>;
 
 }  // namespace tapestry::io

@@ -6,7 +6,6 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/jpeg_scan.hpp>
 
 namespace tapestry::io {
 

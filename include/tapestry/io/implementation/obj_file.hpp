@@ -12,11 +12,9 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/loaded_mesh.hpp>
 #include <tapestry/io/name_numbers.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/io/obj_file/faces.hpp>
-#include <tapestry/io/obj_file/materials.hpp>
+#include <tapestry/io/obj_file/parsing.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>
 #include <vector>

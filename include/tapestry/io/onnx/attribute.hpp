@@ -5,7 +5,6 @@
 #include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/onnx/external_data.hpp>
-#include <tapestry/io/onnx/limits.hpp>
 #include <tapestry/io/onnx/protobuf_message.hpp>
 #include <tapestry/io/onnx/tensor.hpp>
 #include <tapestry/nn/network/description.hpp>

@@ -6,7 +6,6 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/onnx/attribute.hpp>
 #include <tapestry/io/onnx/external_data.hpp>
-#include <tapestry/io/onnx/limits.hpp>
 #include <tapestry/io/onnx/protobuf_message.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>

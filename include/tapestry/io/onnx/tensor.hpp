@@ -5,11 +5,9 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/float_formats.hpp>
-#include <tapestry/io/onnx/element_type.hpp>
+#include <tapestry/io/number_formats.hpp>
 #include <tapestry/io/onnx/external_data.hpp>
 #include <tapestry/io/onnx/protobuf_message.hpp>
 #include <tapestry/io/onnx/tensor_elements.hpp>

@@ -6,13 +6,131 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <span>
-#include <tapestry/io/float_formats.hpp>
-#include <tapestry/io/onnx/element_type.hpp>
+#include <string>
+#include <string_view>
+#include <tapestry/io/number_formats.hpp>
+#include <tapestry/nn/network/tensor.hpp>
 #include <variant>
 #include <vector>
 
 namespace tapestry::io {
+
+/// Element types by their numbers in a file; those not named here are only known by name.
+/// Source: onnx.proto, TensorProto.DataType.
+enum class OnnxType : std::int64_t {
+  undefined = 0,
+  float32 = 1,
+  uint8 = 2,
+  int8 = 3,
+  uint16 = 4,
+  int16 = 5,
+  int32 = 6,
+  int64 = 7,
+  boolean = 9,
+  float16 = 10,
+  float64 = 11,
+  uint32 = 12,
+  uint64 = 13,
+  bfloat16 = 16,
+  uint4 = 21,
+  int4 = 22,
+};
+
+/// What a file says of elements of one type.
+struct OnnxTypeFacts {
+  std::string_view name;
+  std::size_t bits = 0;  ///< of an element in raw_data; 0 for a type that is not supported
+  nn::ElementType meaning = nn::ElementType::floating;
+  std::uint32_t field = 0;  ///< of TensorProto, that may hold elements instead of raw_data
+};
+
+namespace detail {
+inline constexpr std::uint32_t float_data = 4;
+inline constexpr std::uint32_t int32_data = 5;
+inline constexpr std::uint32_t int64_data = 7;
+inline constexpr std::uint32_t double_data = 10;
+inline constexpr std::uint32_t uint64_data = 11;
+
+/// The name of one of these fields.
+[[nodiscard]] constexpr std::string_view field_name(std::uint32_t field) {
+  if (field == float_data) return "float_data";
+  if (field == int32_data) return "int32_data";
+  if (field == int64_data) return "int64_data";
+  return field == double_data ? "double_data" : "uint64_data";
+}
+
+inline constexpr auto whole_number = nn::ElementType::integer;
+inline constexpr std::array<OnnxTypeFacts, 27> onnx_types{{
+    {"UNDEFINED"},
+    {"FLOAT", 32, nn::ElementType::floating, float_data},
+    {"UINT8", 8, whole_number, int32_data},
+    {"INT8", 8, whole_number, int32_data},
+    {"UINT16", 16, whole_number, int32_data},
+    {"INT16", 16, whole_number, int32_data},
+    {"INT32", 32, whole_number, int32_data},
+    {"INT64", 64, whole_number, int64_data},
+    {"STRING"},
+    {"BOOL", 8, nn::ElementType::boolean, int32_data},
+    {"FLOAT16", 16, nn::ElementType::floating, int32_data},
+    {"DOUBLE", 64, nn::ElementType::floating, double_data},
+    {"UINT32", 32, whole_number, uint64_data},
+    {"UINT64", 64, whole_number, uint64_data},
+    {"COMPLEX64"},
+    {"COMPLEX128"},
+    {"BFLOAT16", 16, nn::ElementType::floating, int32_data},
+    {"FLOAT8E4M3FN"},
+    {"FLOAT8E4M3FNUZ"},
+    {"FLOAT8E5M2"},
+    {"FLOAT8E5M2FNUZ"},
+    {"UINT4", 4, whole_number, int32_data},
+    {"INT4", 4, whole_number, int32_data},
+    {"FLOAT4E2M1"},
+    {"FLOAT8E8M0"},
+    {"UINT2"},
+    {"INT2"},
+}};
+}  // namespace detail
+
+/// The facts of a type; of an unknown number those of an unsupported one.
+[[nodiscard]] constexpr const OnnxTypeFacts& facts_of(OnnxType type) {
+  const auto number = static_cast<std::uint64_t>(type);
+  return detail::onnx_types[number < detail::onnx_types.size() ? static_cast<std::size_t>(number) : 0];
+}
+
+/// "FLOAT16", or "27" for a number without a name.
+[[nodiscard]] inline std::string name_of(OnnxType type) {
+  const auto number = static_cast<std::int64_t>(type);
+  const bool is_known = number >= 0 && number < static_cast<std::int64_t>(detail::onnx_types.size());
+  return is_known ? std::string(facts_of(type).name) : std::to_string(number);
+}
+
+/// What is_supported() accepts, for messages.
+inline constexpr const char* supported_onnx_types = "FLOAT, FLOAT16, BFLOAT16, DOUBLE, BOOL or integers";
+
+/// True for the types whose elements are read.
+[[nodiscard]] constexpr bool is_supported(OnnxType type) { return facts_of(type).bits != 0; }
+
+/// Bytes of so many elements in raw_data; those of four bits lie two in a byte.
+[[nodiscard]] constexpr std::uint64_t raw_size(OnnxType type, std::uint64_t count) {
+  return (count * facts_of(type).bits + 7) / 8;
+}
+
+/// Product of extents: 0 if one is 0; nothing from 2^48 on, or if those that are not 0 reach that, for that
+/// is more than any file holds.
+[[nodiscard]] inline std::optional<std::uint64_t> element_count(std::span<const std::size_t> extents) {
+  constexpr std::uint64_t largest = std::uint64_t(1) << 48U;
+  std::uint64_t product = 1;
+  bool is_empty = false;
+  for (const std::size_t extent : extents) {
+    is_empty = is_empty || extent == 0;
+    const std::uint64_t factor = extent == 0 ? 1 : extent;
+    if (product >= (largest + factor - 1) / factor) return {};
+    product *= factor;
+  }
+  return is_empty ? 0 : product;
+}
 
 /// Elements as nn::Constant keeps them.
 using ConstantValues = std::variant<std::vector<float>, std::vector<double>>;

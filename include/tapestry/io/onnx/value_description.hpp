@@ -4,11 +4,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/onnx/element_type.hpp>
 #include <tapestry/io/onnx/protobuf_message.hpp>
+#include <tapestry/io/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <utility>

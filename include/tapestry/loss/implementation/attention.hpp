@@ -2,8 +2,9 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/loss/attention.hpp>
 #include <vector>
 
@@ -78,5 +79,16 @@ template float attention<float>(const Array<float, 2>& heat);
 template double attention<double>(const Array<double, 2>& heat);
 template decltype(attention_adjoint<float>) attention_adjoint<float>;
 template decltype(attention_adjoint<double>) attention_adjoint<double>;
+
+template <std::floating_point T>
+Variable<T> attention(const ArrayVariable<T, 2>& heat) {
+  const auto pullback = [kept = heat.value()](T loss_adjoint, Array<T, 2>* heat_adjoint) {
+    attention_adjoint(kept, loss_adjoint, *heat_adjoint);
+  };
+  return record_scalar(attention(heat.value()), pullback, heat);
+}
+
+template Variable<float> attention<float>(const ArrayVariable<float, 2>& heat);
+template Variable<double> attention<double>(const ArrayVariable<double, 2>& heat);
 
 }  // namespace tapestry::loss

@@ -8,11 +8,9 @@
 #include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/cross_entropy.hpp>
-#include <tapestry/loss/cross_entropy_variable.hpp>
 #include <tapestry/loss/logistic.hpp>
 #include <utility>
 #include <vector>

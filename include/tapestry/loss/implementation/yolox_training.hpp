@@ -1,12 +1,19 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/loss/dynamic_match.hpp>
+#include <tapestry/loss/box_assignment.hpp>
+#include <tapestry/loss/implementation/yolo_training.hpp>
 #include <tapestry/loss/prediction.hpp>
+#include <tapestry/loss/prediction_variable.hpp>
 #include <tapestry/loss/training_terms.hpp>
+#include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolox_training.hpp>
 #include <vector>
 
@@ -168,3 +175,28 @@ template decltype(yolox_training_adjoint<float>) yolox_training_adjoint<float>;
 template decltype(yolox_training_adjoint<double>) yolox_training_adjoint<double>;
 
 }  // namespace tapestry::loss
+
+namespace tapestry::loss::detail {
+
+template <class T>
+YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& heads, std::size_t input_height,
+                                           std::size_t input_width,
+                                           const std::vector<ArrayVariable<T, 4>>& logits,
+                                           const Truths& truths, const YoloxTrainingOptions& options) {
+  const auto kept = std::make_shared<const KeptLogits<T>>(heads, input_height, input_width, logits);
+  const auto matches = std::make_shared<const DynamicMatches>(
+      dynamic_matches(kept->heads(), kept->view(), truths, input_height, input_width, options.match));
+  const auto terms =
+      yolox_training(kept->heads(), kept->view(), *matches, input_height, input_width, options);
+  const auto adjoint_of = [kept, matches, input_height, input_width](const YoloxTrainingOptions& weights,
+                                                                     const LogitsAdjoint<T>& logits_adjoint) {
+    yolox_training_adjoint(kept->heads(), kept->view(), *matches, input_height, input_width, weights, T(1),
+                           logits_adjoint);
+  };
+  return record_training_terms(terms, options, adjoint_of, logits);
+}
+
+template decltype(yolox_training_of<float>) yolox_training_of<float>;
+template decltype(yolox_training_of<double>) yolox_training_of<double>;
+
+}  // namespace tapestry::loss::detail

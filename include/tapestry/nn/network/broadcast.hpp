@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstring>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/axis_reduction.hpp>
 #include <tapestry/nn/network/loop_nest.hpp>
 #include <tapestry/nn/network/operation.hpp>

@@ -52,4 +52,9 @@ struct NetworkDescription {
 /// The node that makes a value; null if none does.
 [[nodiscard]] const Node* maker_of(const NetworkDescription& network, const std::string& value);
 
+/// The description with other outputs, and of its nodes and constants only those that they need.
+///
+/// \param outputs  names of values that the description has
+[[nodiscard]] NetworkDescription pruned(NetworkDescription description, std::vector<std::string> outputs);
+
 }  // namespace tapestry::nn

@@ -9,9 +9,9 @@
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/kept_values.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
-#include <tapestry/nn/network/simplify.hpp>
+#include <tapestry/nn/network/simplify/editable_graph.hpp>
+#include <tapestry/nn/network/window_plan.hpp>
 #include <utility>
 #include <vector>
 

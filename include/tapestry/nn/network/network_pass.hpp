@@ -6,8 +6,6 @@
 #include <memory>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/mode.hpp>
-#include <tapestry/nn/network/kept_values.hpp>
-#include <tapestry/nn/network/operation_times.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
 #include <tapestry/nn/workspace.hpp>

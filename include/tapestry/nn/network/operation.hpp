@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <tapestry/nn/window.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <utility>
 #include <vector>
 

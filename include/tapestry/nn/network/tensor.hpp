@@ -4,7 +4,7 @@
 #include <numeric>
 #include <span>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <utility>
 #include <variant>
 #include <vector>

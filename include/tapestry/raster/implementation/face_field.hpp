@@ -8,13 +8,12 @@
 #include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/cell_entry.hpp>
 #include <tapestry/raster/cell_grid.hpp>
+#include <tapestry/raster/crossing_faces.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/face_weights.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
-#include <tapestry/raster/seen_faces.hpp>
 #include <vector>
 
 namespace tapestry::raster {

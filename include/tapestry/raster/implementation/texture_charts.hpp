@@ -12,7 +12,6 @@
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_charts.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>
 #include <vector>

@@ -7,8 +7,8 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/crossing_faces.hpp>
 #include <tapestry/raster/face_field.hpp>
-#include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
-#include <tapestry/raster/vertex_gradient/shares.hpp>
+#include <tapestry/raster/vertex_gradient/edge_line.hpp>
+#include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <utility>
 #include <vector>
 

@@ -7,10 +7,9 @@
 #include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/face_field.hpp>
-#include <tapestry/raster/mesh_edges.hpp>
-#include <tapestry/raster/vertex_gradient/boundary_scene.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/vertex_gradient/edge_line.hpp>
-#include <tapestry/raster/vertex_gradient/shares.hpp>
+#include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <vector>
 
 namespace tapestry::raster::detail {

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/barycentric.hpp>
-#include <tapestry/raster/vertex_gradient/shares.hpp>
+#include <tapestry/raster/face_weights.hpp>
+#include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <tapestry/raster/view_clip.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/segment/car_component.hpp>
 #include <vector>
 

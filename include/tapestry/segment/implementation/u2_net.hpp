@@ -1,24 +1,70 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <string>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/image/resize.hpp>
-#include <tapestry/nn/buffer.hpp>
+#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/pruned.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <tapestry/segment/u2_net.hpp>
-#include <tapestry/segment/u2_net_input.hpp>
 #include <utility>
 #include <vector>
 
+namespace tapestry::segment::detail {
+
+inline constexpr std::array<double, 3> u2_net_mean{0.485, 0.456, 0.406};
+
+inline constexpr std::array<double, 3> u2_net_deviation{0.229, 0.224, 0.225};
+
+}  // namespace tapestry::segment::detail
+
 namespace tapestry::segment {
+
+template <std::floating_point T>
+Array<T, 3> u2_net_input(const Array<T, 3>& picture) {
+  require_shape("u2_net_input", "picture", picture, {picture.shape(0), picture.shape(1), 3});
+  Array<T, 3> input(picture.shape());
+  const T largest = picture.size() == 0 ? T(0) : picture.data()[detail::brightest(picture)];
+  const double scale = largest > T(0) ? 1 / static_cast<double>(largest) : 1;
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    input.data()[i] =
+        static_cast<T>((static_cast<double>(picture.data()[i]) * scale - detail::u2_net_mean[i % 3]) /
+                       detail::u2_net_deviation[i % 3]);
+  return input;
+}
+
+template <std::floating_point T>
+void u2_net_input_adjoint(const Array<T, 3>& picture, const Array<T, 3>& input_adjoint,
+                          Array<T, 3>& picture_adjoint) {
+  require_shape("u2_net_input_adjoint", "picture", picture, {picture.shape(0), picture.shape(1), 3});
+  require_shape("u2_net_input_adjoint", "input_adjoint", input_adjoint, picture.shape());
+  require_shape("u2_net_input_adjoint", "picture_adjoint", picture_adjoint, picture.shape());
+  if (picture.size() == 0) return;
+  const std::size_t place = detail::brightest(picture);
+  const auto largest = static_cast<double>(picture.data()[place]);
+  const double scale = largest > 0 ? 1 / largest : 1;
+  double along_picture = 0;  // Σ x̄ · p / deviation
+  for (std::size_t i = 0; i < picture.size(); ++i) {
+    const double share = static_cast<double>(input_adjoint.data()[i]) / detail::u2_net_deviation[i % 3];
+    picture_adjoint.data()[i] += static_cast<T>(share * scale);
+    along_picture += share * static_cast<double>(picture.data()[i]);
+  }
+  if (largest > 0) picture_adjoint.data()[place] -= static_cast<T>(along_picture * scale * scale);
+}
+
+template decltype(u2_net_input<float>) u2_net_input<float>;
+template decltype(u2_net_input<double>) u2_net_input<double>;
+template decltype(u2_net_input_adjoint<float>) u2_net_input_adjoint<float>;
+template decltype(u2_net_input_adjoint<double>) u2_net_input_adjoint<double>;
 
 template <std::floating_point T>
 U2Net<T>::U2Net(const nn::NetworkDescription& network, std::size_t side)
@@ -158,5 +204,19 @@ Array<T, 2> U2Net<T>::adjoint_of_map(const U2NetPass<T>& pass, const Array<T, 2>
 
 template class U2Net<float>;
 template class U2Net<double>;
+
+template <std::floating_point T>
+ArrayVariable<T, 2> mask(const U2Net<T>& network, const ArrayVariable<T, 3>& picture) {
+  auto pass = std::make_shared<U2NetPass<T>>();
+  network.forward(picture.value(), *pass,
+                  picture.is_active() ? nn::Mode::input_gradient : nn::Mode::inference);
+  const auto pullback = [&network, pass](const Array<T, 2>& mask_adjoint, Array<T, 3>* picture_adjoint) {
+    network.pull_back(*pass, mask_adjoint, *picture_adjoint);
+  };
+  return record_array(std::shared_ptr<const Array<T, 2>>(pass, &pass->mask), pullback, picture);
+}
+
+template decltype(mask<float>) mask<float>;
+template decltype(mask<double>) mask<double>;
 
 }  // namespace tapestry::segment

@@ -4,7 +4,7 @@
 #include <string>
 #include <tapestry/autodiff/arrays/array_memory.hpp>  // count_of
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 
 namespace tapestry::detail {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
+#include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
-#include <tapestry/detect/network_config/shape.hpp>
 #include <vector>
 
 namespace tapestry::detect::detail {

@@ -1,20 +1,119 @@
 #pragma once
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <memory>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
-#include <tapestry/image/transform/blur.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/image/batch.hpp>
+#include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/jpeg_compression.hpp>
-#include <tapestry/image/transform/light_change.hpp>
-#include <tapestry/image/transform/sensor_noise.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <utility>
 #include <variant>
 #include <vector>
 
 namespace tapestry::image {
+
+ColourChange contrast_and_saturation(double contrast, double saturation) {
+  const Eigen::RowVector3d luma(0.299, 0.587, 0.114);
+  const Eigen::Matrix3d saturated =
+      saturation * Eigen::Matrix3d::Identity() + (1 - saturation) * Eigen::Vector3d::Ones() * luma;
+  return {contrast * saturated, Eigen::Vector3d::Constant((1 - contrast) / 2)};
+}
+
+}  // namespace tapestry::image
+
+namespace tapestry::image::detail {
+
+/// What a pixel's encoded channels are multiplied by.
+class LightFactors {
+ public:
+  LightFactors(const LightChange& change, std::size_t height, std::size_t width)
+      : change_(change),
+        across_(std::cos(change.shadow_rad)),
+        down_(std::sin(change.shadow_rad)),
+        middle_x_(static_cast<double>(width) / 2),
+        middle_y_(static_cast<double>(height) / 2) {
+    const bool is_light = change.gain[0] > 0 && change.gain[1] > 0 && change.gain[2] > 0;
+    if (!is_light || !(change.shadow >= 0 && change.shadow < 1) || !(change.shadow_softness > 0))
+      throw DomainError("light change: gains and softness must be above 0, a shadow 0 to below 1");
+    for (std::size_t c = 0; c < 3; ++c) gain_[c] = encoded(change.gain[c]);
+  }
+
+  [[nodiscard]] std::array<double, 3> operator()(std::size_t x, std::size_t y) const {
+    if (change_.shadow == 0) return gain_;
+    const double place = (across_ * (static_cast<double>(x) + 0.5 - middle_x_) +
+                          down_ * (static_cast<double>(y) + 0.5 - middle_y_)) /
+                         middle_x_;
+    const double edge =
+        std::clamp((place - change_.shadow_at) / (2 * change_.shadow_softness) + 0.5, 0.0, 1.0);
+    if (edge == 0) return gain_;
+    const double left = encoded(1 - change_.shadow * edge * edge * (3 - 2 * edge));
+    return {gain_[0] * left, gain_[1] * left, gain_[2] * left};
+  }
+
+ private:
+  static double encoded(double light) { return std::pow(light, 1 / 2.2); }
+
+  LightChange change_;
+  double across_, down_, middle_x_, middle_y_;
+  std::array<double, 3> gain_{};
+};
+
+}  // namespace tapestry::image::detail
+
+namespace tapestry::image {
+
+template <std::floating_point T>
+Array<T, 3> transformed(const Array<T, 3>& picture, const LightChange& change) {
+  const std::size_t width = picture.shape(1);
+  require_shape("transformed", "picture", picture, {picture.shape(0), width, 3});
+  Array<T, 3> out(picture.shape());
+  const detail::LightFactors factors(change, picture.shape(0), width);
+  detail::for_each_row(picture.shape(0), [&](std::size_t y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const auto factor = factors(x, y);
+      for (std::size_t c = 0; c < 3; ++c)
+        out(y, x, c) = std::min(T(1), static_cast<T>(factor[c]) * picture(y, x, c));
+    }
+  });
+  return out;
+}
+
+template <std::floating_point T>
+void transformed_adjoint(const Array<T, 3>& picture, const LightChange& change,
+                         const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint) {
+  const std::size_t width = picture.shape(1);
+  require_shape("transformed_adjoint", "picture", picture, {picture.shape(0), width, 3});
+  require_shape("transformed_adjoint", "out_adjoint", out_adjoint, picture.shape());
+  require_shape("transformed_adjoint", "picture_adjoint", picture_adjoint, picture.shape());
+  const detail::LightFactors factors(change, picture.shape(0), width);
+  detail::for_each_row(picture.shape(0), [&](std::size_t y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const auto factor = factors(x, y);
+      for (std::size_t c = 0; c < 3; ++c)
+        if (const T slope = static_cast<T>(factor[c]); slope * picture(y, x, c) < 1)
+          picture_adjoint(y, x, c) += slope * out_adjoint(y, x, c);
+    }
+  });
+}
+
+template Array<float, 3> transformed<float>(const Array<float, 3>& picture, const LightChange& change);
+template Array<double, 3> transformed<double>(const Array<double, 3>& picture, const LightChange& change);
+template void transformed_adjoint<float>(const Array<float, 3>& picture, const LightChange& change,
+                                         const Array<float, 3>& out_adjoint,
+                                         Array<float, 3>& picture_adjoint);
+template void transformed_adjoint<double>(const Array<double, 3>& picture, const LightChange& change,
+                                          const Array<double, 3>& out_adjoint,
+                                          Array<double, 3>& picture_adjoint);
 
 template <std::floating_point T>
 std::vector<Array<T, 3>> transformation_stages(Array<T, 3> picture, const TransformationChain& chain) {
@@ -60,5 +159,36 @@ template void transformed_adjoint<double>(const std::vector<Array<double, 3>>& s
                                           const TransformationChain& chain,
                                           const Array<double, 3>& out_adjoint,
                                           Array<double, 3>& picture_adjoint);
+
+template <std::floating_point T>
+ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
+                                const std::vector<TransformationChain>& chains) {
+  const Array<T, 4>& before = pictures.value();
+  if (chains.size() != before.shape(0))
+    throw ShapeError("transformed: " + std::to_string(chains.size()) + " chains for " +
+                     std::to_string(before.shape(0)) + " pictures");
+  std::vector<std::vector<Array<T, 3>>> stages(chains.size());
+  Array<T, 4> out(before.shape());
+  const std::size_t size = chains.empty() ? 0 : before.size() / chains.size();
+  parallel_for(chains.size(), [&](std::size_t n) {
+    stages[n] = transformation_stages(picture_of(before, n), chains[n]);
+    std::copy_n(stages[n].back().data(), size, out.data() + n * size);
+  });
+  const auto pullback = [stages = std::move(stages), chains, size](const Array<T, 4>& out_adjoint,
+                                                                   Array<T, 4>* pictures_adjoint) {
+    parallel_for(chains.size(), [&](std::size_t n) {
+      Array<T, 3> adjoint = xt::zeros_like(stages[n].front());
+      transformed_adjoint(stages[n], chains[n], picture_of(out_adjoint, n), adjoint);
+      T* const to = pictures_adjoint->data() + n * size;
+      for (std::size_t i = 0; i < size; ++i) to[i] += adjoint.data()[i];
+    });
+  };
+  return record_array(std::move(out), pullback, pictures);
+}
+
+template ArrayVariable<float, 4> transformed<float>(const ArrayVariable<float, 4>& pictures,
+                                                    const std::vector<TransformationChain>& chains);
+template ArrayVariable<double, 4> transformed<double>(const ArrayVariable<double, 4>& pictures,
+                                                      const std::vector<TransformationChain>& chains);
 
 }  // namespace tapestry::image

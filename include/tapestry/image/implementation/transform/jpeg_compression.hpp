@@ -8,11 +8,9 @@
 #include <numbers>
 #include <string>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/jpeg_compression.hpp>
-#include <tapestry/image/transform/rows.hpp>
 
 namespace tapestry::image::detail {
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -8,15 +9,69 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/io/darknet/cfg_file.hpp>
+#include <tapestry/io/darknet/known_keys.hpp>
+#include <tapestry/io/darknet/layer_parsing.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/darknet/section.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <utility>
 #include <vector>
 
+namespace tapestry::io::detail {
+
+inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
+  config.line = reader.line();
+  config.width = reader.count("width", config.width, 1, 16384);
+  config.height = reader.count("height", config.height, 1, 16384);
+  config.channels = reader.count("channels", config.channels, 1, 1 << 20);
+  if (config.channels != 3) {
+    throw reader.error(*reader.find("channels"), "the network is fed with colour pictures", "channels=3",
+                       std::to_string(config.channels), ErrorKind::mismatch);
+  }
+  if (reader.find("letter_box") != nullptr)
+    config.letter_box = reader.integer("letter_box", 0, 0, 1, ErrorKind::malformed) != 0;
+}
+
+detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name) {
+  auto sections = cfg_sections(text, name);
+  if (sections.empty()) throw detect::cfg_error(name, 1, "no [net] section", "a Darknet cfg file");
+  detect::NetworkConfig config;
+  config.name = name;
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const bool is_net = sections[i].name == "net" || sections[i].name == "network";
+    if (is_net != (i == 0)) {
+      throw detect::cfg_error(name, sections[i].line, i == 0 ? "no [net] section" : "a second [net] section",
+                              i == 0 ? "[net] first" : "one",
+                              "[" + std::string(sections[i].name.substr(0, 40)) + "]");
+    }
+    SectionReader reader(name, sections[i]);
+    check_repeated_options(name, reader, config.warnings);
+    if (is_net) {
+      parse_net(reader, config);
+    } else {
+      config.layers.push_back(parse_layer(name, reader, i - 1));
+    }
+    check_leftover_options(name, reader, config.warnings);
+  }
+  return config;
+}
+
+}  // namespace tapestry::io::detail
+
 namespace tapestry::io {
+
+detect::NetworkConfig parse_network_config(std::string_view text, const std::string& name) {
+  auto config = detail::parse_cfg(text, name);
+  detect::check_network(config);
+  return config;
+}
+
+detect::NetworkConfig parse_classifier_config(std::string_view text, const std::string& name) {
+  auto config = detail::parse_cfg(text, name);
+  detect::check_classifier(config);
+  return config;
+}
 
 bool is_safetensors(const std::string& path) {
   if (path.ends_with(".safetensors")) return true;

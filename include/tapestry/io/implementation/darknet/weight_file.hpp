@@ -12,9 +12,9 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/darknet/weight_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/float_formats.hpp>
+#include <tapestry/io/number_formats.hpp>
 #include <vector>
 
 namespace tapestry::io::detail {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/onnx/onnx_writer.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <variant>

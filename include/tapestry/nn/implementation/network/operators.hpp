@@ -1,11 +1,17 @@
 #pragma once
+/// \file
+#include <algorithm>
+#include <array>
 #include <concepts>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/operators.hpp>
-#include <tapestry/nn/network/operators/average_pool.hpp>
 #include <tapestry/nn/network/operators/batch_normalization.hpp>
 #include <tapestry/nn/network/operators/binary.hpp>
-#include <tapestry/nn/network/operators/cast.hpp>
 #include <tapestry/nn/network/operators/channel_shuffle.hpp>
 #include <tapestry/nn/network/operators/convolution.hpp>
 #include <tapestry/nn/network/operators/convolution_transpose.hpp>
@@ -14,16 +20,14 @@
 #include <tapestry/nn/network/operators/generators.hpp>
 #include <tapestry/nn/network/operators/grid_sample.hpp>
 #include <tapestry/nn/network/operators/group_normalization.hpp>
-#include <tapestry/nn/network/operators/interleave_channels.hpp>
 #include <tapestry/nn/network/operators/layer_normalization.hpp>
-#include <tapestry/nn/network/operators/local_response_normalization.hpp>
 #include <tapestry/nn/network/operators/matmul.hpp>
-#include <tapestry/nn/network/operators/max_pool.hpp>
 #include <tapestry/nn/network/operators/non_max_suppression.hpp>
 #include <tapestry/nn/network/operators/order.hpp>
 #include <tapestry/nn/network/operators/pad.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
 #include <tapestry/nn/network/operators/pixel_unshuffle.hpp>
+#include <tapestry/nn/network/operators/pooling.hpp>
 #include <tapestry/nn/network/operators/reduce.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/resize.hpp>
@@ -32,8 +36,9 @@
 #include <tapestry/nn/network/operators/unary.hpp>
 #include <tapestry/nn/network/operators/variadic.hpp>
 #include <tapestry/nn/network/operators/views.hpp>
+#include <tapestry/nn/network/program_builder.hpp>
+#include <vector>
 
-/// \file
 /// The table of operators.hpp with all that it brings, which takes a compiler long.
 
 namespace tapestry::nn {
@@ -79,5 +84,108 @@ const OperatorTable<T>& operators() {
 
 template const OperatorTable<float>& operators<float>();
 template const OperatorTable<double>& operators<double>();
+
+}  // namespace tapestry::nn
+
+namespace tapestry::nn::detail {
+
+/// Extents first … end − 1 of an operand, which may count from the end.
+[[nodiscard]] inline Constant shape_constant(const Node& node, std::int64_t opset, const Shape& shape) {
+  OperatorContext context(node, opset, {}, false);
+  const auto rank = static_cast<std::int64_t>(shape.size());
+  const auto place = [&](std::int64_t axis) {
+    return std::clamp<std::int64_t>(axis < 0 ? axis + rank : axis, 0, rank);
+  };
+  const std::int64_t first = place(context.integer("start", 0)), end = place(context.integer("end", rank));
+  context.require_all_asked();
+  std::vector<double> extents;
+  for (std::int64_t i = first; i < end; ++i)
+    extents.push_back(static_cast<double>(shape[static_cast<std::size_t>(i)]));
+  const std::size_t count = extents.size();
+  return integers(std::move(extents), {count});
+}
+
+bool lies_last(const Operator<double>& kind, const std::vector<FoldOperand>& operands) {
+  if (kind.layout != LayoutRule::channels_last) return false;
+  bool has_four = false, fits = true;
+  for (std::size_t i = 0; i < std::min(kind.data_inputs, operands.size()); ++i) {
+    has_four = has_four || (operands[i].is_there && operands[i].shape.size() == 4);
+    fits = fits && (!operands[i].is_there || operands[i].shape.size() == 4);
+  }
+  return has_four && fits;
+}
+
+}  // namespace tapestry::nn::detail
+
+namespace tapestry::nn {
+
+namespace detail {
+
+/// Operands as the kernels read them, which may be past the end of one.
+struct FoldInputs {
+  std::vector<Constant> stored;
+  std::vector<Buffer<double>> values;
+  std::vector<TensorView<const double>> views;
+
+  /// \param first_last  operands that are wanted channels last
+  FoldInputs(const std::vector<FoldOperand>& operands, std::size_t first_last)
+      : stored(operands.size()), values(operands.size()), views(operands.size()) {
+    for (std::size_t i = 0; i < operands.size(); ++i) {
+      if (!operands[i].is_there) continue;
+      stored[i] = i < first_last ? to_channels_last(*operands[i].constant) : *operands[i].constant;
+      values[i].resize(stored[i].size());
+      for (std::size_t k = 0; k < values[i].size(); ++k) values[i].data()[k] = stored[i].at(k);
+      views[i] = {&stored[i].shape, values[i].data()};
+    }
+  }
+
+  /// For the maker of the operation.
+  [[nodiscard]] std::vector<Operand> described(const std::vector<FoldOperand>& operands) const {
+    std::vector<Operand> made;
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+      const bool is_there = operands[i].is_there;
+      made.push_back({stored[i].shape, stored[i].type, is_there ? &stored[i] : nullptr, is_there});
+    }
+    return made;
+  }
+};
+
+}  // namespace detail
+
+std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
+                                const std::vector<FoldOperand>& operands, std::size_t most) {
+  if (node.operation == "Shape" || node.operation == "Size") {
+    if (operands.empty() || !operands.front().is_there) throw DomainError("input 0 is missing");
+    const Shape& shape = operands.front().shape;
+    if (node.operation == "Shape") return {detail::shape_constant(node, opset, shape)};
+    return {detail::integers({static_cast<double>(size_of(shape))}, {})};
+  }
+  const Operator<double>& kind = operators<double>().find(node.operation)->second;
+  const bool is_last = detail::lies_last(kind, operands);
+  const detail::FoldInputs inputs(operands, is_last ? kind.data_inputs : 0);
+  OperatorContext context(node, opset, inputs.described(operands), is_last);
+  const auto operation = kind.make(context);
+  context.require_all_asked();
+  std::vector<Buffer<double>> results;
+  std::vector<TensorView<double>> result_views;
+  for (const auto& result : operation->results()) {
+    const std::size_t count = size_of(result.shape);
+    if (count > most)
+      throw ShapeError("a constant result " + tapestry::detail::to_text(result.shape) + " is too large");
+    most -= count;
+    results.emplace_back(count);
+    result_views.push_back({&result.shape, results.back().data()});
+  }
+  operation->prepare(inputs.views);
+  OperationState<double> state;
+  operation->forward({inputs.views, result_views, state, false, Engine::automatic});
+  std::vector<Constant> constants;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Constant result{operation->results()[i].shape, operation->results()[i].type,
+                    std::vector<double>(results[i].data(), results[i].data() + results[i].size())};
+    constants.push_back(is_last && result.shape.size() == 4 ? from_channels_last(result) : std::move(result));
+  }
+  return constants;
+}
 
 }  // namespace tapestry::nn

@@ -8,12 +8,10 @@
 #include <set>
 #include <span>
 #include <string>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/nn/network/constant_folding.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/layout_conversion.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/simplify/editable_graph.hpp>

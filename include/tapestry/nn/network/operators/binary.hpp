@@ -4,7 +4,7 @@
 #include <memory>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/nn/network/broadcast.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/binary_functions.hpp>
 
 namespace tapestry::nn {

@@ -2,9 +2,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
-#include <tapestry/core/check.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 
 namespace tapestry::nn {
 

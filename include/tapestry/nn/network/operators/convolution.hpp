@@ -5,14 +5,13 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/batch_norm.hpp>
 #include <tapestry/nn/convolution_weight_adjoint.hpp>
 #include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/engine.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/convolution_weights.hpp>
-#include <tapestry/nn/network/operators/fused_activation.hpp>
 #include <tapestry/nn/network/operators/window_attributes.hpp>
 #include <tapestry/nn/pointwise.hpp>
 

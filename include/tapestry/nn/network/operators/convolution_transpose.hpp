@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/operators/convolution.hpp>
 #include <vector>
 

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <memory>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/loop_nest.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <utility>

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <tapestry/core/check.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
-#include <tapestry/nn/network/operators/matrix_product.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/nn/network/operators.hpp>
+#include <tapestry/nn/network/operators/matmul.hpp>
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <tapestry/nn/network/operator_table.hpp>
-#include <tapestry/nn/network/operators/cast.hpp>
+#include <tapestry/nn/network/operators.hpp>
+#include <tapestry/nn/network/operators/pass_on.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/softmax.hpp>
 #include <utility>

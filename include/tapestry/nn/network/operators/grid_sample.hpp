@@ -5,11 +5,11 @@
 #include <cstddef>
 #include <memory>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
-#include <tapestry/nn/network/operators/resize_axis.hpp>
+#include <tapestry/nn/network/operators.hpp>
+#include <tapestry/nn/network/operators/resize_attributes.hpp>
 
 namespace tapestry::nn {
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <tapestry/core/check.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/generators.hpp>
 #include <vector>
 

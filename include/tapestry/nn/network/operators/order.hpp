@@ -6,7 +6,7 @@
 #include <memory>
 #include <numeric>
 #include <string>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/softmax.hpp>
 #include <vector>

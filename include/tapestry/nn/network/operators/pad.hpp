@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/rearrange.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/views.hpp>

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <memory>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/window_attributes.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <utility>

@@ -7,9 +7,9 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <tapestry/core/check.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/axis_reduction.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <utility>
 #include <vector>

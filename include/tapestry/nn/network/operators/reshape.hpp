@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <tapestry/core/check.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/pass_on.hpp>
 #include <vector>
 

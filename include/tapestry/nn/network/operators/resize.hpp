@@ -6,12 +6,11 @@
 #include <memory>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/buffer.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/layout.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/resize_attributes.hpp>
-#include <tapestry/nn/network/operators/resize_axis.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <tapestry/nn/upsample.hpp>
+#include <tapestry/nn/workspace.hpp>
 #include <utility>
 #include <vector>
 

@@ -9,7 +9,7 @@
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/nn/network/axis_reduction.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 
 namespace tapestry::nn {
 

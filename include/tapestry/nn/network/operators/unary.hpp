@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/piecewise_functions.hpp>
 #include <tapestry/nn/network/operators/trigonometric_functions.hpp>
 #include <tapestry/nn/network/operators/unary_functions.hpp>

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <tapestry/nn/network/broadcast.hpp>
-#include <tapestry/nn/network/operator_table.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/binary.hpp>
 #include <vector>
 

@@ -1,0 +1,242 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/mesh_writers.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/used_texels.hpp>
+#include <vector>
+
+namespace tapestry::io {
+
+std::string unused_material_name(const geometry::Mesh& mesh, std::string name) {
+  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
+    for (const auto& material : mesh.materials)
+      if (material.name == name) name += "_";
+  return name;
+}
+
+}  // namespace tapestry::io
+
+namespace tapestry::io::detail {
+
+template <class Number>
+void append_number(std::string& text, Number value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  text.append(buffer.data(), end);
+}
+
+inline void append_vertex(std::string& text, const geometry::Mesh& mesh, std::size_t vertex) {
+  append_record(text, "v", mesh.positions[vertex]);
+  if (mesh.vertex_colours.empty()) return;
+  text.pop_back();
+  for (const float channel : mesh.vertex_colours.at(vertex)) {
+    text += ' ';
+    append_number(text, channel);
+  }
+  text += '\n';
+}
+
+inline void append_face(std::string& text, const geometry::Mesh& mesh, std::size_t face) {
+  text += 'f';
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const auto index = [&](const std::vector<geometry::Corners>& list) {
+      return face < list.size() ? list[face][corner] + 1 : 0;
+    };
+    const std::int32_t uv = index(mesh.face_uvs);
+    const std::int32_t normal = index(mesh.face_normals);
+    text += ' ';
+    append_number(text, mesh.faces[face][corner] + 1);
+    if (uv > 0 || normal > 0) text += '/';
+    if (uv > 0) append_number(text, uv);
+    if (normal > 0) text += '/';
+    if (normal > 0) append_number(text, normal);
+  }
+  text += '\n';
+}
+
+/// The records of the mesh; `painted` may be empty.
+inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted,
+                            const std::string& library, double u_extent) {
+  std::string text = "mtllib " + library + "\n";
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) append_vertex(text, mesh, i);
+  for (const auto& uv : mesh.uvs) append_record(text, "vt", std::array{uv[0] / u_extent, uv[1]});
+  for (const auto& normal : mesh.normals) append_record(text, "vn", normal);
+  const std::string paint = paint_name(mesh);
+  std::optional<std::string_view> material_now;  // a material may have no name
+  std::string_view group_now;
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    const auto label = [face](const std::vector<std::int32_t>& labels) {
+      return face < labels.size() ? labels[face] : -1;
+    };
+    const std::int32_t group = label(mesh.face_groups);
+    const std::int32_t material = label(mesh.face_materials);
+    if (group >= 0 && mesh.groups[static_cast<std::size_t>(group)] != group_now) {
+      group_now = mesh.groups[static_cast<std::size_t>(group)];
+      text.append("g ").append(group_now).append("\n");
+    }
+    const std::string_view name = !painted.empty() && painted[face] != 0 ? std::string_view(paint)
+                                  : material < 0                         ? std::string_view("none")
+                                                 : mesh.materials[static_cast<std::size_t>(material)].name;
+    if (name != material_now) text.append("usemtl ").append(name).append("\n");
+    material_now = name;
+    append_face(text, mesh, face);
+  }
+  return text;
+}
+
+inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& texture) {
+  std::string text;
+  const auto add = [&](const std::string& name, const std::array<float, 3>& colour) {
+    text += "newmtl " + name + "\nKd";
+    for (const float channel : colour) {
+      text += ' ';
+      append_number(text, channel);
+    }
+    text += '\n';
+  };
+  bool has_none = false;
+  for (const auto& material : mesh.materials) {
+    add(material.name, material.colour);
+    has_none = has_none || material.name == "none";
+  }
+  if (!has_none) add("none", geometry::Material{}.colour);
+  if (!texture.empty()) {
+    add(paint_name(mesh), {1, 1, 1});
+    text += "map_Kd " + texture + "\n";
+  }
+  return text;
+}
+
+/// A line end in a name would begin a record of its own.
+inline void require_writable_names(const std::string& path, const geometry::Mesh& mesh) {
+  const auto require = [&](const std::string& name) {
+    const bool is_clean = std::ranges::none_of(
+        name, [](char letter) { return static_cast<unsigned char>(letter) < 0x20 || letter == '\x7f'; });
+    if (!is_clean)
+      throw FileError(ErrorKind::usage, {path, "", "control character in a name that the OBJ would hold",
+                                         "none", in_quotes(name)});
+  };
+  require(std::filesystem::path(path).filename().string());
+  for (const auto& material : mesh.materials) require(material.name);
+  for (const auto& group : mesh.groups) require(group);
+}
+
+void require_writable_mesh(const geometry::Mesh& mesh) {
+  for (const auto& position : mesh.positions)
+    for (const double value : position)
+      if (!std::isfinite(value)) throw NumericError("write_obj: a vertex is not finite");
+}
+
+template <std::floating_point T>
+Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture) {
+  if (body.layout.kind != raster::TextureKind::atlas || texture.shape(2) != 3) return texture;
+  body.layout.height = texture.shape(0);
+  body.layout.width = texture.shape(1);
+  body.painted.resize(body.mesh.faces.size());
+  for (std::size_t face = 0; face < body.painted.size(); ++face)  // those without uv use no texel
+    if (face >= body.mesh.face_uvs.size() || std::ranges::min(body.mesh.face_uvs[face]) < 0)
+      body.painted[face] = 0;
+  Array<T, 2> texels(Extents<2>{texture.size() / 3, 3});
+  std::copy_n(texture.data(), texture.size(), texels.data());
+  texels = raster::with_unused_filled(body.layout, raster::used_texels_or_all<T>(body), texels);
+  Array<T, 3> filled = texture;
+  std::copy_n(texels.data(), texels.size(), filled.data());
+  return filled;
+}
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+void write_obj(const std::string& path, const geometry::Mesh& mesh) {
+  detail::require_writable_names(path, mesh);
+  detail::require_writable_mesh(mesh);
+  const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
+  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, ""));
+  write_file_atomically(path, detail::obj_text(mesh, {}, stem.filename().string() + ".mtl", 1));
+}
+
+template <std::floating_point T>
+void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
+  const auto& [mesh, painted, layout, space, pyramid] = body;
+  detail::require_writable_names(path, mesh);
+  detail::require_writable_mesh(mesh);
+  if (painted.size() != mesh.faces.size())
+    throw ShapeError("write_painted_obj: painted has " + std::to_string(painted.size()) +
+                     " entries, expected " + std::to_string(mesh.faces.size()));
+  if (!(layout.u_extent > 0)) throw DomainError("write_painted_obj: u_extent must be positive");
+  const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
+  const std::string name = stem.filename().string();
+  write_image(stem.string() + ".png", detail::with_gutters_filled(body, texture));
+  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, name + ".png"));
+  write_file_atomically(path, detail::obj_text(mesh, painted, name + ".mtl", layout.u_extent));
+}
+
+}  // namespace tapestry::io
+
+namespace tapestry::io::detail {
+
+template decltype(append_number<float>) append_number<float>;
+template decltype(append_number<double>) append_number<double>;
+template decltype(with_gutters_filled<float>) with_gutters_filled<float>;
+template decltype(with_gutters_filled<double>) with_gutters_filled<double>;
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+template decltype(write_painted_obj<float>) write_painted_obj<float>;
+template decltype(write_painted_obj<double>) write_painted_obj<double>;
+
+}  // namespace tapestry::io
+
+namespace tapestry::io::detail {
+
+inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
+  if (mesh.faces.empty()) throw DomainError(std::string(operation) + ": the mesh has no faces");
+}
+
+}  // namespace tapestry::io::detail
+
+namespace tapestry::io {
+
+void write_glb(const std::string& path, const geometry::Mesh& mesh) {
+  detail::require_writable_mesh(mesh);
+  detail::require_faces("write_glb", mesh);
+  write_file_atomically(path, detail::glb_file(path, mesh, {}, "", 1));
+}
+
+template <std::floating_point T>
+void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
+  const auto& [mesh, painted, layout, space, pyramid] = body;
+  detail::require_writable_mesh(mesh);
+  detail::require_faces("write_painted_glb", mesh);
+  if (painted.size() != mesh.faces.size())
+    throw ShapeError("write_painted_glb: painted has " + std::to_string(painted.size()) +
+                     " entries, expected " + std::to_string(mesh.faces.size()));
+  if (!(layout.u_extent > 0)) throw DomainError("write_painted_glb: u_extent must be positive");
+  const std::string png = png_file(path, detail::with_gutters_filled(body, texture));
+  write_file_atomically(path, detail::glb_file(path, mesh, body.painted, png, layout.u_extent));
+}
+
+template decltype(write_painted_glb<float>) write_painted_glb<float>;
+template decltype(write_painted_glb<double>) write_painted_glb<double>;
+
+}  // namespace tapestry::io

@@ -1,0 +1,80 @@
+#pragma once
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <vector>
+
+namespace tapestry::io {
+
+/// `name`, with as many _ behind it as it takes for no material of the mesh to have it.
+[[nodiscard]] std::string unused_material_name(const geometry::Mesh& mesh, std::string name);
+
+namespace detail {
+/// Shortest text that reads back as the same number, whatever the locale.
+template <class Number>
+void append_number(std::string& text, Number value);
+
+template <std::size_t N>
+void append_record(std::string& text, std::string_view keyword, const std::array<double, N>& values) {
+  text += keyword;
+  for (const double value : values) {
+    text += ' ';
+    append_number(text, value);
+  }
+  text += '\n';
+}
+
+inline std::string paint_name(const geometry::Mesh& mesh) { return unused_material_name(mesh, "paint"); }
+
+void require_writable_mesh(const geometry::Mesh& mesh);
+
+/// A texture whose texels beside the charts take the colours around them, whoever made it: viewers filter
+/// over the charts' rims, and what lies there would show as seams. That of another kind than an atlas has
+/// been baked so.
+template <std::floating_point T>
+Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture);
+}  // namespace detail
+
+/// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`. Faces keep their order.
+/// \throws FileError: write, usage (a control character in the file's name or in those of materials and
+///         groups); NumericError if a vertex is not finite
+void write_obj(const std::string& path, const geometry::Mesh& mesh);
+
+/// Writes a painted mesh: `car.obj`, `car.mtl` and the texture `car.png`, each of them whole or not at all,
+/// the OBJ last. Painted faces get a material of their own with the texture; the others keep theirs.
+///
+/// \param body     the texture spans u in [0, body.layout.u_extent); written u are divided by it, as viewers
+///                 expect. Of the rest the kind of texture matters alone
+/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1. Where no painted face refers to it, the written
+///                 one has the colours around, if the layout is that of an atlas
+/// \throws ShapeError unless body.painted has an entry a face; otherwise as write_obj()
+template <std::floating_point T>
+void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture);
+
+namespace detail {
+
+/// The bytes of a .glb, compiled where a program includes implementation.hpp.
+/// \param painted  whether each face is; empty: none
+/// \param png      the texture of the painted ones
+std::string glb_file(const std::string& path, const geometry::Mesh& mesh,
+                     const std::vector<std::uint8_t>& painted, const std::string& png, double u_extent);
+
+}  // namespace detail
+
+/// Writes a mesh with the colours of its materials as glTF 2.0 binary (.glb), which viewers open as it is.
+/// A node turns z up into glTF's y up and the front from +x to +z.
+/// \throws DomainError without faces; NumericError if a vertex is not finite; FileError (write, limit)
+void write_glb(const std::string& path, const geometry::Mesh& mesh);
+
+/// Writes a painted mesh as .glb with its texture inside; parameters and errors as write_painted_obj().
+template <std::floating_point T>
+void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture);
+
+}  // namespace tapestry::io

@@ -1,0 +1,119 @@
+#pragma once
+#include <locale.h>
+#include <stdlib.h>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <system_error>
+
+namespace tapestry::io {
+
+/// A word from its bytes, the least significant first, on any machine.
+template <std::unsigned_integral Word>
+[[nodiscard]] constexpr Word little_endian_word(const std::byte* bytes) {
+  Word word = 0;
+  for (std::size_t i = 0; i < sizeof(Word); ++i)
+    word = static_cast<Word>(word | static_cast<Word>(static_cast<Word>(bytes[i]) << (8 * i)));
+  return word;
+}
+
+/// The bytes of a word, the least significant first.
+template <std::unsigned_integral Word>
+[[nodiscard]] constexpr std::array<std::byte, sizeof(Word)> little_endian_bytes(Word word) {
+  std::array<std::byte, sizeof(Word)> bytes{};
+  for (std::size_t i = 0; i < sizeof(Word); ++i) bytes[i] = static_cast<std::byte>(word >> (8 * i) & 0xFFU);
+  return bytes;
+}
+
+/// Little-endian IEEE 754 binary32.
+[[nodiscard]] inline float float_from_f32(const std::byte* bytes) {
+  return std::bit_cast<float>(little_endian_word<std::uint32_t>(bytes));
+}
+
+/// Little-endian IEEE 754 binary64, rounded to the nearest float; to infinity if that lies beyond the
+/// largest.
+[[nodiscard]] inline float float_from_f64(const std::byte* bytes) {
+  const auto value = std::bit_cast<double>(little_endian_word<std::uint64_t>(bytes));
+  constexpr double beyond = 0x1.FFFFFFp127;  // the first that rounds to 2¹²⁸
+  if (value >= beyond) return std::numeric_limits<float>::infinity();
+  if (value <= -beyond) return -std::numeric_limits<float>::infinity();
+  return static_cast<float>(value);
+}
+
+/// Little-endian bfloat16, the upper half of a binary32; exact.
+[[nodiscard]] inline float float_from_bf16(const std::byte* bytes) {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(little_endian_word<std::uint16_t>(bytes)) << 16U);
+}
+
+/// Little-endian IEEE 754 binary16: sign, 5 bits of exponent with bias 15, 10 bits of fraction; exact.
+[[nodiscard]] inline float float_from_f16(const std::byte* bytes) {
+  const std::uint32_t half = little_endian_word<std::uint16_t>(bytes);
+  const std::uint32_t sign = (half & 0x8000U) << 16U;
+  const std::uint32_t exponent = half >> 10U & 0x1FU;
+  const std::uint32_t fraction = half & 0x3FFU;
+  if (exponent == 0) {  // zero, or fraction · 2⁻²⁴
+    const float magnitude = static_cast<float>(fraction) * 0x1p-24F;
+    return sign != 0 ? -magnitude : magnitude;
+  }
+  const std::uint32_t widened = exponent == 31 ? 255 : exponent + 112;  // 112 = 127 − 15
+  return std::bit_cast<float>(sign | widened << 23U | fraction << 13U);
+}
+
+namespace detail {
+
+/// The end of the longest decimal number that a text begins with, as strtod() reads it but without blanks,
+/// "+", words and hexadecimal; `first` if there is none.
+[[nodiscard]] inline const char* end_of_decimal(const char* first, const char* last) {
+  const auto skip_digits = [last](const char* at) {
+    while (at != last && *at >= '0' && *at <= '9') ++at;
+    return at;
+  };
+  const char* const whole = first != last && *first == '-' ? first + 1 : first;
+  const char* end = skip_digits(whole);
+  const bool has_point = end != last && *end == '.';
+  if (has_point) end = skip_digits(end + 1);
+  if (end - whole == (has_point ? 1 : 0)) return first;
+  if (end != last && (*end == 'e' || *end == 'E')) {
+    const char* const sign = end + 1;
+    const char* const power = sign != last && (*sign == '-' || *sign == '+') ? sign + 1 : sign;
+    if (const char* const behind = skip_digits(power); behind != power) end = behind;
+  }
+  return end;
+}
+
+/// decimal_from_chars() for standard libraries without std::from_chars for T.
+template <std::floating_point T>
+[[nodiscard]] std::from_chars_result decimal_by_strtod(const char* first, const char* last, T& value) {
+  static const locale_t c_locale = newlocale(LC_ALL_MASK, "C", locale_t{});
+  const char* const end = end_of_decimal(first, last);
+  if (end == first) return {first, std::errc::invalid_argument};
+  const std::string text(first, end);
+  T number = 0;
+  if constexpr (std::same_as<T, float>) {
+    number = strtof_l(text.c_str(), nullptr, c_locale);
+  } else {
+    number = strtod_l(text.c_str(), nullptr, c_locale);
+  }
+  const bool is_zero = text.find_first_of("123456789") >= text.find_first_of("eE");
+  if (number - number != 0 || (number == 0 && !is_zero)) return {end, std::errc::result_out_of_range};
+  value = number;
+  return {end, std::errc()};
+}
+}  // namespace detail
+
+/// std::from_chars, also where the standard library has it for whole numbers alone, as libc++ before 20.
+template <class Number>
+[[nodiscard]] std::from_chars_result decimal_from_chars(const char* first, const char* last, Number& value) {
+  if constexpr (requires { std::from_chars(first, last, value); }) {
+    return std::from_chars(first, last, value);
+  } else {
+    return detail::decimal_by_strtod(first, last, value);
+  }
+}
+
+}  // namespace tapestry::io

@@ -1,0 +1,193 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/polygon_triangulator.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/name_numbers.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/text_lines.hpp>
+#include <unordered_set>
+#include <vector>
+
+namespace tapestry::io::detail {
+
+/// The materials of an OBJ: those of its material files, each read once, and those it only names.
+class ObjMaterials {
+ public:
+  /// \param count  materials that there may be
+  /// \param bytes  that all material files together may have
+  ObjMaterials(LoadedMesh& loaded, std::size_t count, std::uint64_t bytes)
+      : loaded_(loaded), most_(count), bytes_left_(bytes) {}
+
+  /// Index of the material that is named on the rest of the line (usemtl).
+  std::int32_t index(const TextLines& lines) {
+    const std::string_view name = lines.rest_of_line();
+    const std::size_t before = loaded_.mesh.materials.size();
+    const std::int32_t found = add({std::string(name), geometry::Material{}.colour}, lines);
+    if (loaded_.mesh.materials.size() > before)
+      lines.warn(loaded_.warnings,
+                 "material " + in_quotes(name) + " is not defined before; it gets a default colour");
+    return found;
+  }
+
+  /// The rest of the line (mtllib) names one file, or several separated by blanks.
+  void read_libraries(TextLines& lines) {
+    const std::string names(lines.rest_of_line());
+    if (names.empty()) lines.fail("mtllib without a name");
+    if (names.find_first_of(" \t") == std::string::npos ||
+        (can_be_path(names) && is_there((folder_of(lines) / names).string())))
+      return read_library(lines, names);
+    for (std::string_view name = lines.word(); !name.empty(); name = lines.word())
+      read_library(lines, std::string(name));
+  }
+
+ private:
+  /// Whether file systems have names as long.
+  [[nodiscard]] static bool can_be_path(const std::string& name) {
+    constexpr std::size_t longest_name = 255;
+    std::size_t length = 0, longest = 0;
+    for (const char c : name) longest = std::max(longest, length = c == '/' ? 0 : length + 1);
+    return name.size() <= longest_path && longest <= longest_name;
+  }
+
+  [[nodiscard]] static std::filesystem::path folder_of(const TextLines& lines) {
+    return std::filesystem::path(lines.path()).parent_path();
+  }
+
+  void read_library(const TextLines& lines, const std::string& name) {
+    if (!can_be_path(name))
+      return lines.warn(loaded_.warnings, "mtllib " + in_quotes(name) + " is longer than a path can be");
+    const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
+    if (!names_.insert(relative.string()).second) return;
+    if (!stays_below(name))
+      return lines.warn(loaded_.warnings,
+                        "mtllib " + in_quotes(name) + " lies outside the folder of the OBJ and is not read");
+    const std::string path = (folder_of(lines) / relative).string();
+    if (!is_regular_file(path))
+      return lines.warn(loaded_.warnings, "mtllib " + in_quotes(name) + " is not there (" + path +
+                                              "); materials get a default colour");
+    const std::string text = read_text_file(path, bytes_left_);
+    bytes_left_ -= text.size();
+    loaded_.material_files.push_back(path);
+    for (const auto& material : parse_mtl(text, path, loaded_.warnings)) add(material, lines);
+  }
+
+  /// The index of the material of this name; the first one of a name counts.
+  std::int32_t add(const geometry::Material& material, const TextLines& lines) {
+    auto& materials = loaded_.mesh.materials;
+    const std::size_t index =
+        numbers_.add(material.name, [&](std::size_t i) -> std::string_view { return materials[i].name; });
+    if (index < materials.size()) return static_cast<std::int32_t>(index);
+    if (materials.size() >= most_)
+      lines.fail("mesh is too large", "at most " + std::to_string(most_) + " materials", "more",
+                 ErrorKind::limit);
+    materials.push_back(material);
+    return static_cast<std::int32_t>(index);
+  }
+
+  LoadedMesh& loaded_;
+  std::size_t most_;
+  std::uint64_t bytes_left_;
+  std::unordered_set<std::string> names_;
+  NameNumbers numbers_;
+};
+
+/// Indices of a face's corner: vertex, texture coordinate and normal, -1 for none.
+using ObjCorner = std::array<std::int32_t, 3>;
+
+/// Puts the faces of an OBJ into its mesh as triangles, two fewer than their corners and in their place.
+class ObjFaces {
+ public:
+  /// \param work  of geometry::PolygonTriangulator
+  ObjFaces(LoadedMesh& loaded, const TextLines& lines, std::uint64_t work)
+      : loaded_(loaded), lines_(lines), triangulator_(work) {}
+
+  /// Adds the face of the present line, of three corners or more.
+  void add(const std::vector<ObjCorner>& corners, std::int32_t material, std::int32_t group) {
+    auto& mesh = loaded_.mesh;
+    const Polygon polygon{mesh.faces.size(), corners.size(), lines_.number()};
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+      mesh.faces.emplace_back();
+      mesh.face_uvs.emplace_back();
+      mesh.face_normals.emplace_back();
+      mesh.face_materials.push_back(material);
+      mesh.face_groups.push_back(group);
+      write_triangle(polygon.first + i - 1, corners[0], corners[i], corners[i + 1]);
+    }
+    if (corners.size() == 3) return;
+    ++loaded_.polygon_count;
+    const auto known = static_cast<std::int32_t>(mesh.positions.size());
+    if (std::ranges::any_of(corners, [&](const ObjCorner& corner) { return corner[0] >= known; })) {
+      waiting_.push_back(polygon);
+    } else {
+      cut(polygon, corners);
+    }
+  }
+
+  /// Cuts the polygons that came before their vertices, which are all there now.
+  void finish() {
+    const auto& mesh = loaded_.mesh;
+    std::vector<ObjCorner> corners;
+    for (const Polygon& polygon : waiting_) {
+      corners.clear();
+      const auto add_corner = [&](std::size_t face, std::size_t i) {
+        corners.push_back({mesh.faces[face][i], mesh.face_uvs[face][i], mesh.face_normals[face][i]});
+      };
+      add_corner(polygon.first, 0);
+      add_corner(polygon.first, 1);
+      for (std::size_t i = 0; i + 2 < polygon.corner_count; ++i) add_corner(polygon.first + i, 2);
+      cut(polygon, corners);
+    }
+  }
+
+  /// Line of the first polygon that crosses itself; 0 without one.
+  [[nodiscard]] std::size_t first_crossing() const { return first_crossing_; }
+
+ private:
+  /// A polygon of which the mesh holds the fan around its first corner.
+  struct Polygon {
+    std::size_t first;  // of its triangles
+    std::size_t corner_count;
+    std::size_t line;
+  };
+
+  void write_triangle(std::size_t face, const ObjCorner& a, const ObjCorner& b, const ObjCorner& c) {
+    auto& mesh = loaded_.mesh;
+    mesh.faces[face] = {a[0], b[0], c[0]};
+    mesh.face_uvs[face] = {a[1], b[1], c[1]};
+    mesh.face_normals[face] = {a[2], b[2], c[2]};
+  }
+
+  /// Cuts into other triangles what is no fan.
+  void cut(const Polygon& polygon, const std::vector<ObjCorner>& corners) {
+    outline_.clear();
+    for (const ObjCorner& corner : corners)
+      outline_.push_back(loaded_.mesh.positions[static_cast<std::size_t>(corner[0])]);
+    const auto shape = triangulator_.triangulate(outline_);
+    if (shape == geometry::PolygonShape::intricate)
+      lines_.fail_at(polygon.line, "concave polygons take too long to be cut into triangles", "fewer corners",
+                     std::to_string(polygon.corner_count), ErrorKind::limit);
+    if (shape == geometry::PolygonShape::crossing && loaded_.crossing_count++ == 0)
+      first_crossing_ = polygon.line;
+    if (shape != geometry::PolygonShape::concave) return;
+    std::size_t face = polygon.first;
+    for (const auto& [a, b, c] : triangulator_.triangles())
+      write_triangle(face++, corners[a], corners[b], corners[c]);
+  }
+
+  LoadedMesh& loaded_;
+  const TextLines& lines_;
+  geometry::PolygonTriangulator triangulator_;
+  std::vector<Polygon> waiting_;
+  std::vector<geometry::Vector3> outline_;
+  std::size_t first_crossing_ = 0;
+};
+
+}  // namespace tapestry::io::detail

@@ -1,0 +1,171 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/loss/adversarial_terms.hpp>
+#include <tapestry/loss/overlap.hpp>
+#include <tapestry/loss/responsible.hpp>
+
+namespace tapestry::loss::detail {
+
+/// One axis of two overlapping boxes: lengths of intersection and hull, and how the box's own centre and
+/// extent move them. Where two edges coincide, the mean of the two one-sided derivatives is taken, so that
+/// a box that equals the target has derivative 0.
+struct AxisOverlap {
+  double shared = 0, hull = 0;
+  double shared_by_centre = 0, shared_by_extent = 0;
+  double hull_by_centre = 0, hull_by_extent = 0;
+
+  AxisOverlap(double centre, double extent, double target_centre, double target_extent) {
+    const double low = centre - extent / 2, high = centre + extent / 2;
+    const double target_low = target_centre - target_extent / 2,
+                 target_high = target_centre + target_extent / 2;
+    shared = std::min(high, target_high) - std::max(low, target_low);
+    hull = std::max(high, target_high) - std::min(low, target_low);
+    const double high_is_inner = high < target_high ? 1 : (high == target_high ? 0.5 : 0);
+    const double low_is_inner = low > target_low ? 1 : (low == target_low ? 0.5 : 0);
+    shared_by_centre = high_is_inner - low_is_inner;
+    shared_by_extent = (high_is_inner + low_is_inner) / 2;
+    hull_by_centre = low_is_inner - high_is_inner;
+    hull_by_extent = (2 - high_is_inner - low_is_inner) / 2;
+  }
+};
+
+[[nodiscard]] inline bool has_nan(const detect::Box& box) {
+  return std::isnan(box.cx) || std::isnan(box.cy) || std::isnan(box.w) || std::isnan(box.h);
+}
+
+/// True when both boxes have an area and the area of the larger can be represented.
+[[nodiscard]] inline bool is_measurable(const detect::Box& box, const detect::Box& target) {
+  return box.w > 0 && box.h > 0 && target.w > 0 && target.h > 0 && std::isfinite(box.cx) &&
+         std::isfinite(box.cy) && std::isfinite(box.w * box.w + box.h * box.h + target.w * target.h);
+}
+
+void add(detect::Box& sum, const detect::Box& term, double scale) {
+  sum.cx += scale * term.cx;
+  sum.cy += scale * term.cy;
+  sum.w += scale * term.w;
+  sum.h += scale * term.h;
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+Overlap iou_with_gradient(const detect::Box& box, const detect::Box& target) {
+  if (detail::has_nan(box)) return {std::nan(""), {std::nan(""), std::nan(""), std::nan(""), std::nan("")}};
+  if (!detail::is_measurable(box, target)) return {};
+  const detail::AxisOverlap x(box.cx, box.w, target.cx, target.w);
+  const detail::AxisOverlap y(box.cy, box.h, target.cy, target.h);
+  if (!(x.shared > 0 && y.shared > 0)) return {};
+  const double shared = x.shared * y.shared;
+  const double united = box.w * box.h + target.w * target.h - shared;
+  const double iou = shared / united;
+  const auto slope = [&](double shared_slope, double area_slope) {
+    return ((1 + iou) * shared_slope - iou * area_slope) / united;
+  };
+  return {iou,
+          {slope(x.shared_by_centre * y.shared, 0), slope(y.shared_by_centre * x.shared, 0),
+           slope(x.shared_by_extent * y.shared, box.h), slope(y.shared_by_extent * x.shared, box.w)}};
+}
+
+CompleteOverlap complete_iou(const detect::Box& box, const detect::Box& target) {
+  const Overlap overlap = iou_with_gradient(box, target);
+  if (!detail::has_nan(box) && !detail::is_measurable(box, target)) return {};
+  const detail::AxisOverlap x(box.cx, box.w, target.cx, target.w);
+  const detail::AxisOverlap y(box.cy, box.h, target.cy, target.h);
+  const double diagonal = x.hull * x.hull + y.hull * y.hull;
+  const double dx = box.cx - target.cx, dy = box.cy - target.cy;
+  CompleteOverlap result{overlap.iou, (dx * dx + dy * dy) / diagonal, 0, 0, overlap.gradient};
+
+  constexpr double scale = 4 / (3.14159265358979323846 * 3.14159265358979323846);
+  const double turn = std::atan(target.w / target.h) - std::atan(box.w / box.h);
+  result.aspect = scale * turn * turn;
+  result.alpha = result.aspect == 0 ? 0 : result.aspect / (1 - result.iou + result.aspect);
+
+  const auto hull_slope = [&](double by_centre_or_extent, double hull) {
+    return result.distance * 2 * hull * by_centre_or_extent / diagonal;
+  };
+  const double squared = box.w * box.w + box.h * box.h;
+  const double turn_slope =
+      result.alpha * scale * 2 * turn / squared;  // d atan(w/h) = (h dw − w dh) / (w² + h²)
+  detail::add(result.gradient,
+              {2 * dx / diagonal - hull_slope(x.hull_by_centre, x.hull),
+               2 * dy / diagonal - hull_slope(y.hull_by_centre, y.hull),
+               -hull_slope(x.hull_by_extent, x.hull) - turn_slope * box.h,
+               -hull_slope(y.hull_by_extent, y.hull) + turn_slope * box.w},
+              -1);
+  return result;
+}
+
+}  // namespace tapestry::loss
+
+namespace tapestry::loss::detail {
+
+template <class T>
+double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target) {
+  const auto& head = predictions.heads[best.candidate.head];
+  double unsure = nn::logistic(-class_logit(predictions, best.candidate, target.class_index));
+  if (const auto objectness = head.objectness_channel())
+    unsure = nn::logistic(-logit(predictions, best.candidate, *objectness)) + best.objectness * unsure;
+  const double value = unsure + best.confidence * (1 - best.overlap.iou);
+  return value < std::numeric_limits<double>::min() ? std::numeric_limits<double>::min()
+                                                    : value;  // NaN stays
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template <class T>
+double max_score(const Predictions<T>& predictions, const Target& target) {
+  const auto best = responsible(predictions, target);
+  if (!best) return 0;
+  const double score = best->score();
+  return score < 0.5 ? -std::log1p(-score) : -std::log(detail::miss(predictions, *best, target));
+}
+
+template <class T>
+void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
+                       const LogitsAdjoint<T>& logits_adjoint) {
+  const auto best = responsible(predictions, target);
+  if (!best) return;
+  const auto& head = predictions.heads[best->candidate.head];
+  const double missed = detail::miss(predictions, *best, target);
+  const auto slope = [&](double at, double others) {
+    return loss_adjoint * (logistic_slope(at) * others / missed);
+  };
+  const auto objectness = head.objectness_channel();
+  if (objectness)
+    add_to_logit(
+        predictions, best->candidate, *objectness,
+        slope(logit(predictions, best->candidate, *objectness), best->class_probability * best->overlap.iou),
+        logits_adjoint);
+  class_logit_adjoint(predictions, best->candidate, target.class_index,
+                      slope(class_logit(predictions, best->candidate, target.class_index),
+                            (objectness ? best->objectness : 1) * best->overlap.iou),
+                      logits_adjoint);
+  detect::Box box_adjoint{0, 0, 0, 0};
+  const double scale = best->confidence / std::max(missed, std::numeric_limits<double>::epsilon() / 2);
+  detail::add(box_adjoint, best->overlap.gradient, loss_adjoint * scale);
+  decoded_box_adjoint(predictions, best->candidate, box_adjoint, logits_adjoint);
+}
+
+}  // namespace tapestry::loss
+
+namespace tapestry::loss::detail {
+
+template decltype(miss<float>) miss<float>;
+template decltype(miss<double>) miss<double>;
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template decltype(max_score<float>) max_score<float>;
+template decltype(max_score<double>) max_score<double>;
+template decltype(max_score_adjoint<float>) max_score_adjoint<float>;
+template decltype(max_score_adjoint<double>) max_score_adjoint<double>;
+
+}  // namespace tapestry::loss
