@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <system_error>
-#include <tapestry/io/dataset/readers.hpp>
+#include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/text_lists.hpp>
 
@@ -58,11 +58,11 @@ std::string pictures(std::size_t bytes) {
       },
       "]}", 1);
 }
-void read_coco(const std::string& path) { (void)io::read_coco(path, "/"); }
+void read_coco(const std::string& path) { (void)evaluate::read_coco(path, "/"); }
 
 const std::string voc_beginning =
     "<annotation><filename>a</filename><size><width>9</width><height>9</height></size>";
-void read_voc(const std::string& path) { (void)io::parse_voc(io::read_text_file(path), path); }
+void read_voc(const std::string& path) { (void)evaluate::parse_voc(io::read_text_file(path), path); }
 std::string objects(std::size_t bytes) {
   const std::string object =
       "<object><name>a</name><bndbox><xmin>1</xmin><ymin>1</ymin><xmax>2</xmax><ymax>2</ymax></bndbox></"
@@ -82,7 +82,7 @@ std::string entities(std::size_t bytes) {
 std::string labels(std::size_t bytes) {
   return filled(bytes, "", [](std::size_t) { return std::string("0 0 0 1 1\n"); });
 }
-void read_labels(const std::string& path) { (void)io::parse_yolo_labels(io::read_text_file(path), path, 1); }
+void read_labels(const std::string& path) { (void)evaluate::parse_yolo_labels(io::read_text_file(path), path, 1); }
 
 std::string manifest(std::size_t bytes) {
   shell::Json json = shell::make_manifest("camouflage", {{"seed", 1}}, 1, true, {});

@@ -25,6 +25,7 @@
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 #include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>

@@ -111,7 +111,6 @@
 #include <tapestry/image/transform/warp.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/dataset/readers.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame.hpp>

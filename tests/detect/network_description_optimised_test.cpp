@@ -68,7 +68,7 @@ TEST_CASE("a picture that changes within a window has the bits of a whole pass t
     tapestry::image::PixelWindow window{random.index(height), random.index(width), 0, 0};
     window.height = random.index(std::min(height - window.top, 1 + height / 2) + 1);
     window.width = random.index(std::min(width - window.left, 1 + width / 2) + 1);
-    const nn::Window changed = detect::rows_and_columns(window);
+    const nn::MapWindow changed = detect::rows_and_columns(window);
     kept_share += network.share_kept(changed);
     auto picture = tapestry::test::random_array<float>({1, height, width, 3}, run.seed());
     nn::Buffer<float> input;

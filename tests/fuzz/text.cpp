@@ -1,6 +1,6 @@
 // JSON and what is written in it, labels of pictures, a run's manifest, and options in a file.
 #include <CLI/CLI.hpp>
-#include <tapestry/io/dataset/readers.hpp>
+#include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/text_lists.hpp>
@@ -21,12 +21,12 @@ std::string pictures() {
 
 void read_json(const std::string& bytes) { (void)io::read_json(bytes, "a.json"); }
 void read_description(const std::string& bytes) { (void)io::parse_detector_description(bytes, "a.json"); }
-void read_coco(const std::string& bytes) { (void)io::parse_coco(bytes, "a.json", pictures()); }
-void read_voc(const std::string& bytes) { (void)io::parse_voc(bytes, "a.xml"); }
+void read_coco(const std::string& bytes) { (void)evaluate::parse_coco(bytes, "a.json", pictures()); }
+void read_voc(const std::string& bytes) { (void)evaluate::parse_voc(bytes, "a.xml"); }
 void read_palette(const std::string& bytes) {
   (void)io::read_palette(fuzz::folder().write("palette.txt", bytes));
 }
-void read_labels(const std::string& bytes) { (void)io::parse_yolo_labels(bytes, "a.txt", 3); }
+void read_labels(const std::string& bytes) { (void)evaluate::parse_yolo_labels(bytes, "a.txt", 3); }
 void read_manifest(const std::string& bytes) {
   (void)fuzz::folder().write("manifest.json", bytes);
   (void)shell::read_manifest(fuzz::folder().path());

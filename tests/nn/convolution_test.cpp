@@ -154,7 +154,7 @@ struct WindowCase {
   const nn::Buffer<T>& plain_input;
 
   [[nodiscard]] nn::Buffer<T> convolved(const nn::Buffer<T>& in,
-                                        const std::optional<nn::Window>& window) const {
+                                        const std::optional<nn::MapWindow>& window) const {
     nn::Buffer<T> out(out_rows * packed.out_columns * packed.shape.out_channels);
     std::fill_n(out.data(), out.size(), T(-7));
     const auto bias = random_buffer<T>(packed.shape.out_channels, 3);
@@ -165,7 +165,7 @@ struct WindowCase {
 
   /// Calls visit(inside, a, b) with values of two outputs.
   template <class Visit>
-  void compare(const nn::Window& window, const nn::Buffer<T>& a, const nn::Buffer<T>& b, Visit visit) const {
+  void compare(const nn::MapWindow& window, const nn::Buffer<T>& a, const nn::Buffer<T>& b, Visit visit) const {
     const T *of_a = a.data(), *of_b = b.data();
     for (std::size_t y = 0; y < out_rows; ++y)
       for (std::size_t x = 0; x < packed.out_columns; ++x) {
@@ -178,7 +178,7 @@ struct WindowCase {
 
 /// The input with its pixels inside, or outside, of a window set to NaN.
 template <class T>
-nn::Buffer<T> spoilt(const nn::Buffer<T>& in, const nn::ConvolutionShape& s, const nn::Window& window,
+nn::Buffer<T> spoilt(const nn::Buffer<T>& in, const nn::ConvolutionShape& s, const nn::MapWindow& window,
                      bool inside) {
   nn::Buffer<T> result(in.size());
   std::copy_n(in.data(), in.size(), result.data());
@@ -191,7 +191,7 @@ nn::Buffer<T> spoilt(const nn::Buffer<T>& in, const nn::ConvolutionShape& s, con
   return result;
 }
 
-std::vector<nn::Window> windows_in(std::size_t rows, std::size_t columns) {
+std::vector<nn::MapWindow> windows_in(std::size_t rows, std::size_t columns) {
   return {{{0, rows}, {0, columns}},
           {{0, 1}, {columns - 1, columns}},
           {{rows / 2, rows / 2 + 1}, {columns / 3, columns / 2 + 1}},
@@ -204,7 +204,7 @@ std::vector<nn::Window> windows_in(std::size_t rows, std::size_t columns) {
 /// Within a window all is as in the whole; what shares tiles with it may be written, too, and nothing else
 /// is. No bit in it depends on inputs that are not needed, be they NaN.
 template <class T>
-std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole, const nn::Window& window) {
+std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole, const nn::MapWindow& window) {
   const nn::ConvolutionShape& s = test.packed.shape;
   const nn::OutputTile tile = nn::tile_of(test.engine, test.packed);
   std::size_t count = 0;
@@ -212,13 +212,13 @@ std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole,
   test.compare(window, out, whole, [&](bool inside, T found, T expected) {
     if (found != expected && (inside || found != T(-7))) ++count;
   });
-  const nn::Window tiles{
+  const nn::MapWindow tiles{
       nn::aligned(window.rows, tile.outputs * test.packed.row_step, test.out_rows),
       nn::aligned(window.columns, tile.outputs * test.packed.column_step, test.packed.out_columns)};
   test.compare(tiles, out, whole, [&](bool inside, T found, T) {
     if (!inside && found != T(-7)) ++count;
   });
-  const nn::Window outputs = nn::outputs_inside(test.packed, window);
+  const nn::MapWindow outputs = nn::outputs_inside(test.packed, window);
   if (outputs.is_empty()) return count;
   const auto needed = spoilt(
       test.plain_input, s,
@@ -232,7 +232,7 @@ std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole,
 
 /// No bit outside of what a window of the input reaches depends on it.
 template <class T>
-std::size_t reach_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole, const nn::Window& window) {
+std::size_t reach_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole, const nn::MapWindow& window) {
   const nn::PackedConvolution<T>& packed = test.packed;
   const nn::ConvolutionShape& s = packed.shape;
   const nn::OutputTile tile = nn::tile_of(test.engine, packed);
@@ -258,10 +258,10 @@ void check_windows(nn::Engine engine, const nn::PackedConvolution<T>& packed, st
   const auto in = random_buffer<T>(s.in_size(), 1);
   const WindowCase<T> test{engine, packed, out_rows, in};
   const auto whole = test.convolved(in, {});
-  for (const nn::Window& window : windows_in(out_rows, packed.out_columns))
+  for (const nn::MapWindow& window : windows_in(out_rows, packed.out_columns))
     CHECK(window_faults(test, whole, window) == 0);
   CHECK(window_faults(test, whole, {{2, 2}, {1, 3}}) == 0);
-  for (const nn::Window& window : windows_in(s.rows.input, s.columns.input))
+  for (const nn::MapWindow& window : windows_in(s.rows.input, s.columns.input))
     CHECK(reach_faults(test, whole, window) == 0);
 }
 }  // namespace

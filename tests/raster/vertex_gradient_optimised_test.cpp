@@ -40,7 +40,7 @@ namespace {
 /// ⟨weights, picture⟩, the picture by brute force with 64 × 64 samples a pixel.
 template <class Model>
 double brute_force_loss(const Scene<Model>& scene, const tapestry::Array<double, 3>& weights) {
-  const auto colour = raster::surface_colour(scene.surface(), Camera{});
+  const auto colour = raster::surface_colour("surface_colour", scene.surface(), Camera{});
   const auto image = tapestry::test::brute_force_render(
       scene.mesh, Camera{}, side, side, 64, [&](std::size_t face, const std::array<double, 3>& b) {
         return colour.at(static_cast<std::int32_t>(face), b);

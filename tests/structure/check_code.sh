@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# check_code.sh FOLDER: prints functions of more than 40 lines below FOLDER/include and FOLDER/examples, and names that two
-# types of FOLDER/include have. Exits with 1 if there are any. Sources are as clang-format leaves them.
+# check_code.sh FOLDER: prints functions of more than 40 lines below FOLDER/include and FOLDER/examples, names that two
+# types of FOLDER/include have, and unconstrained parameters called T in the rooms above the tape. Exits with 1 if there
+# are any. Sources are as clang-format leaves them.
 set -euo pipefail
 cd "$1"
 
@@ -37,9 +38,15 @@ type_names='
   }
   END { exit found }'
 
+# A scalar of a picture or a network is called T and is std::floating_point; other types have names of their own. The tape's
+# own T may also be a dual number.
+unconstrained='/template <(.*, )?class T[>,]/ { print FILENAME ":" FNR ": T is not std::floating_point"; found = 1 } END { exit found }'
+
 status=0
 mapfile -t sources < <(find include examples -name '*.hpp' -o -name '*.cpp' -o -name '*.inl' | sort)
 awk "$long_functions" "${sources[@]}" || status=1
 mapfile -t headers < <(find include -name '*.hpp' -o -name '*.inl' | grep -vE 'autodiff/functions/|_functions\.hpp$' | sort)
 awk "$type_names" "${headers[@]}" || status=1
+mapfile -t above < <(printf '%s\n' /dev/null "${headers[@]}" | grep -vE 'include/tapestry/(autodiff|core)/')
+awk "$unconstrained" "${above[@]}" || status=1
 exit "$status"

@@ -31,3 +31,9 @@ expect 1 'c.cpp:2: a function of 41 lines'
 echo >"$folder/examples/c.cpp"
 printf 'template <class T>\nclass Box {};\n' >"$folder/include/b.hpp"
 expect 1 'b.hpp: Box is also in include/a.hpp'
+mkdir -p "$folder/include/tapestry/image" "$folder/include/tapestry/autodiff"
+echo >"$folder/include/b.hpp"
+printf 'template <class T>\nvoid f(T);\n' | tee "$folder/include/tapestry/autodiff/d.hpp" >"$folder/include/tapestry/image/e.hpp"
+expect 1 'image/e.hpp:1: T is not std::floating_point'
+rm "$folder/include/tapestry/image/e.hpp"
+expect 0 ''

@@ -9,7 +9,7 @@ function(expect verdict header text)
   file(WRITE "${include_dir}/laboratory.hpp" "#pragma once\n")
   foreach(name IN ITEMS core/array.hpp core/check.hpp autodiff/tape.hpp geometry/mesh.hpp image/resize.hpp
                         raster/render.hpp loss/overlap.hpp io/obj_file.hpp camouflage/training.hpp
-                        evaluate/report.hpp version.hpp autodiff.hpp)
+                        evaluate/report.hpp evaluate/dataset/readers.hpp version.hpp autodiff.hpp)
     file(WRITE "${include_dir}/${name}" "#pragma once\n#include <vector>\n")
     set(umbrella tapestry.hpp)
     if(name MATCHES "^(camouflage|evaluate)/")
@@ -43,6 +43,7 @@ expect(accepted io/obj_file.hpp "#pragma once\n#include <protozero/pbf_reader.hp
 expect(accepted core/array.hpp "#pragma once\n#include <xtensor/xtensor.hpp>\n")
 expect(accepted io/json.hpp "#pragma once\n#include <nlohmann/json.hpp>\n")
 expect(accepted io/implementation/png.hpp "#pragma once\n#include <tapestry/io/json.hpp>\n")
+expect(accepted evaluate/dataset/readers.hpp "#pragma once\n#include <filesystem>\n")
 expect(accepted core/kernel.inl "#include <tapestry/core/check.hpp>\n")
 
 expect(accepted ../../examples/tour/short.cpp "#include <cmath>\n#include <tapestry/autodiff/tape.hpp>\n")

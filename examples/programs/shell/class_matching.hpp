@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
-#include <tapestry/io/dataset/dataset.hpp>
+#include <tapestry/evaluate/dataset/dataset.hpp>
 #include <utility>
 #include <vector>
 
@@ -60,7 +60,7 @@ inline std::optional<std::size_t> detector_class(const std::string& name,
 }
 
 /// Says what is unmatched.
-inline void warn_of_unmatched(const std::string& dataset_path, const io::Dataset& dataset,
+inline void warn_of_unmatched(const std::string& dataset_path, const evaluate::Dataset& dataset,
                               const detect::Detector<float>& detector, ClassMatching& matching) {
   std::vector<std::string> left_out, unasked;
   for (std::size_t k = 0; k < dataset.class_names.size(); ++k)
@@ -83,7 +83,7 @@ inline void warn_of_unmatched(const std::string& dataset_path, const io::Dataset
 /// Matches classes by their names; those of a data set without names are the detector's numbers. The names of
 /// Pascal VOC for six of COCO's classes, which Darknet's lists have too, are taken for the same.
 /// \throws Error (usage) if only the data set names its classes, FileError (mismatch) if they share none
-inline ClassMatching match_classes(const std::string& dataset_path, const io::Dataset& dataset,
+inline ClassMatching match_classes(const std::string& dataset_path, const evaluate::Dataset& dataset,
                                    const detect::Detector<float>& detector) {
   const std::size_t count = detector.heads().front().classes;
   ClassMatching matching;

@@ -8,7 +8,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
-#include <tapestry/io/dataset/readers.hpp>
+#include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/text_lists.hpp>
 #include <utility>
@@ -77,14 +77,14 @@ inline void require_dataset_options(const CLI::App& app, const DatasetSettings& 
     list.require_kept(name, path, {s.dataset, s.class_names});
 }
 
-inline io::Dataset read_labels(const DatasetSettings& s, std::size_t class_count) {
+inline evaluate::Dataset read_labels(const DatasetSettings& s, std::size_t class_count) {
   const auto refuse = [&](const std::string& option, const std::string& value) {
     if (!value.empty()) throw Error(ErrorKind::usage, option + " has no part in the data set " + s.dataset);
   };
   if (!is_there(s.dataset, ErrorKind::malformed))
     throw FileError(ErrorKind::malformed, {s.dataset, "", "no such file or folder"});
   const bool is_folder_of_labels = is_folder(s.dataset, ErrorKind::malformed);
-  const bool is_voc = is_folder_of_labels && io::is_voc_folder(s.dataset);
+  const bool is_voc = is_folder_of_labels && evaluate::is_voc_folder(s.dataset);
   const bool is_coco = !is_folder_of_labels && s.dataset.ends_with(".json");
   if (!is_folder_of_labels && !is_coco && !s.dataset.ends_with(".txt"))
     throw Error(ErrorKind::usage, "--dataset " + s.dataset + ": expected a .json, a .txt or a folder");
@@ -92,19 +92,19 @@ inline io::Dataset read_labels(const DatasetSettings& s, std::size_t class_count
     refuse("--dataset-names", s.class_names);
   else
     refuse("--images", s.images);
-  if (is_voc) return io::read_voc(s.dataset, s.images);
+  if (is_voc) return evaluate::read_voc(s.dataset, s.images);
   if (is_coco)
-    return io::read_coco(
+    return evaluate::read_coco(
         s.dataset, s.images.empty() ? std::filesystem::path(s.dataset).parent_path().string() : s.images);
-  return is_folder_of_labels ? io::read_yolo_folder(s.dataset, class_count)
-                             : io::read_darknet_list(s.dataset, class_count);
+  return is_folder_of_labels ? evaluate::read_yolo_folder(s.dataset, class_count)
+                             : evaluate::read_darknet_list(s.dataset, class_count);
 }
 
-inline io::Dataset read_dataset(const DatasetSettings& s, const detect::Detector<float>& detector) {
+inline evaluate::Dataset read_dataset(const DatasetSettings& s, const detect::Detector<float>& detector) {
   std::vector<std::string> names;
   if (!s.class_names.empty()) names = io::read_class_names(s.class_names);
   const std::size_t count = names.empty() ? detector.heads().front().classes : names.size();
-  io::Dataset dataset = read_labels(s, count);
+  evaluate::Dataset dataset = read_labels(s, count);
   for (std::size_t k = 0; k < names.size(); ++k) dataset.class_ids.push_back(k);
   if (!names.empty()) dataset.class_names = std::move(names);
   return dataset;
@@ -117,12 +117,12 @@ struct DatasetFindings {
 };
 
 /// What is in a picture and what is found there, most confident first, cut to the picture.
-inline DatasetFindings findings_in(const io::LabelledPicture& labelled, std::size_t index, std::size_t most,
+inline DatasetFindings findings_in(const evaluate::LabelledPicture& labelled, std::size_t index, std::size_t most,
                                    const DetectorSettings& settings, const detect::Detector<float>& detector,
                                    const ClassMatching& matching, detect::PassPool<float>& passes) {
   DatasetFindings findings;
   const auto picture = io::read_image(labelled.path);
-  for (const auto& object : io::objects_in_pixels(labelled, picture.shape(0), picture.shape(1)))
+  for (const auto& object : evaluate::objects_in_pixels(labelled, picture.shape(0), picture.shape(1)))
     if (const auto k = matching.of_dataset[object.class_index])
       findings.truths.push_back({index, *k, object.box, object.area, object.is_crowd, object.is_difficult});
   const auto frame = detect::box_from_corners(0, 0, static_cast<double>(picture.shape(1)),
@@ -137,7 +137,7 @@ inline DatasetFindings findings_in(const io::LabelledPicture& labelled, std::siz
 }
 
 /// As COCO's results, with the pictures' names beside their ids.
-inline std::string results_text(const io::Dataset& dataset, const ClassMatching& matching,
+inline std::string results_text(const evaluate::Dataset& dataset, const ClassMatching& matching,
                                 const std::vector<evaluate::ScoredBox>& detections) {
   std::string text = "[";
   for (const auto& found : detections) {
@@ -168,7 +168,7 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   fill_in_bundled(settings);
   std::vector<std::string> remarks;
   const auto detector = load_detector(settings, remarks);
-  const io::Dataset dataset = detail::read_dataset(s, detector);
+  const evaluate::Dataset dataset = detail::read_dataset(s, detector);
   const ClassMatching matching = match_classes(s.dataset, dataset, detector);
   for (const auto* warnings : {&std::as_const(remarks), &dataset.warnings, &matching.warnings})
     print_warnings(*warnings);

@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -26,7 +27,7 @@ inline constexpr double least_share_kept = 0.25;
 /// What a detector keeps of views while a texture is optimised, up to a memory limit: of its layers what the
 /// car cannot reach, for views where that is worth it. Views go by their names; of one that has changed
 /// everything is computed anew.
-template <class T>
+template <std::floating_point T>
 class KeptLayers {
  public:
   using Views = ViewSpan<T>;
@@ -64,7 +65,7 @@ extern template class KeptLayers<float>;
 extern template class KeptLayers<double>;
 
 /// Pictures that detectors look at, on the tape, and where they come from.
-template <class T>
+template <std::floating_point T>
 struct ShownPictures {
   const ArrayVariable<T, 4>& pictures;    ///< [N, H, W, 3]
   ViewSpan<T> views;                      ///< N
@@ -73,7 +74,7 @@ struct ShownPictures {
 };
 
 /// Detectors that look at the same pictures, and the mean of their adversarial losses.
-template <class T>
+template <std::floating_point T>
 class Ensemble {
  public:
   /// Lets a detector, in which the car has this class, count as much as those before. It must outlive this.

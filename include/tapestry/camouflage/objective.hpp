@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
@@ -27,7 +28,7 @@ namespace tapestry::camouflage {
 /// Source: FCA (AAAI 2022), eq. 2-7 and Algorithm 1, but that smoothness is summed over steps of the paint
 /// within the car (eq. 5: over the composited picture). The network's weights, the frames and the cameras are
 /// passive and record nothing. May be called again before the tape is reversed.
-template <class T>
+template <std::floating_point T>
 class Objective {
  public:
   using Views = ViewSpan<T>;

@@ -16,7 +16,7 @@
 namespace tapestry::camouflage {
 
 /// Colours for a car, and which of them are paint; the others are the car's own, which nobody prints.
-template <class T>
+template <std::floating_point T>
 struct Paint {
   Array<T, 2> colours{};                ///< [texel, 3], in [0, 1]
   std::vector<std::uint8_t> painted{};  ///< [texel], 1 for paint and 0 for the car's own; empty: all paint
@@ -25,11 +25,11 @@ struct Paint {
 };
 
 /// A car that is not painted.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Paint<T> without_paint(Array<T, 2> colours);
 
 /// \throws ShapeError, naming the operation, unless `painted` is empty or has an entry a texel
-template <class T>
+template <std::floating_point T>
 void require_sound(const char* operation, const Paint<T>& paint);
 
 /// The colours as a printer makes those that are paint, [texel, 3].
@@ -55,13 +55,13 @@ void write_paint(const std::string& path, const Array<float, 2>& parameter, cons
 
 /// The colours that the painted faces have by their materials, as a texture, [texel, 3]. Atlas texels that
 /// no painted face uses take the mean over painted faces.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 2> own_colours(const raster::PaintedMesh& car);
 
 /// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1: texels that no
 /// painted face refers to take colours of those around them. Textures of other kinds than an atlas are baked
 /// into one of 512 × 1024 texels; faces without uv do not show.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours);
 
 /// How the texture starts.
@@ -80,28 +80,28 @@ inline constexpr double colour_margin = 1e-3;
 /// \param parameter  p, [texel, 3], any real value
 /// \returns          c, [texel, 3], in [0, 1]; exactly 0 or 1 where tanh saturates
 /// Source: the texture parametrisation of Wang et al.'s published FCA program.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> texture_colours(const ArrayVariable<T, 2>& parameter) {
   return (tanh(parameter) + T(1)) / T(2);
 }
 
 /// The same of plain numbers.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 2> texture_colours(const Array<T, 2>& parameter) {
   return texture_colours(ArrayVariable<T, 2>(parameter)).value();
 }
 
 /// The parameter whose colours are given: p = atanh(2c − 1), with c first moved into
 /// [colour_margin, 1 − colour_margin], since a full white or black would need an infinite p.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 2> parameter_of_colours(const Array<T, 2>& colours);
 
 /// Every texel an independent colour, uniform in [0.02, 0.98]³: the random start and the noise control.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 2> random_colours(std::size_t texel_count, Random& random);
 
 /// Every texel the same colour.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 2> solid_colours(std::size_t texel_count, const std::array<double, 3>& colour);
 
 }  // namespace tapestry::camouflage

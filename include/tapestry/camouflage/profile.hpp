@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <concepts>
 #include <memory>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/scoped_timer.hpp>
@@ -24,7 +25,7 @@ struct StepTimes {
 /// Divides the time of recording and of the reverse sweep among stages. end_of() between two stages ends the
 /// first one, and leaves a mark on the active tape at which the sweep, which comes from behind, ends the
 /// second.
-template <class T>
+template <std::floating_point T>
 class StageClock {
  public:
   using Stage = double StepTimes::*;

@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -21,11 +22,11 @@ ObjectiveTerms terms_of(const double* row);
 ///
 /// \param settings  text that identifies the run's settings, compared on resume
 /// \throws FileError (write)
-template <class T>
+template <std::floating_point T>
 void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings);
 
 /// A checkpoint as it was written.
-template <class T>
+template <std::floating_point T>
 struct Checkpoint {
   TrainingState<T> state;
   std::string settings;
@@ -34,7 +35,7 @@ struct Checkpoint {
 /// Takes memory of at most 4 times the file, 24 times its arrays and 1 MiB.
 /// \throws FileError: malformed (damaged, or numbers that no training comes to), mismatch (another format, or
 ///         members that do not fit each other)
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Checkpoint<T> read_checkpoint(const std::string& path);
 
 }  // namespace tapestry::camouflage

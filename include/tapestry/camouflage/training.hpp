@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -40,7 +41,7 @@ struct SharedSteps {
 
 /// Everything that changes while the texture is optimised. Two runs that agree in it and in their
 /// settings go on to the same bits.
-template <class T>
+template <std::floating_point T>
 struct TrainingState {
   Array<T, 2> parameter;  ///< [texel, 3], or a row for each of the method's
   optim::AdamState<T> adam;
@@ -53,7 +54,7 @@ struct TrainingState {
 /// The order of an epoch's views depends on the seed and the epoch's number only, and what they are
 /// photographed under on the step's, so the state needs no sampler: the step's number says where it stands.
 /// Source: FCA (AAAI 2022), Algorithm 1.
-template <class T>
+template <std::floating_point T>
 class Training {
  public:
   /// \param objective  and \param store must outlive the training

@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -19,7 +20,7 @@
 namespace tapestry::camouflage {
 
 /// What a view is drawn by, when its car changes its shape and it has to be drawn anew.
-template <class T>
+template <std::floating_point T>
 struct Sight {
   geometry::Camera camera;           ///< that sees the frame in the network's input
   raster::Light light;               ///< see io::frame_light()
@@ -31,7 +32,7 @@ struct Sight {
 ///
 /// H and W are those of the network's input; image::Fit says how a frame of another aspect ratio lies in it.
 /// The car is drawn in the window around what shows of it, h × w pixels.
-template <class T>
+template <std::floating_point T>
 struct View {
   std::string name;
   Array<T, 3> background;  ///< I, [H, W, 3], RGB in [0, 1]
@@ -55,7 +56,7 @@ struct View {
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
 
-template <class T>
+template <std::floating_point T>
 using ViewSpan = std::span<const std::shared_ptr<const View<T>>>;
 
 namespace detail {
@@ -66,14 +67,14 @@ geometry::Camera placed(geometry::Camera camera, const image::Placement& place, 
 
 /// Which pixels are covered wholly, as are those right of and below them: steps between them are steps of the
 /// paint, not of its outline.
-template <class T>
+template <std::floating_point T>
 Array<T, 2> interior_of(const Array<T, 2>& coverage);
 
 }  // namespace detail
 
 /// What a frame is drawn by; parameters as for make_view().
 /// \throws DomainError as io::camera_of()
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis, image::FitKind fit);
 
@@ -87,7 +88,7 @@ template <class T>
 ///               be made out in it, the light is io::frame_light()
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis = 2,
                                 const image::Fit& fit = {}, const std::optional<PhotoLight>& photo = {});
@@ -99,7 +100,7 @@ template <class T>
 ///
 /// \param colours  [texel, 3], encoded in either space
 /// \returns        [H, W, 3]
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours);
 
 }  // namespace tapestry::camouflage

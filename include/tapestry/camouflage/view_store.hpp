@@ -17,7 +17,7 @@
 namespace tapestry::camouflage {
 
 /// Bytes that a prepared view holds, besides small change.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view);
 
 /// Prepares views when they are first asked for and keeps them up to a memory limit, so that an epoch
@@ -25,7 +25,7 @@ template <class T>
 /// have the size of the network's input are kept as bytes, a quarter of what they are as numbers.
 ///
 /// What a view holds does not depend on whether it was kept, so neither does any result.
-template <class T>
+template <std::floating_point T>
 class ViewStore {
  public:
   using Loader = std::function<io::Frame()>;
@@ -101,7 +101,7 @@ struct UsableViews {
 ///
 /// \param visit  called with each view in order, so that a program can say how far it is, or give up by an
 ///               exception
-template <class T, std::invocable<const View<T>&> Visit>
+template <std::floating_point T, std::invocable<const View<T>&> Visit>
 [[nodiscard]] UsableViews usable_views(ViewStore<T>& store, Visit visit) {
   UsableViews usable;
   store.for_each([&](std::size_t index, const View<T>& view) {
@@ -115,7 +115,7 @@ template <class T, std::invocable<const View<T>&> Visit>
 }
 
 /// The same without a visitor.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] UsableViews usable_views(ViewStore<T>& store) {
   return usable_views(store, [](const View<T>&) {});
 }

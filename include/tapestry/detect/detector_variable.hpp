@@ -9,12 +9,12 @@
 namespace tapestry::detect {
 namespace detail {
 /// The logits of a pass, which live as long as any of these does.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(
     const std::shared_ptr<Pass<T>>& pass);
 
 /// The logits of a pass as one record, whose pullback reaches the pictures.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
                                                              const std::shared_ptr<Pass<T>>& pass,
                                                              const ArrayVariable<T, 4>& images);

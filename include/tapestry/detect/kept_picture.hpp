@@ -12,7 +12,7 @@
 namespace tapestry::detect {
 
 /// The same window, as networks have it.
-[[nodiscard]] inline nn::Window rows_and_columns(const image::PixelWindow& window) {
+[[nodiscard]] inline nn::MapWindow rows_and_columns(const image::PixelWindow& window) {
   return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
 }
 

@@ -17,7 +17,7 @@ using nn::Mode;
 
 /// The result of one forward pass and what its adjoint needs. A pass may be used again, and then keeps its
 /// memory; two threads must not share one.
-template <class T>
+template <std::floating_point T>
 struct Pass {
   Pass();
   Pass(Pass&&) noexcept;

@@ -89,7 +89,7 @@ template <std::floating_point T>
 
 /// A control: a texture that was not optimised. What hides the car from a detector must hide it better than
 /// these do.
-template <class T>
+template <std::floating_point T>
 struct Control {
   std::string name;
   camouflage::Paint<T> paint{};
@@ -115,7 +115,7 @@ template <std::floating_point T>
 
 /// Controls that know nothing of a camouflage: random noise and six solid colours all over the car; the same
 /// for the same seed.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t seed);
 
 /// All controls of a camouflage: the matched ones, then the plain ones; parameters as for matched_controls().

@@ -3,6 +3,8 @@
 /// The compiled part of evaluate/, for one source file of a program; see tapestry/implementation.hpp.
 #include <tapestry/evaluate/implementation/average_precision.hpp>
 #include <tapestry/evaluate/implementation/controls.hpp>
+#include <tapestry/evaluate/implementation/dataset/coco.hpp>
+#include <tapestry/evaluate/implementation/dataset/folders.hpp>
 #include <tapestry/evaluate/implementation/matched_noise.hpp>
 #include <tapestry/evaluate/implementation/measurement.hpp>
 #include <tapestry/evaluate/implementation/paired_bootstrap.hpp>

@@ -41,7 +41,7 @@ struct Measurement {
 };
 
 /// A picture as it was measured.
-template <class T>
+template <std::floating_point T>
 struct MeasuredPicture {
   const std::string& texture;  ///< the measurement's name
   const Array<T, 3>& picture;  ///< [H, W, 3]
@@ -51,7 +51,7 @@ struct MeasuredPicture {
 };
 
 /// A picture of a view, and where the car is in it.
-template <class T>
+template <std::floating_point T>
 struct Photograph {
   Array<T, 3> picture;  ///< [H, W, 3]
   detect::Box target;
@@ -61,7 +61,7 @@ struct Photograph {
 /// the same conditions for every paint, the same print of a paint in every view.
 ///
 /// \param view_index, draw  which view and which photograph of it: another one is under other conditions
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
                                           const camouflage::Paint<T>* paint, const Photography& photography,
                                           std::size_t draw);
@@ -87,7 +87,7 @@ inline void summarise(Measurement& measurement, const std::vector<std::vector<bo
 ///                     exception
 /// \param photography  what the views are photographed under; if left out, they are as they are
 /// \throws DomainError if of each view none is drawn
-template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
+template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Measurement measure(const std::string& name, Meter<T>& meter, camouflage::ViewStore<T>& store,
                                   const std::vector<std::size_t>& views, const camouflage::Paint<T>* paint,
                                   Visit&& visit, const Photography& photography = {}) {
@@ -156,7 +156,7 @@ std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::s
                                    const BootstrapSettings& settings = {});
 
 /// What a survey compares.
-template <class T>
+template <std::floating_point T>
 struct SurveyedTextures {
   camouflage::Paint<T> clean;                       ///< no paint, the car's own colours
   std::optional<camouflage::Paint<T>> adversarial;  ///< the camouflage, if there is one
@@ -185,7 +185,7 @@ struct Survey {
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
 /// Where the camouflage moves the shape, too, its controls have that shape, so that an effect beyond them is
 /// the texture's; photo and clean are of the car as it is.
-template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
+template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Survey survey(Meter<T>& meter, camouflage::ViewStore<T>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures<T>& textures,
                             Visit&& visit, const Photography& photography = {}) {

@@ -118,7 +118,7 @@ template <std::floating_point T>
 /// Gives a mesh the positions of an array, [V, 3].
 /// \throws ShapeError, which names `operation`, unless there are as many as the mesh has
 template <std::floating_point T>
-void set_positions(Mesh& mesh, const Array<T, 2>& positions, const char* operation = "set_positions") {
+void set_positions(const char* operation, Mesh& mesh, const Array<T, 2>& positions) {
   require_shape(operation, "positions", positions, {mesh.positions.size(), 3});
   for (std::size_t i = 0; i < positions.size(); ++i)
     mesh.positions[i / 3][i % 3] = static_cast<double>(positions.data()[i]);

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <tapestry/geometry/transform.hpp>
 
@@ -9,7 +10,7 @@ namespace detail {
 
 /// sin θ/θ, (1 − cos θ)/θ² and (θ − sin θ)/θ³, by their series Σ (−θ²)ᵏ/(2k + n)!, n = 1, 2, 3, where the
 /// closed forms would cancel: below θ = ½ eight terms leave less than 1e-18.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::array<T, 3> rotation_factors(const T& squared_angle) {
   using std::cos, std::sin, std::sqrt;
   std::array<T, 3> factors{};
@@ -32,7 +33,7 @@ template <class T>
 }
 
 /// 1 + b·[w]× + c·[w]×², where [w]×² = w·wᵀ − θ²·1.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::array<std::array<T, 3>, 3> cross_polynomial(const std::array<T, 3>& w, const T& b,
                                                                const T& c) {
   const T squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
@@ -52,7 +53,7 @@ template <class T>
 /// The rotation about w by |w| radians (Rodrigues), smooth for every w, 0 and |w| = π among them:
 ///   exp([w]×) = 1 + sin θ/θ · [w]× + (1 − cos θ)/θ² · [w]×².
 /// For any scalar with sin, cos and sqrt.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::array<std::array<T, 3>, 3> exponential_map(const std::array<T, 3>& w) {
   const auto factors = detail::rotation_factors(T(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]));
   return detail::cross_polynomial(w, factors[0], factors[1]);

@@ -14,7 +14,7 @@ namespace tapestry::image {
 /// Pictures [H, W, C] of one size, one behind the other, as networks take them: [N, H, W, C].
 /// \param pictures  where they are; none null
 /// \throws ShapeError if there are none or their sizes differ
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 4> batch_of(const std::vector<const Array<T, 3>*>& pictures) {
   if (pictures.empty()) throw ShapeError("batch_of: no pictures");
   const auto& first = *pictures.front();
@@ -28,13 +28,13 @@ template <class T>
 }
 
 /// One picture as a batch, [1, H, W, C].
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 4> batch_of(const Array<T, 3>& picture) {
   return batch_of(std::vector<const Array<T, 3>*>{&picture});
 }
 
 /// One of a batch's pictures, [H, W, C]. \throws DomainError if there are not as many
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 3> picture_of(const Array<T, 4>& batch, std::size_t index) {
   if (index >= batch.shape(0))
     throw DomainError("picture_of: picture " + std::to_string(index) + " of a batch of " +
@@ -51,7 +51,7 @@ template <std::floating_point T>
 
 /// Pictures [N, H, W, C] channel by channel, [N, C, H, W]: the order in which other libraries' networks take
 /// them. Tapestry's take pictures as they are.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 4> planes_of(const Array<T, 4>& pictures) {
   const std::size_t pixels = pictures.shape(1) * pictures.shape(2), channels = pictures.shape(3);
   Array<T, 4> planes(Extents<4>{pictures.shape(0), channels, pictures.shape(1), pictures.shape(2)});
@@ -64,7 +64,7 @@ template <class T>
 }
 
 /// Inverts planes_of().
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 4> pictures_of_planes(const Array<T, 4>& planes) {
   const std::size_t channels = planes.shape(1), pixels = planes.shape(2) * planes.shape(3);
   Array<T, 4> pictures(Extents<4>{planes.shape(0), planes.shape(2), planes.shape(3), channels});

@@ -17,8 +17,8 @@ namespace tapestry::image {
 ///
 /// \param picture  [H, W, 3]
 /// \throws ShapeError if there are not three channels
-template <class T>
-[[nodiscard]] Array<T, 3> swap_red_blue(Array<T, 3> picture) {
+template <class Element>
+[[nodiscard]] Array<Element, 3> swap_red_blue(Array<Element, 3> picture) {
   if (picture.shape(2) != 3) {
     throw ShapeError("swap_red_blue: picture has " + std::to_string(picture.shape(2)) +
                      " channels, expected 3");
@@ -113,7 +113,7 @@ template <std::floating_point T>
 
 namespace detail {
 /// Calls visit(index) for all values of an array, from several threads.
-template <class T, std::size_t Rank, class Visit>
+template <std::floating_point T, std::size_t Rank, class Visit>
 void for_each_value(const Array<T, Rank>& values, Visit visit) {
   constexpr std::size_t block = 16384;
   parallel_for(block_count(values.size(), block), [&](std::size_t index) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>
@@ -13,7 +14,7 @@ namespace tapestry::image {
 /// \param picture  [H, W, C]
 /// \returns        [window.height, window.width, C]
 /// \throws ShapeError if the window leaves the picture
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 3> crop(const Array<T, 3>& picture, const PixelWindow& window) {
   require_window("crop", window, picture.shape(0), picture.shape(1));
   const std::size_t channels = picture.shape(2), row = window.width * channels;
@@ -25,7 +26,7 @@ template <class T>
 }
 
 /// crop() of a picture on the tape; errors as there.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> crop(const ArrayVariable<T, 3>& picture, const PixelWindow& window) {
   require_window("crop", window, picture.shape()[0], picture.shape()[1]);
   return slice(picture, {Range{window.top, window.top + window.height},

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -79,7 +80,7 @@ struct PictureFromCanvas {
 
 /// The picture, [h, w, C], resized bilinearly into its place on a canvas, [height, width, C].
 /// \throws DomainError if an extent is 0
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 3> fitted(const Array<T, 3>& picture, std::size_t height, std::size_t width,
                                  const Fit& fit) {
   const Placement place = placement(picture.shape(0), picture.shape(1), height, width, fit.kind);
@@ -98,7 +99,7 @@ template <class T>
 /// \param canvas_adjoint   [height, width, C]
 /// \param picture_adjoint  [h, w, C]
 /// \throws DomainError if an extent is 0, ShapeError if the channels differ
-template <class T>
+template <std::floating_point T>
 void fitted_adjoint(const Array<T, 3>& canvas_adjoint, FitKind kind, Array<T, 3>& picture_adjoint) {
   const Placement place = placement(picture_adjoint.shape(0), picture_adjoint.shape(1),
                                     canvas_adjoint.shape(0), canvas_adjoint.shape(1), kind);
@@ -108,14 +109,14 @@ void fitted_adjoint(const Array<T, 3>& canvas_adjoint, FitKind kind, Array<T, 3>
 
 /// fitted() as a letterbox with a fill of one's own.
 /// \param margin  the fill, in [0, 1]
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 3> letterboxed(const Array<T, 3>& picture, std::size_t height, std::size_t width,
                                       T margin) {
   return fitted(picture, height, width, {FitKind::letterbox, static_cast<double>(margin)});
 }
 
 /// fitted() of a picture on the tape; its pullback is fitted_adjoint(). Errors as there.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> fitted(const ArrayVariable<T, 3>& picture, std::size_t height,
                                          std::size_t width, const Fit& fit) {
   const auto pullback = [kind = fit.kind](const Array<T, 3>& canvas_adjoint, Array<T, 3>* picture_adjoint) {
@@ -126,7 +127,7 @@ template <class T>
 
 /// letterboxed() of a picture on the tape; errors as there.
 /// \param margin  the value beside the picture, a colour in [0, 1]
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> letterboxed(const ArrayVariable<T, 3>& picture, std::size_t height,
                                               std::size_t width, T margin) {
   return fitted(picture, height, width, {FitKind::letterbox, static_cast<double>(margin)});

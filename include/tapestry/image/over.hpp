@@ -38,7 +38,7 @@ void for_each_covered_pixel(const PixelWindow& place, std::size_t background_wid
   });
 }
 
-template <class T>
+template <std::floating_point T>
 PixelWindow place_of(const char* operation, const Array<T, 2>& coverage, const Extents<3>& background,
                      std::size_t top, std::size_t left) {
   const PixelWindow place{top, left, coverage.shape(0), coverage.shape(1)};
@@ -51,12 +51,12 @@ template <ColourSpace Space>
 struct Overlay {
   static constexpr bool is_linear = Space == ColourSpace::linear;
 
-  template <class T>
+  template <std::floating_point T>
   struct Slopes {
     T by_premultiplied, by_coverage, by_background;
   };
 
-  template <class T>
+  template <std::floating_point T>
   static T value(T premultiplied, T coverage, T background) {
     const T shows = 1 - coverage;
     if constexpr (!is_linear) return premultiplied + shows * background;
@@ -65,7 +65,7 @@ struct Overlay {
   }
 
   /// \param out  value() of the others
-  template <class T>
+  template <std::floating_point T>
   static Slopes<T> slopes(T premultiplied, T coverage, T background, T out) {
     const T shows = 1 - coverage;
     if constexpr (!is_linear) return {1, -background, shows};
@@ -75,7 +75,7 @@ struct Overlay {
   }
 
   /// by_premultiplied alone, for which a pixel that is covered wholly needs no power.
-  template <class T>
+  template <std::floating_point T>
   static T slope(T premultiplied, T coverage, T background, T out) {
     if constexpr (!is_linear) return 1;
     return by_light(premultiplied, 1 - coverage, background, out);
@@ -83,11 +83,11 @@ struct Overlay {
 
  private:
   /// Most pixels are covered wholly: they need no look at what is behind.
-  template <class T>
+  template <std::floating_point T>
   static T light(T premultiplied, T shows, T background) {
     return shows == 0 ? premultiplied : premultiplied + shows * linearised(background);
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_light(T premultiplied, T shows, T background, T out) {
     return encoded_slope(light(premultiplied, shows, background), out);
   }
@@ -101,7 +101,7 @@ void with_overlay(ColourSpace space, Use use) {
 }
 
 /// over() in place: `picture`, [H, W, C], holds the background.
-template <class T>
+template <std::floating_point T>
 void lay_over(const T* premultiplied, const T* coverage, const PixelWindow& place, const Extents<3>& extents,
               ColourSpace space, T* picture) {
   const std::size_t channels = extents[2];

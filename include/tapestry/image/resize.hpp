@@ -35,7 +35,7 @@ template <std::floating_point T>
 void resize_bilinear_adjoint(const Array<T, 3>& resized_adjoint, Array<T, 3>& picture_adjoint);
 
 /// resize_bilinear() of a picture on the tape; its pullback is resize_bilinear_adjoint().
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> resize_bilinear(const ArrayVariable<T, 3>& picture, std::size_t height,
                                                   std::size_t width) {
   const auto pullback = [](const Array<T, 3>& resized_adjoint, Array<T, 3>* picture_adjoint) {

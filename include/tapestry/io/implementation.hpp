@@ -4,10 +4,8 @@
 #include <tapestry/io/implementation/png.hpp>  // first, for it must see stb before anyone else
 
 #include <tapestry/io/implementation/atomic_file.hpp>
-#include <tapestry/io/implementation/coco.hpp>
 #include <tapestry/io/implementation/darknet/model_file.hpp>
 #include <tapestry/io/implementation/darknet/weight_file.hpp>
-#include <tapestry/io/implementation/dataset/folders.hpp>
 #include <tapestry/io/implementation/detector_description.hpp>
 #include <tapestry/io/implementation/detector_file.hpp>
 #include <tapestry/io/implementation/file_source.hpp>

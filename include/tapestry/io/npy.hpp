@@ -31,15 +31,15 @@ struct NpyArray {
 
   [[nodiscard]] std::size_t size() const { return bytes.size() / item_size(type); }
 
-  /// The elements as T, in row-major order. Numbers of any type become floating point by rounding; integers
-  /// and booleans become integers when every value fits; floating point never becomes an integer. \throws
-  /// FileError (mismatch) naming both types or the first value that does not fit
-  template <class T>
-  [[nodiscard]] std::vector<T> as() const;
+  /// The elements as another type, in row-major order. Numbers of any type become floating point by rounding;
+  /// integers and booleans become integers when every value fits; floating point never becomes an integer.
+  /// \throws FileError (mismatch) naming both types or the first value that does not fit
+  template <class Element>
+  [[nodiscard]] std::vector<Element> as() const;
 
   /// The elements as an array; throws FileError (mismatch) when the number of axes differs or as() does.
-  template <class T, std::size_t Rank>
-  [[nodiscard]] Array<T, Rank> array() const {
+  template <class Element, std::size_t Rank>
+  [[nodiscard]] Array<Element, Rank> array() const {
     if (shape.size() != Rank) {
       throw FileError(ErrorKind::mismatch, {.path = origin,
                                             .what = "array has another number of axes",
@@ -48,8 +48,8 @@ struct NpyArray {
     }
     Extents<Rank> extents{};
     std::copy(shape.begin(), shape.end(), extents.begin());
-    Array<T, Rank> result(extents);
-    const auto values = as<T>();
+    Array<Element, Rank> result(extents);
+    const auto values = as<Element>();
     std::copy(values.begin(), values.end(), result.data());
     return result;
   }
@@ -85,14 +85,14 @@ auto visit_type(DType type, Visit visit) {
   }
 }
 
-template <class T>
+template <class Element>
 constexpr DType type_of() {
-  if constexpr (std::same_as<T, bool>) return DType::b1;
-  if constexpr (std::floating_point<T>) return sizeof(T) == 4 ? DType::f4 : DType::f8;
+  if constexpr (std::same_as<Element, bool>) return DType::b1;
+  if constexpr (std::floating_point<Element>) return sizeof(Element) == 4 ? DType::f4 : DType::f8;
   constexpr std::array unsigned_types{DType::u1, DType::u2, DType::u4, DType::u8};
   constexpr std::array signed_types{DType::i1, DType::i2, DType::i4, DType::i8};
-  constexpr auto width = static_cast<std::size_t>(std::countr_zero(sizeof(T)));
-  return std::is_signed_v<T> ? signed_types[width] : unsigned_types[width];
+  constexpr auto width = static_cast<std::size_t>(std::countr_zero(sizeof(Element)));
+  return std::is_signed_v<Element> ? signed_types[width] : unsigned_types[width];
 }
 
 template <class From>
@@ -103,18 +103,18 @@ From element(const std::uint8_t* bytes) {
   return value;
 }
 
-template <class T, class From>
-T element_as(From value, const NpyArray& array) {
-  if constexpr (std::integral<T> && std::integral<From> && !std::same_as<T, bool> &&
+template <class Element, class From>
+Element element_as(From value, const NpyArray& array) {
+  if constexpr (std::integral<Element> && std::integral<From> && !std::same_as<Element, bool> &&
                 !std::same_as<From, bool>) {
-    if (!std::in_range<T>(value)) {
+    if (!std::in_range<Element>(value)) {
       throw FileError(ErrorKind::mismatch, {.path = array.origin,
                                             .what = "a value does not fit",
-                                            .expected = std::string(type_name(type_of<T>())),
+                                            .expected = std::string(type_name(type_of<Element>())),
                                             .found = std::to_string(value)});
     }
   }
-  return static_cast<T>(value);
+  return static_cast<Element>(value);
 }
 
 /// Column-major elements put into row-major order.
@@ -122,21 +122,21 @@ std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_majo
                                     const std::vector<std::size_t>& shape, std::size_t item);
 }  // namespace detail
 
-template <class T>
-std::vector<T> NpyArray::as() const {
-  constexpr bool to_integer = std::integral<T>;
+template <class Element>
+std::vector<Element> NpyArray::as() const {
+  constexpr bool to_integer = std::integral<Element>;
   if (to_integer && (type == DType::f4 || type == DType::f8)) {
     throw FileError(ErrorKind::mismatch, {.path = origin,
                                           .what = "array has another element type",
-                                          .expected = std::string(type_name(detail::type_of<T>())),
+                                          .expected = std::string(type_name(detail::type_of<Element>())),
                                           .found = std::string(type_name(type))});
   }
-  std::vector<T> values(size());
+  std::vector<Element> values(size());
   detail::visit_type(type, [&]<class From>(From) {
     if constexpr (!to_integer || std::integral<From>) {
       const std::uint8_t* from = bytes.data();
       for (std::size_t i = 0; i < values.size(); ++i, from += sizeof(From))
-        values[i] = detail::element_as<T>(detail::element<From>(from), *this);
+        values[i] = detail::element_as<Element>(detail::element<From>(from), *this);
     }
   });
   return values;
@@ -151,10 +151,10 @@ std::vector<T> NpyArray::as() const {
 ///         mismatch (element type that is not a plain number), limit (shape product beyond 2^60)
 [[nodiscard]] NpyArray parse_npy(std::string_view file, const std::string& origin);
 
-/// The bytes of an .npy file of version 1 holding elements of T in row-major order.
-template <class T>
-[[nodiscard]] std::string npy_bytes(std::span<const std::size_t> shape, std::span<const T> elements) {
-  std::string file = npy_header_text(detail::type_of<T>(), shape);
+/// The bytes of an .npy file of version 1 holding elements in row-major order.
+template <class Element>
+[[nodiscard]] std::string npy_bytes(std::span<const std::size_t> shape, std::span<const Element> elements) {
+  std::string file = npy_header_text(detail::type_of<Element>(), shape);
   file.append(reinterpret_cast<const char*>(elements.data()), elements.size_bytes());
   return file;
 }
@@ -181,9 +181,9 @@ class NpzFile {
   [[nodiscard]] const NpyArray& get(std::string_view name) const;
 
   /// A member as an array; see NpyArray::array().
-  template <class T, std::size_t Rank>
-  [[nodiscard]] Array<T, Rank> array(std::string_view name) const {
-    return get(name).template array<T, Rank>();
+  template <class Element, std::size_t Rank>
+  [[nodiscard]] Array<Element, Rank> array(std::string_view name) const {
+    return get(name).template array<Element, Rank>();
   }
 
  private:
@@ -198,24 +198,24 @@ class NpzFile {
 /// Collects arrays and writes them as one .npz file that NumPy can load.
 class NpzWriter {
  public:
-  template <class T, std::size_t Rank>
-  void add(const std::string& name, const Array<T, Rank>& array) {
+  template <class Element, std::size_t Rank>
+  void add(const std::string& name, const Array<Element, Rank>& array) {
     const auto shape = array.shape();
     add(name, std::span<const std::size_t>(shape.data(), Rank),
-        std::span<const T>(array.data(), array.size()));
+        std::span<const Element>(array.data(), array.size()));
   }
 
   /// A list becomes an array of one axis.
-  template <class T>
-  void add(const std::string& name, const std::vector<T>& list) {
+  template <class Element>
+  void add(const std::string& name, const std::vector<Element>& list) {
     const std::size_t shape[] = {list.size()};
-    add(name, std::span<const std::size_t>(shape), std::span<const T>(list));
+    add(name, std::span<const std::size_t>(shape), std::span<const Element>(list));
   }
 
   /// A number becomes an array without axes.
-  template <class T>
-  requires std::integral<T> || std::floating_point<T>
-  void add(const std::string& name, T number) { add(name, {}, std::span<const T>(&number, 1)); }
+  template <class Element>
+  requires std::integral<Element> || std::floating_point<Element>
+  void add(const std::string& name, Element number) { add(name, {}, std::span<const Element>(&number, 1)); }
 
   /// Text becomes an array of its bytes.
   void add(const std::string& name, std::string_view text) {
@@ -223,9 +223,9 @@ class NpzWriter {
   }
 
   /// Elements in row-major order under a shape of any number of axes.
-  template <class T>
-  void add(const std::string& name, std::span<const std::size_t> shape, std::span<const T> elements) {
-    members_.emplace_back(name + ".npy", npy_bytes<T>(shape, elements));
+  template <class Element>
+  void add(const std::string& name, std::span<const std::size_t> shape, std::span<const Element> elements) {
+    members_.emplace_back(name + ".npy", npy_bytes<Element>(shape, elements));
   }
 
   /// The bytes of the file.

@@ -50,10 +50,10 @@ struct AdversarialWeights {
 };
 
 /// The terms before weighting, those that the kind of loss does not have being 0, and their weighted sum.
-template <class T>
+template <class Term>
 struct AdversarialTerms {
-  T iou = 0, objectness = 0, classification = 0, max_score = 0;
-  T total = 0;
+  Term iou = 0, objectness = 0, classification = 0, max_score = 0;
+  Term total = 0;
 };
 
 namespace detail {
@@ -62,7 +62,7 @@ struct TermSums {
   double iou = 0, objectness = 0, classification = 0, max_score = 0;
 };
 
-template <class T>
+template <std::floating_point T>
 void terms_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                    const TermSums& adjoint, const LogitsAdjoint<T>& logits_adjoint);
 
@@ -78,7 +78,7 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
 ///
 /// \throws ShapeError if logits and heads do not fit each other; DomainError if there is no such image or
 ///         class, the target box is not finite, or a head gives no raw logits, see require_raw_logits()
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target& target,
                                               AdversarialLoss kind, const AdversarialWeights& weights = {});
 
@@ -86,7 +86,7 @@ template <class T>
 /// candidates with equal score, coinciding edges of boxes, a mean logit of 0) the value documented there.
 /// Nothing but the predictions' own image is touched.
 /// \throws as adversarial(), and ShapeError if logits_adjoint does not fit
-template <class T>
+template <std::floating_point T>
 void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                          const AdversarialWeights& weights, T total_adjoint,
                          const LogitsAdjoint<T>& logits_adjoint);
@@ -94,7 +94,7 @@ void adversarial_adjoint(const Predictions<T>& predictions, const Target& target
 namespace detail {
 
 /// adversarial() of the logits of these heads.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& heads,
                                                            std::size_t input_height, std::size_t input_width,
                                                            const std::vector<ArrayVariable<T, 4>>& logits,

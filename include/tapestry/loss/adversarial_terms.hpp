@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <tapestry/loss/prediction.hpp>
 #include <tapestry/loss/responsible.hpp>
@@ -31,7 +32,7 @@ namespace tapestry::loss {
 ///
 /// \param matched      candidates of this head
 /// \param class_index  of the target
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double mean_objectness_entropy(const Predictions<T>& predictions, std::size_t head_index,
                                              const std::vector<Candidate>& matched, std::size_t class_index) {
   const auto& head = predictions.heads[head_index];
@@ -45,7 +46,7 @@ template <class T>
 }
 
 /// Adds loss_adjoint times the derivative of mean_objectness_entropy().
-template <class T>
+template <std::floating_point T>
 void mean_objectness_entropy_adjoint(const Predictions<T>& predictions, std::size_t head_index,
                                      const std::vector<Candidate>& matched, std::size_t class_index,
                                      double loss_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
@@ -64,7 +65,7 @@ void mean_objectness_entropy_adjoint(const Predictions<T>& predictions, std::siz
 /// target's class, else 0). With two classes or more that is max(0, mean logit of the target's class); with
 /// one class the mean itself; with no match 0. The logit is not a probability, and the other classes do
 /// not matter: so FCA's published program has it. Its derivative at mean 0 is taken as 0.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double largest_mean_logit(const Predictions<T>& predictions,
                                         const std::vector<Candidate>& matched, std::size_t class_index) {
   if (matched.empty()) return 0;
@@ -78,7 +79,7 @@ template <class T>
 }
 
 /// Adds loss_adjoint times the derivative of largest_mean_logit().
-template <class T>
+template <std::floating_point T>
 void largest_mean_logit_adjoint(const Predictions<T>& predictions, const std::vector<Candidate>& matched,
                                 std::size_t class_index, double loss_adjoint,
                                 const LogitsAdjoint<T>& logits_adjoint) {
@@ -96,7 +97,7 @@ namespace detail {
 /// 1 − o·p·u as (1 − o) + o·(1 − p) + o·p·(1 − u), which keeps its digits when all three are near 1; of a
 /// head without objectness 1 − p·u as (1 − p) + p·(1 − u). Floored at the smallest normal number, so that the
 /// loss stays below 709.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target);
 
 }  // namespace detail
@@ -108,14 +109,14 @@ template <class T>
 /// Kinks: it differentiates the first candidate that attains the maximum; IoU's as in iou_with_gradient().
 /// Stays finite for logits of any size. NaN logits give NaN. Source: Zhou et al., RAUCA (ICML 2024), eq. 9,
 /// there with complete IoU, which can be negative.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double max_score(const Predictions<T>& predictions, const Target& target);
 
 /// Adds loss_adjoint times the derivative of max_score().
 ///
 /// The derivative to the box is o·p/(1 − m) · ∂IoU; IoU is only known to 2⁻⁵³, so 1 − m is not taken to be
 /// less than that there.
-template <class T>
+template <std::floating_point T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
                        const LogitsAdjoint<T>& logits_adjoint);
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <optional>
 #include <tapestry/core/error.hpp>
@@ -38,7 +39,7 @@ struct GridCell {
 /// which, unlike its parent, does not add neighbouring cells. A head without anchors, which that program does
 /// not know, has the one candidate of the cell matched, whatever the size of the box.
 /// \throws DomainError for a head of the decode family decoded, whose candidates have no cells
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::vector<Candidate> matched_candidates(const Predictions<T>& predictions,
                                                         std::size_t head_index, const Target& target) {
   constexpr double largest_ratio = 4;
@@ -115,7 +116,7 @@ void require_free_heads(const char* operation, const std::vector<detect::Head>& 
 /// \param truths  one entry an image, boxes in pixels of the network's input
 /// \throws ShapeError, DomainError as adversarial(), and DomainError for heads of other families than yolox
 ///         and distance; NumericError for logits that are not finite
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads,
                                              const LogitsView<T>& logits, const Truths& truths,
                                              std::size_t input_height, std::size_t input_width,

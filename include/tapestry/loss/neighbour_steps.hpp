@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -18,7 +19,7 @@ struct StepWeights {
 };
 
 /// The image rule: both steps weigh as much as the pixel they leave; the last row and column start none.
-template <class T>
+template <std::floating_point T>
 struct PixelSteps {
   const T* mask;
   std::size_t height, width;
@@ -31,7 +32,7 @@ struct PixelSteps {
 };
 
 /// The atlas rule: a step counts when both texels are used, wherever they lie.
-template <class T>
+template <std::floating_point T>
 struct TexelSteps {
   const T* mask;
   std::size_t height, width;
@@ -44,7 +45,7 @@ struct TexelSteps {
 };
 
 /// Σ over all values of weight · penalty(step), in double: rows in parallel, their sums added from the top.
-template <class Steps, class Penalty, class T>
+template <class Steps, class Penalty, std::floating_point T>
 double weighted_steps(const Steps& steps, const Penalty& penalty, const T* colour, std::size_t channels) {
   std::vector<double> row_sums(steps.height, 0.0);
   parallel_for(steps.height, [&](std::size_t y) {
@@ -71,7 +72,7 @@ double weighted_steps(const Steps& steps, const Penalty& penalty, const T* colou
 
 /// Adds the derivative of weighted_steps() times loss_adjoint. Every value gathers from its four steps,
 /// so that rows are independent of one another.
-template <class Steps, class Penalty, class T>
+template <class Steps, class Penalty, std::floating_point T>
 void weighted_steps_adjoint(const Steps& steps, const Penalty& penalty, const T* colour, std::size_t channels,
                             double loss_adjoint, T* colour_adjoint) {
   const std::size_t width = steps.width;
@@ -138,13 +139,13 @@ void atlas_steps_adjoint(const char* operation, const Penalty& penalty, const Te
 
 /// Masks as the tape keeps them: shared, since they mostly stay the same from step to step. Each [H, W], not
 /// null, and not to be changed before the tape's last reverse().
-template <class T>
+template <std::floating_point T>
 using SharedMasks = std::vector<std::shared_ptr<const Array<T, 2>>>;
 
 namespace detail {
 
 /// Σ over pictures of picture_steps().
-template <class Penalty, class T>
+template <class Penalty, std::floating_point T>
 [[nodiscard]] Variable<T> record_picture_steps(const char* operation, const Penalty& penalty,
                                                const std::vector<ArrayVariable<T, 3>>& pictures,
                                                SharedMasks<T> masks) {
@@ -169,7 +170,7 @@ template <class Penalty, class T>
 }
 
 /// The same of one picture, whose mask is copied into the record unless it is moved there.
-template <class Penalty, class T>
+template <class Penalty, std::floating_point T>
 [[nodiscard]] Variable<T> record_picture_steps(const char* operation, const Penalty& penalty,
                                                const ArrayVariable<T, 3>& picture, Array<T, 2> mask) {
   const std::vector<ArrayVariable<T, 3>> one{picture};
@@ -177,7 +178,7 @@ template <class Penalty, class T>
                               SharedMasks<T>{std::make_shared<const Array<T, 2>>(std::move(mask))});
 }
 
-template <class Penalty, class T>
+template <class Penalty, std::floating_point T>
 [[nodiscard]] Variable<T> record_atlas_steps(const char* operation, const Penalty& penalty,
                                              const ArrayVariable<T, 2>& texels,
                                              std::shared_ptr<const Array<T, 2>> used) {

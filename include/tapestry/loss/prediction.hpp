@@ -25,11 +25,11 @@ using Truths = std::vector<std::vector<Target>>;
 
 /// Where the logits of every head are, [N, A·D, H, W] as detect::Head says, before any sigmoid or softmax;
 /// none null.
-template <class T>
+template <std::floating_point T>
 using LogitsView = std::vector<const Array<T, 4>*>;
 
 /// One image's raw output of all heads, as a view: neither heads nor logits are copied.
-template <class T>
+template <std::floating_point T>
 struct Predictions {
   const std::vector<detect::Head>& heads;
   LogitsView<T> logits;
@@ -38,21 +38,21 @@ struct Predictions {
 };
 
 /// Where a loss adds its derivatives: per head an array of the shape of its logits; null where not wanted.
-template <class T>
+template <std::floating_point T>
 using LogitsAdjoint = std::vector<Array<T, 4>*>;
 
 /// Where arrays are, to read.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] LogitsView<T> to_read(const std::vector<Array<T, 4>>& arrays) {
   LogitsView<T> addresses;
   for (const auto& array : arrays) addresses.push_back(&array);
   return addresses;
 }
-template <class T>
+template <std::floating_point T>
 void to_read(const std::vector<Array<T, 4>>&& temporaries) = delete;
 
 /// Where arrays are, to add to.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] LogitsAdjoint<T> to_add_to(std::vector<Array<T, 4>>& arrays) {
   LogitsAdjoint<T> addresses;
   for (auto& array : arrays) addresses.push_back(&array);
@@ -93,7 +93,7 @@ inline void require_raw_logits(const char* operation, const std::vector<detect::
 
 /// \throws ShapeError if the logits do not belong to the heads; DomainError if there is no such image, a head
 ///         gives no raw logits, or as detect::require_layout()
-template <class T>
+template <std::floating_point T>
 void require_predictions(const char* operation, const Predictions<T>& predictions) {
   const std::string name(operation);
   if (predictions.logits.size() != predictions.heads.size())
@@ -113,7 +113,7 @@ void require_predictions(const char* operation, const Predictions<T>& prediction
 }
 
 /// \throws DomainError if there are no images; ShapeError if the logits are of another number
-template <class T>
+template <std::floating_point T>
 void require_batch(const char* operation, const char* argument, std::size_t images,
                    const LogitsView<T>& logits) {
   if (images == 0) throw DomainError(std::string(operation) + ": an empty batch");
@@ -124,7 +124,7 @@ void require_batch(const char* operation, const char* argument, std::size_t imag
 }
 
 /// \throws DomainError if the class is none of the heads' or the box is not finite
-template <class T>
+template <std::floating_point T>
 void require_target(const char* operation, const Predictions<T>& predictions, const Target& target) {
   const auto& [cx, cy, w, h] = target.box;
   if (!std::isfinite(cx + cy + w + h))
@@ -136,7 +136,7 @@ void require_target(const char* operation, const Predictions<T>& predictions, co
 }
 
 /// \throws ShapeError if the adjoint does not have the shapes of the logits, where it is wanted
-template <class T>
+template <std::floating_point T>
 void require_adjoint(const char* operation, const Predictions<T>& predictions,
                      const LogitsAdjoint<T>& logits_adjoint) {
   if (logits_adjoint.size() != predictions.logits.size())
@@ -148,7 +148,7 @@ void require_adjoint(const char* operation, const Predictions<T>& predictions,
 }
 
 /// Position of one channel of a candidate in its head's logits.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::size_t logit_index(const Predictions<T>& predictions, const Candidate& candidate,
                                       std::size_t channel) {
   const auto& head = predictions.heads[candidate.head];
@@ -158,7 +158,7 @@ template <class T>
 }
 
 /// One candidate's logits, by channel in the head's layout.
-template <class T>
+template <std::floating_point T>
 struct CandidateLogits {
   const T* first;      ///< channel 0
   std::size_t stride;  ///< elements between channels
@@ -169,7 +169,7 @@ struct CandidateLogits {
 };
 
 /// All numbers of a candidate, by channel.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] CandidateLogits<T> logits_of(const Predictions<T>& predictions, const Candidate& candidate) {
   const auto& head = predictions.heads[candidate.head];
   return {predictions.logits[candidate.head]->data() + logit_index(predictions, candidate, 0),
@@ -177,7 +177,7 @@ template <class T>
 }
 
 /// One number of a candidate.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double logit(const Predictions<T>& predictions, const Candidate& candidate,
                            std::size_t channel) {
   return logits_of(predictions, candidate)(channel);
@@ -190,7 +190,7 @@ template <class T>
 }
 
 namespace detail {
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] detect::CandidatePlace place_of(const Predictions<T>& predictions, const Candidate& candidate) {
   return {candidate.anchor, candidate.row, candidate.column, static_cast<double>(predictions.input_width),
           static_cast<double>(predictions.input_height)};
@@ -198,14 +198,14 @@ template <class T>
 }  // namespace detail
 
 /// The box that a candidate predicts, in pixels of the input; see detect::decode_box().
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] detect::Box decoded_box(const Predictions<T>& predictions, const Candidate& candidate) {
   return detect::decode_box(predictions.heads[candidate.head], detail::place_of(predictions, candidate),
                             logits_of(predictions, candidate));
 }
 
 /// Adds slope to the adjoint of one channel of a candidate, if wanted.
-template <class T>
+template <std::floating_point T>
 void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate, std::size_t channel,
                   double slope, const LogitsAdjoint<T>& logits_adjoint) {
   Array<T, 4>* const adjoint = logits_adjoint[candidate.head];
@@ -214,7 +214,7 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
 }
 
 /// The number of which a candidate's probability of a class is σ; see detect::class_logit().
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double class_logit(const Predictions<T>& predictions, const Candidate& candidate,
                                  std::size_t class_index) {
   return detect::class_logit(predictions.heads[candidate.head], class_index,
@@ -222,7 +222,7 @@ template <class T>
 }
 
 /// Adds the pullback of class_logit().
-template <class T>
+template <std::floating_point T>
 void class_logit_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
                          std::size_t class_index, double adjoint, const LogitsAdjoint<T>& logits_adjoint) {
   detect::class_logit_adjoint(predictions.heads[candidate.head], class_index,
@@ -233,7 +233,7 @@ void class_logit_adjoint(const Predictions<T>& predictions, const Candidate& can
 }
 
 /// Adds the pullback of decoded_box(), see detect::decode_box_adjoint().
-template <class T>
+template <std::floating_point T>
 void decoded_box_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
                          const detect::Box& box_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
   detect::decode_box_adjoint(predictions.heads[candidate.head], detail::place_of(predictions, candidate),

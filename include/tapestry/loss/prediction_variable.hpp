@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
@@ -9,7 +10,7 @@ namespace tapestry::loss::detail {
 
 /// Logits of a batch on the tape as a loss's pullback keeps them: shared, and with the heads they are of, so
 /// that nothing that happens to the detector or the tape afterwards matters.
-template <class T>
+template <std::floating_point T>
 class KeptLogits {
  public:
   KeptLogits(const std::vector<detect::Head>& heads, std::size_t input_height, std::size_t input_width,

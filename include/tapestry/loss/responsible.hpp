@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <optional>
 #include <tapestry/loss/box_assignment.hpp>  // cell_of
@@ -21,7 +22,7 @@ struct Responsible {
 };
 
 /// Reads a candidate's three numbers.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Responsible judge(const Predictions<T>& predictions, const Candidate& candidate,
                                 const Target& target) {
   const auto& head = predictions.heads[candidate.head];
@@ -41,7 +42,7 @@ namespace detail {
 [[nodiscard]] inline double hopeless_sum(double score) { return std::log(score) - 1e-4; }
 
 /// The best score at the cell of the target's centre: a first bound that spares most candidates' boxes.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double score_at_centre(const Predictions<T>& predictions, std::size_t head_index,
                                      const Target& target) {
   const auto& head = predictions.heads[head_index];
@@ -55,7 +56,7 @@ template <class T>
 }
 
 /// The logits that decide about the cells of one anchor of a head with four box channels and objectness.
-template <class T>
+template <std::floating_point T>
 struct CellsWithObjectness {
   const T *box, *objectness, *of_class;  ///< of the first cell
   std::size_t count;                     ///< of cells
@@ -72,7 +73,7 @@ struct CellsWithObjectness {
 };
 
 /// The same of a head without objectness, and with any number of box channels.
-template <class T>
+template <std::floating_point T>
 struct CellsOfClasses {
   const T *box, *of_class;
   std::size_t count, box_channels;
@@ -86,7 +87,7 @@ struct CellsOfClasses {
 };
 
 /// The same of a head with objectness and exclusive classes, of which a logit alone bounds nothing.
-template <class T>
+template <std::floating_point T>
 struct CellsOfExclusiveClasses {
   const T *box, *objectness;
   std::size_t count, channels;
@@ -100,7 +101,7 @@ struct CellsOfExclusiveClasses {
 };
 
 /// The best of the candidates looked at.
-template <class T>
+template <std::floating_point T>
 struct BestSoFar {
   std::optional<Responsible> found;
   double score = 0;  ///< to be beaten by the next one; NaN ends the search
@@ -108,7 +109,7 @@ struct BestSoFar {
 };
 
 /// Looks through the cells of one anchor.
-template <class T, class Cells>
+template <std::floating_point T, class Cells>
 void search_cells(const Predictions<T>& predictions, Candidate candidate, const Target& target,
                   const Cells& cells, BestSoFar<T>& best) {
   const std::size_t width = predictions.heads[candidate.head].grid_width;
@@ -134,7 +135,7 @@ void search_cells(const Predictions<T>& predictions, Candidate candidate, const 
 /// overlaps the target. Ties go to the first candidate, which is also where the losses built on this have
 /// their kinks: they differentiate the chosen candidate only. The first score that is NaN wins, so that a NaN
 /// among the logits is never overlooked.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::optional<Responsible> responsible(const Predictions<T>& predictions,
                                                      std::size_t head_index, const Target& target,
                                                      double beaten = 0) {
@@ -165,7 +166,7 @@ template <class T>
 }
 
 /// The best of all heads' responsible candidates, ties to the first; none when no box overlaps the target.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::optional<Responsible> responsible(const Predictions<T>& predictions,
                                                      const Target& target) {
   std::optional<Responsible> best;

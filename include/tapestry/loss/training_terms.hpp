@@ -37,7 +37,7 @@ YoloTrainingTerms batch_terms(std::size_t images, double count, const Options& o
 
 /// How far a candidate is from saying one class: Σ_k H(t_k, [k is it]), see binary_cross_entropy(), or of
 /// exclusive classes −log of the softmax of it.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double class_entropy(const Predictions<T>& predictions, const Candidate& candidate,
                                    std::size_t class_index) {
   const auto& head = predictions.heads[candidate.head];
@@ -50,7 +50,7 @@ template <class T>
 }
 
 /// Adds loss_adjoint times the derivative of class_entropy().
-template <class T>
+template <std::floating_point T>
 void class_entropy_adjoint(const Predictions<T>& predictions, const Candidate& candidate,
                            std::size_t class_index, double loss_adjoint,
                            const LogitsAdjoint<T>& logits_adjoint) {

@@ -38,21 +38,21 @@ struct YoloTrainingOptions {
 /// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too;
 /// DomainError
 ///         for heads without anchors
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
                                               const LogitsView<T>& logits, const Truths& truths,
                                               std::size_t input_height, std::size_t input_width,
                                               const YoloTrainingOptions& options = {});
 
 /// Adds total_adjoint · ∂total/∂logits; arguments otherwise as in yolo_training().
-template <class T>
+template <std::floating_point T>
 void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                            const Truths& truths, std::size_t input_height, std::size_t input_width,
                            const YoloTrainingOptions& options, T total_adjoint,
                            const LogitsAdjoint<T>& logits_adjoint);
 
 /// YoloTrainingTerms on the tape.
-template <class T>
+template <std::floating_point T>
 struct YoloTrainingVariables {
   Variable<T> box, objectness, classification;
   Variable<T> total;
@@ -61,7 +61,7 @@ struct YoloTrainingVariables {
 namespace detail {
 
 /// yolo_training() of the logits of these heads.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads,
                                                         std::size_t input_height, std::size_t input_width,
                                                         const std::vector<ArrayVariable<T, 4>>& logits,

@@ -41,7 +41,7 @@ struct YoloxTrainingOptions {
 /// \param matches  of these logits or others of the same heads, see dynamic_matches(); one entry an image
 /// \throws ShapeError, DomainError as adversarial(), and DomainError for heads of other families than yolox
 ///         and distance
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] YoloTrainingTerms yolox_training(const std::vector<detect::Head>& heads,
                                                const LogitsView<T>& logits, const DynamicMatches& matches,
                                                std::size_t input_height, std::size_t input_width,
@@ -49,7 +49,7 @@ template <class T>
 
 /// Adds total_adjoint · ∂total/∂logits; arguments otherwise as in yolox_training(). A box that does not meet
 /// its truth has no slope, and where edges coincide it is as in iou_with_gradient().
-template <class T>
+template <std::floating_point T>
 void yolox_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                             const DynamicMatches& matches, std::size_t input_height, std::size_t input_width,
                             const YoloxTrainingOptions& options, T total_adjoint,
@@ -58,7 +58,7 @@ void yolox_training_adjoint(const std::vector<detect::Head>& heads, const Logits
 namespace detail {
 
 /// yolox_training() of the logits of these heads.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& heads,
                                                          std::size_t input_height, std::size_t input_width,
                                                          const std::vector<ArrayVariable<T, 4>>& logits,

@@ -19,7 +19,7 @@ namespace tapestry::nn {
 enum class CurveKind : std::uint8_t { none, logistic, swish, mish, hard_logistic, hard_swish, clip };
 
 /// A curved activation with its settings.
-template <class T>
+template <std::floating_point T>
 struct Curve {
   CurveKind kind = CurveKind::none;
   T a = 0;

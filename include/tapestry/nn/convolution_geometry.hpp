@@ -8,11 +8,11 @@
 namespace tapestry::nn {
 
 /// A rectangle of pixels of a picture or of an activation, half-open along both axes.
-struct Window {
+struct MapWindow {
   BlockRange rows{0, 0};
   BlockRange columns{0, 0};
 
-  [[nodiscard]] bool operator==(const Window& other) const {
+  [[nodiscard]] bool operator==(const MapWindow& other) const {
     return rows.begin == other.rows.begin && rows.end == other.rows.end &&
            columns.begin == other.columns.begin && columns.end == other.columns.end;
   }
@@ -32,7 +32,7 @@ struct Window {
   return {std::min(a.begin, b.begin), std::max(a.end, b.end)};
 }
 /// Likewise along both axes.
-[[nodiscard]] inline Window hull(const Window& a, const Window& b) {
+[[nodiscard]] inline MapWindow hull(const MapWindow& a, const MapWindow& b) {
   if (a.is_empty()) return b;
   if (b.is_empty()) return a;
   return {hull(a.rows, b.rows), hull(a.columns, b.columns)};
@@ -44,7 +44,7 @@ struct Window {
 }
 
 /// A window of a map of so many rows and columns that is not empty: what is empty becomes one pixel.
-[[nodiscard]] inline Window at_least_a_pixel(const Window& window, std::size_t rows, std::size_t columns) {
+[[nodiscard]] inline MapWindow at_least_a_pixel(const MapWindow& window, std::size_t rows, std::size_t columns) {
   const auto grown = [](BlockRange range, std::size_t extent) {
     const std::size_t first = std::min(range.begin, extent - 1);
     return BlockRange{first, std::max(range.end, first + 1)};
@@ -54,11 +54,11 @@ struct Window {
 
 /// The pixels of a map that blocks within a window of blocks are made of, and the blocks that a window of
 /// pixels touches; a block has `rows` times `columns` pixels.
-[[nodiscard]] constexpr Window pixels_of_blocks(const Window& blocks, std::size_t rows, std::size_t columns) {
+[[nodiscard]] constexpr MapWindow pixels_of_blocks(const MapWindow& blocks, std::size_t rows, std::size_t columns) {
   return {{blocks.rows.begin * rows, blocks.rows.end * rows},
           {blocks.columns.begin * columns, blocks.columns.end * columns}};
 }
-[[nodiscard]] constexpr Window blocks_of_pixels(const Window& pixels, std::size_t rows, std::size_t columns) {
+[[nodiscard]] constexpr MapWindow blocks_of_pixels(const MapWindow& pixels, std::size_t rows, std::size_t columns) {
   return {{pixels.rows.begin / rows, block_count(pixels.rows.end, rows)},
           {pixels.columns.begin / columns, block_count(pixels.columns.end, columns)}};
 }

@@ -66,7 +66,7 @@ struct OutputTile {
 
 /// Where the outputs of a packed convolution lie within a window of the picture that they are written to.
 template <std::floating_point T>
-[[nodiscard]] Window outputs_inside(const PackedConvolution<T>& packed, const Window& window) {
+[[nodiscard]] MapWindow outputs_inside(const PackedConvolution<T>& packed, const MapWindow& window) {
   const ConvolutionShape& s = packed.shape;
   return {outputs_inside(packed.first_row, packed.row_step, s.rows.output, window.rows),
           outputs_inside(packed.first_column, packed.column_step, s.columns.output, window.columns)};
@@ -78,14 +78,14 @@ template <std::floating_point T>
 /// \param tile  along both axes, as tile_of() tells
 template <std::floating_point T>
 [[nodiscard]] PackedConvolution<T> windowed(const PackedConvolution<T>& packed, const OutputTile& tile,
-                                            const Window& window) {
+                                            const MapWindow& window) {
   PackedConvolution<T> part = packed;
   const auto crop = [](AxisWindow& axis, std::size_t& first, std::size_t step, BlockRange outputs) {
     axis.padding -= static_cast<std::ptrdiff_t>(outputs.begin * axis.stride);
     axis.output = outputs.end - outputs.begin;
     first += outputs.begin * step;
   };
-  Window outputs = outputs_inside(packed, window);
+  MapWindow outputs = outputs_inside(packed, window);
   outputs.rows = aligned(outputs.rows, tile.outputs, packed.shape.rows.output);
   outputs.columns = aligned(outputs.columns, tile.outputs, packed.shape.columns.output);
   if (outputs_inside(packed, window).is_empty()) outputs = {};

@@ -2,19 +2,19 @@
 // rules. See Curve for what they are.
 
 /// The smaller and the larger of each lane and a number, in the form that is one instruction; NaN stays.
-template <class T>
+template <std::floating_point T>
 inline Register<T> at_most(T most, const Register<T>& x) {
   const Register<T> bound = most + Register<T>{};
   return bound < x ? bound : x;
 }
-template <class T>
+template <std::floating_point T>
 inline Register<T> at_least(T least, const Register<T>& x) {
   const Register<T> bound = least + Register<T>{};
   return bound > x ? bound : x;
 }
 
 /// x · 2^k, where k are integers and `shifted` is round_to_integer + k.
-template <class T>
+template <std::floating_point T>
 inline Register<T> scaled_by_power(const Register<T>& x, [[maybe_unused]] const Register<T>& k,
                                    [[maybe_unused]] const Register<T>& shifted) {
 #if TAPESTRY_VECTOR_BYTES == 64
@@ -36,7 +36,7 @@ inline Register<T> scaled_by_power(const Register<T>& x, [[maybe_unused]] const 
 #define TAPESTRY_FOR_EACH _Pragma("GCC unroll 4") for (int i = 0; i < N; ++i)
 
 /// x = exp x in each lane as tapestry::detail::vector_exp(), but cut at both ends, where it stays finite.
-template <class T, int N>
+template <std::floating_point T, int N>
 inline void cut_exp(Register<T> (&x)[N]) {
   using Format = tapestry::detail::ExponentialFormat<T>;
   constexpr auto& terms = tapestry::detail::ExponentialTerms<T>::terms;
@@ -56,7 +56,7 @@ inline void cut_exp(Register<T> (&x)[N]) {
 }
 
 /// x = 1 / x of x from 1 to the largest power of e.
-template <class T, int N>
+template <std::floating_point T, int N>
 inline void invert(Register<T> (&x)[N]) {
 #if TAPESTRY_VECTOR_BYTES == 64
   if constexpr (sizeof(T) == 4) {  // 14 bits, and twice as many by a step of Newton's method
@@ -71,7 +71,7 @@ inline void invert(Register<T> (&x)[N]) {
 }
 
 /// s = σ(x)
-template <class T, int N>
+template <std::floating_point T, int N>
 inline void logistic_lanes(const Register<T> (&x)[N], Register<T> (&s)[N]) {
   TAPESTRY_FOR_EACH s[i] = -x[i];
   cut_exp<T>(s);
@@ -80,7 +80,7 @@ inline void logistic_lanes(const Register<T> (&x)[N], Register<T> (&s)[N]) {
 }
 
 /// x between 0 and 1; NaN stays.
-template <class T>
+template <std::floating_point T>
 inline Register<T> unit_lanes(const Register<T>& x) {
   const Register<T> one = T(1) + Register<T>{};
   const Register<T> above = x < T(0) ? Register<T>{} : x;
@@ -89,7 +89,7 @@ inline Register<T> unit_lanes(const Register<T>& x) {
 
 /// e = e^x, and n with tanh(log(1 + e^x)) = n / (n + 2), for x up to 20, where the quotient is 1 to the last
 /// digit of T.
-template <class T, int N>
+template <std::floating_point T, int N>
 inline void mish_terms(const Register<T> (&x)[N], Register<T> (&e)[N], Register<T> (&n)[N]) {
   TAPESTRY_FOR_EACH e[i] = at_most<T>(T(20), x[i]);
   cut_exp<T>(e);
@@ -97,7 +97,7 @@ inline void mish_terms(const Register<T> (&x)[N], Register<T> (&e)[N], Register<
 }
 
 /// x = curve(x)
-template <class T, CurveKind K, int N>
+template <std::floating_point T, CurveKind K, int N>
 inline void curve_lanes(const Curve<T>& curve, Register<T> (&x)[N]) {
   Register<T> s[N], n[N];
   if constexpr (K == CurveKind::logistic) {
@@ -119,7 +119,7 @@ inline void curve_lanes(const Curve<T>& curve, Register<T> (&x)[N]) {
 }
 
 /// x = curve'(x)
-template <class T, CurveKind K, int N>
+template <std::floating_point T, CurveKind K, int N>
 inline void curve_slope_lanes(const Curve<T>& curve, Register<T> (&x)[N]) {
   const Register<T> zero = {}, one = T(1) + zero;
   Register<T> s[N], other[N];
@@ -166,7 +166,7 @@ inline void curve_slope_lanes(const Curve<T>& curve, Register<T> (&x)[N]) {
       return X<T, CurveKind::clip>(__VA_ARGS__);          \
   }
 
-template <class T, CurveKind K, int N>
+template <std::floating_point T, CurveKind K, int N>
 inline void curve_block(const Curve<T>& curve, const T* from, T* to, std::size_t count) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   Register<T> x[N];
@@ -175,7 +175,7 @@ inline void curve_block(const Curve<T>& curve, const T* from, T* to, std::size_t
   TAPESTRY_FOR_EACH store_lanes<T>(x[i], to + static_cast<std::size_t>(i) * lanes, count);
 }
 
-template <class T, CurveKind K>
+template <std::floating_point T, CurveKind K>
 void apply_one_curve(const Curve<T>& curve, const T* from, T* to, std::size_t count) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   const Curve<T> own = curve;
@@ -185,12 +185,12 @@ void apply_one_curve(const Curve<T>& curve, const T* from, T* to, std::size_t co
 }
 
 /// to[i] = curve(from[i]); both may be the same
-template <class T>
+template <std::floating_point T>
 void apply_curve(const Curve<T>& curve, const T* from, T* to, std::size_t count) {
   TAPESTRY_BY_CURVE(curve.kind, apply_one_curve, curve, from, to, count)
 }
 
-template <class T, CurveKind K, int N>
+template <std::floating_point T, CurveKind K, int N>
 inline void curve_adjoint_block(const Curve<T>& curve, const T* argument, const T* from, T* to,
                                 std::size_t count) {
   constexpr std::size_t lanes = Vector<T>::lanes;
@@ -203,7 +203,7 @@ inline void curve_adjoint_block(const Curve<T>& curve, const T* argument, const 
   }
 }
 
-template <class T, CurveKind K>
+template <std::floating_point T, CurveKind K>
 void one_curve_adjoint(const Curve<T>& curve, const T* argument, const T* from, T* to, std::size_t count) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   const Curve<T> own = curve;
@@ -214,13 +214,13 @@ void one_curve_adjoint(const Curve<T>& curve, const T* argument, const T* from, 
 }
 
 /// to[i] = curve'(argument[i]) · from[i]; `from` and `to` may be the same
-template <class T>
+template <std::floating_point T>
 void curve_adjoint(const Curve<T>& curve, const T* argument, const T* from, T* to, std::size_t count) {
   TAPESTRY_BY_CURVE(curve.kind, one_curve_adjoint, curve, argument, from, to, count)
 }
 
 /// Sums `first_sum` to first_sum + N − 1 of store_one_curve().
-template <class T, CurveKind K, int N>
+template <std::floating_point T, CurveKind K, int N>
 inline void store_curve_block(const Epilogue<T>& end, const Register<T>* sums, std::size_t first_sum,
                               std::size_t registers, std::size_t first, T* out, std::ptrdiff_t step,
                               std::size_t count) {
@@ -246,7 +246,7 @@ inline void store_curve_block(const Epilogue<T>& end, const Register<T>* sums, s
 }
 
 /// store_any() for an epilogue with a curve.
-template <class T, CurveKind K>
+template <std::floating_point T, CurveKind K>
 __attribute__((noinline)) void store_one_curve(const Epilogue<T>& from, const Register<T>* sums,
                                                std::size_t rows, std::size_t registers, std::size_t first,
                                                T* out, std::ptrdiff_t step, std::size_t count) {
@@ -259,7 +259,7 @@ __attribute__((noinline)) void store_one_curve(const Epilogue<T>& from, const Re
     store_curve_block<T, K, 1>(end, sums, sum, registers, first, out, step, count);
 }
 
-template <class T>
+template <std::floating_point T>
 inline void store_curved(const Epilogue<T>& end, const Register<T>* sums, std::size_t rows,
                          std::size_t registers, std::size_t first, T* out, std::ptrdiff_t step,
                          std::size_t count) {

@@ -2,7 +2,7 @@
 // includes this file, under the same rules.
 
 /// P neighbouring outputs from x on, for taps that touch and lie in the row. An input is read once for all.
-template <class T, int Taps, int Stride, int P>
+template <std::floating_point T, int Taps, int Stride, int P>
 inline void depthwise_tile(const DepthwiseArguments<T>& a, const T* in, std::size_t x) {
   for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
     Register<T> sum[P][1];
@@ -30,7 +30,7 @@ inline void depthwise_tile(const DepthwiseArguments<T>& a, const T* in, std::siz
 }
 
 /// One output, for any number of taps, stride and spacing, at the edges, too.
-template <class T>
+template <std::floating_point T>
 inline void depthwise_pixel(const DepthwiseArguments<T>& a, std::size_t x) {
   const std::ptrdiff_t left = static_cast<std::ptrdiff_t>(x * a.column_stride) - a.column_padding;
   const auto step = static_cast<std::ptrdiff_t>(a.channel_count);
@@ -50,7 +50,7 @@ inline void depthwise_pixel(const DepthwiseArguments<T>& a, std::size_t x) {
   }
 }
 
-template <class T, int Taps, int Stride>
+template <std::floating_point T, int Taps, int Stride>
 void depthwise_outputs(const DepthwiseArguments<T>& a) {
   for (std::size_t x = 0; x < a.out_columns;) {
     const std::ptrdiff_t left = static_cast<std::ptrdiff_t>(x * Stride) - a.column_padding;
@@ -69,7 +69,7 @@ void depthwise_outputs(const DepthwiseArguments<T>& a) {
 }
 
 /// out[x, c] = Σ_{y, t} in[y, x·stride − padding + t·spacing, c] · weights[y, t, c]
-template <class T>
+template <std::floating_point T>
 void depthwise_row(const DepthwiseArguments<T>& a) {
   if (a.column_spacing == 1 && a.column_stride == 1) {
     if (a.column_taps == 1) return depthwise_outputs<T, 1, 1>(a);
@@ -85,7 +85,7 @@ void depthwise_row(const DepthwiseArguments<T>& a) {
 }
 
 /// weights_adjoint[t, c] += Σ_x in[x, tap t, c] · out_adjoint[x, c]
-template <class T>
+template <std::floating_point T>
 void depthwise_weight_adjoint_row(const DepthwiseWeightArguments<T>& a) {
   const std::size_t in_step = a.in_pixel_step, out_step = a.channel_count;
   for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {

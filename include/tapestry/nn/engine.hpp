@@ -94,7 +94,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t images, const T* in,
               const Epilogue<T>& end, T* out, std::size_t out_image_size,
-              const std::optional<Window>& window = {}) {
+              const std::optional<MapWindow>& window = {}) {
   const bool pairs = engine == Engine::bfloat16 && takes_pairs(packed);
   const bool has_few = has_few_channels(packed) && end.addend == nullptr && end.curve.kind == CurveKind::none;
   const auto form = has_few ? std::nullopt : detail::winograd_form(engine, packed);

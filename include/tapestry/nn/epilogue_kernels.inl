@@ -32,7 +32,7 @@ inline void write_signs(const R& value, std::uint8_t* bits) {
 }
 
 /// value · slope in the lanes whose bit is not set; `bits` are those of one vector, or of a byte.
-template <class T>
+template <std::floating_point T>
 inline Register<T> gated(const std::uint8_t* bits, const Register<T>& value, T slope) {
   using Lanes = typename Vector<ElementIndex<T>>::Register;
   using Word = std::conditional_t<Vector<T>::lanes == 16, std::uint16_t, std::uint8_t>;
@@ -42,12 +42,12 @@ inline Register<T> gated(const std::uint8_t* bits, const Register<T>& value, T s
 }
 
 /// Copies `count` < lanes values of a vector; most often half of them.
-template <class T>
-inline void copy_lanes(const T* from, T* to, std::size_t count) {
-  if (count == Vector<T>::lanes / 2) {
+template <class Element>
+inline void copy_lanes(const Element* from, Element* to, std::size_t count) {
+  if (count == Vector<Element>::lanes / 2) {
     __builtin_memcpy(to, from, TAPESTRY_VECTOR_BYTES / 2);
   } else {
-    __builtin_memcpy(to, from, count * sizeof(T));
+    __builtin_memcpy(to, from, count * sizeof(Element));
   }
 }
 
@@ -56,10 +56,10 @@ inline void copy_lanes(const T* from, T* to, std::size_t count) {
 inline constexpr bool has_masks = true;
 
 /// Writes `count` leading values, or all that there are.
-template <class T>
-inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
-  const unsigned mask = count >= Vector<T>::lanes ? 0xffffU : (1U << count) - 1U;
-  if constexpr (sizeof(T) == 4) {
+template <class Element>
+inline void store_lanes(const Register<Element>& value, Element* out, std::size_t count) {
+  const unsigned mask = count >= Vector<Element>::lanes ? 0xffffU : (1U << count) - 1U;
+  if constexpr (sizeof(Element) == 4) {
     __builtin_ia32_storeups512_mask(reinterpret_cast<float*>(out), (Register<float>)value,
                                     static_cast<unsigned short>(mask));
   } else {
@@ -69,7 +69,7 @@ inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
 }
 
 /// Reads `count` leading values, or all that there are; the others are 0.
-template <class T>
+template <std::floating_point T>
 inline Register<T> load_lanes(const T* in, std::size_t count) {
   const unsigned mask = count >= Vector<T>::lanes ? 0xffffU : (1U << count) - 1U;
   if constexpr (sizeof(T) == 4) {
@@ -81,18 +81,18 @@ inline Register<T> load_lanes(const T* in, std::size_t count) {
 #else
 inline constexpr bool has_masks = false;
 
-template <class T>
-inline void store_lanes(const Register<T>& value, T* out, std::size_t count) {
-  if (count >= Vector<T>::lanes) {
+template <class Element>
+inline void store_lanes(const Register<Element>& value, Element* out, std::size_t count) {
+  if (count >= Vector<Element>::lanes) {
     store(out, value);
     return;
   }
-  T partial[Vector<T>::lanes];
+  Element partial[Vector<Element>::lanes];
   store(&partial[0], value);
   copy_lanes(&partial[0], out, count);
 }
 
-template <class T>
+template <std::floating_point T>
 inline Register<T> load_lanes(const T* in, std::size_t count) {
   if (count >= Vector<T>::lanes) return load(in);
   T partial[Vector<T>::lanes] = {};
@@ -105,7 +105,7 @@ inline Register<T> load_lanes(const T* in, std::size_t count) {
 
 /// What store_tile() does where its short way does not suffice: functions of their own, not inlined into
 /// every kernel, to keep compilers quick. This one does whatever an epilogue may ask for.
-template <class T>
+template <std::floating_point T>
 __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register<T>* sums, std::size_t rows,
                                          std::size_t registers, std::size_t first, T* out,
                                          std::ptrdiff_t step, std::size_t count) {
@@ -132,7 +132,7 @@ __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register
 }
 
 /// And this whole vectors with what networks ask for, decided when it is compiled.
-template <class T, bool HasGate, bool HasSigns, bool HasAddend>
+template <std::floating_point T, bool HasGate, bool HasSigns, bool HasAddend>
 __attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Register<T>* sums, std::size_t rows,
                                            std::size_t registers, std::size_t first, T* out,
                                            std::ptrdiff_t step) {
@@ -169,7 +169,7 @@ __attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Registe
   _Pragma("GCC unroll 16") for (int p = 0; p < P; ++p) _Pragma("GCC unroll 2") for (int v = 0; v < V; ++v)
 
 /// Whatever is not the short way of store_tile().
-template <class T>
+template <std::floating_point T>
 __attribute__((noinline)) void store_otherwise(const Epilogue<T>& end, const Register<T>* sums,
                                                std::size_t rows, std::size_t registers, std::size_t first,
                                                T* out, std::ptrdiff_t step, std::size_t count) {
@@ -189,7 +189,7 @@ __attribute__((noinline)) void store_otherwise(const Epilogue<T>& end, const Reg
 
 /// Finishes sums of P outputs, `step` apart, and writes their `count` leading values, or all that there are,
 /// as the epilogue says. In the short way the sums stay in registers, for which it must be inlined.
-template <class T, int P, int V>
+template <std::floating_point T, int P, int V>
 __attribute__((always_inline)) inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V],
                                                       std::size_t first, T* out, std::ptrdiff_t step,
                                                       std::size_t count) {

@@ -2,7 +2,7 @@
 // file, under the same rules.
 
 /// to[i] += from[i]
-template <class T>
+template <std::floating_point T>
 void add(const T* from, T* to, std::size_t count) {
   std::size_t i = 0;
   for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) store(to + i, load(to + i) + load(from + i));
@@ -10,7 +10,7 @@ void add(const T* from, T* to, std::size_t count) {
 }
 
 /// Bit i mod 8 of byte i / 8: whether value[i] is above 0.
-template <class T>
+template <std::floating_point T>
 void positive_bits(const T* value, std::uint8_t* bits, std::size_t count) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   std::size_t i = 0;
@@ -27,7 +27,7 @@ void positive_bits(const T* value, std::uint8_t* bits, std::size_t count) {
 }
 
 /// to[i] = from[i], times slope where bit i is not set
-template <class T>
+template <std::floating_point T>
 void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std::size_t count) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   std::size_t i = 0;
@@ -40,7 +40,7 @@ void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std:
 }
 
 /// out[i] = scale[i mod period] · in[i] + shift[i mod period]
-template <class T>
+template <std::floating_point T>
 void affine(const T* in, const T* scale, const T* shift, std::size_t period, T* out, std::size_t count) {
   for (std::size_t begin = 0; begin < count; begin += period) {
     const std::size_t run = count - begin < period ? count - begin : period;
@@ -53,7 +53,7 @@ void affine(const T* in, const T* scale, const T* shift, std::size_t period, T* 
 }
 
 /// adjoint[i] = a[i mod period] · adjoint[i] + b[i mod period] · value[i] + c[i mod period]
-template <class T>
+template <std::floating_point T>
 void combine(const T* value, const T* a, const T* b, const T* c, std::size_t period, T* adjoint,
              std::size_t count) {
   for (std::size_t begin = 0; begin < count; begin += period) {
@@ -67,7 +67,7 @@ void combine(const T* value, const T* a, const T* b, const T* c, std::size_t per
 }
 
 /// sums[i mod period] += x[i] and products[i mod period] += x[i] · (y[i] − origin[i mod period])
-template <class T>
+template <std::floating_point T>
 void periodic_sums(const T* x, const T* y, const T* origin, std::size_t period, T* sums, T* products,
                    std::size_t count) {
   for (std::size_t begin = 0; begin < count; begin += period) {
@@ -86,7 +86,7 @@ void periodic_sums(const T* x, const T* y, const T* origin, std::size_t period, 
 }
 
 /// a[0], b[0], a[1], b[1], … in two vectors.
-template <class T>
+template <std::floating_point T>
 inline void interleave_lanes(const Register<T>& a, const Register<T>& b, Register<T>& low,
                              Register<T>& high) {
   constexpr int n = static_cast<int>(Vector<T>::lanes);
@@ -105,7 +105,7 @@ inline void interleave_lanes(const Register<T>& a, const Register<T>& b, Registe
   }
 }
 
-template <class T, bool HasChoice>
+template <std::floating_point T, bool HasChoice>
 inline void max_pool_window(const MaxPoolArguments<T>& a) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   using Choices = typename Vector<ElementIndex<T>>::Register;
@@ -133,14 +133,14 @@ inline void max_pool_window(const MaxPoolArguments<T>& a) {
 
 /// The largest value of each channel in a window of pixels, and where it is: the first of equal ones, and NaN
 /// before everything.
-template <class T>
+template <std::floating_point T>
 void max_pool_pixel(const MaxPoolArguments<T>& a) {
   if (a.choice == nullptr) return max_pool_window<T, false>(a);
   max_pool_window<T, true>(a);
 }
 
 /// Elements begin … end − 1 of even[0], odd[0], even[1], odd[1], …, which are read by whole vectors.
-template <class T>
+template <std::floating_point T>
 void interleave(const T* even, const T* odd, std::size_t begin, std::size_t end, T* out) {
   std::size_t i = begin;
   if (i % 2 != 0 && i < end) out[i - begin] = odd[i / 2], ++i;

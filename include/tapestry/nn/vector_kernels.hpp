@@ -22,7 +22,7 @@ namespace tapestry::nn {
 ///   argument[i] = value,   out[i] = curve(value) + addend[i]
 ///
 /// Bit i is bit i mod 8 of byte i / 8; where bits are used, all vectors begin at whole bytes and are full.
-template <class T>
+template <std::floating_point T>
 struct Epilogue {
   const T* bias = nullptr;             ///< one for each lane, readable up to whole vectors
   bool adds = false;                   ///< add to what is there
@@ -36,7 +36,7 @@ struct Epilogue {
 };
 
 /// A product of a small matrix, P rows, with a panel of weights: the core of every convolution.
-template <class T>
+template <std::floating_point T>
 struct ReduceArguments {
   const T* in;
   std::ptrdiff_t in_row_step;
@@ -53,7 +53,7 @@ struct ReduceArguments {
 
 /// One row of outputs of a convolution of each channel with a filter of its own; of the row taps only those
 /// that lie in the picture.
-template <class T>
+template <std::floating_point T>
 struct DepthwiseArguments {
   const T* in;  ///< the row of the first row tap, column 0
   std::size_t in_row_step;
@@ -73,7 +73,7 @@ struct DepthwiseArguments {
 };
 
 /// One row of the adjoint of such a convolution with respect to its weights.
-template <class T>
+template <std::floating_point T>
 struct DepthwiseWeightArguments {
   const T* in;
   std::size_t in_pixel_step;
@@ -88,7 +88,7 @@ struct DepthwiseWeightArguments {
 
 /// One row of outputs that are sums of products made before, for each tap and channel; see
 /// convolve_few_channels().
-template <class T>
+template <std::floating_point T>
 struct GatherArguments {
   const T* const* tap_rows;  ///< for each row tap its products, [pixel, products of a pixel]
   std::size_t row_taps;
@@ -102,11 +102,11 @@ struct GatherArguments {
 };
 
 /// Index of a pixel in a picture; as wide as T, so that vectors of both have as many lanes.
-template <class T>
+template <std::floating_point T>
 using ElementIndex = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
 
 /// One window of a max-pooling.
-template <class T>
+template <std::floating_point T>
 struct MaxPoolArguments {
   const T* in;  ///< the window's first pixel
   std::size_t rows;
@@ -136,7 +136,7 @@ struct WinogradExtents {
 }
 
 /// Transforms the filters of some input channels for Winograd's algorithm; see winograd.hpp.
-template <class T>
+template <std::floating_point T>
 struct WinogradFilterArguments {
   const T* weights;  ///< [9 taps (tap_step apart), channel_count, width]
   std::size_t tap_step;
@@ -147,7 +147,7 @@ struct WinogradFilterArguments {
 };
 
 /// Transforms the inputs of one tile.
-template <class T>
+template <std::floating_point T>
 struct WinogradInputArguments {
   const T* const* pixels;  ///< of the tile in reading order, each readable up to whole vectors
   std::size_t first_channel;
@@ -157,7 +157,7 @@ struct WinogradInputArguments {
 };
 
 /// Transforms one tile's products back.
-template <class T>
+template <std::floating_point T>
 struct WinogradOutputArguments {
   const T* sums;  ///< [points (point_step apart), filters]
   std::size_t point_step;
@@ -171,7 +171,7 @@ struct WinogradOutputArguments {
 };
 
 /// The kernels of one instruction set; see vector_kernels.inl for what each computes.
-template <class T>
+template <std::floating_point T>
 struct Kernels {
   static constexpr std::size_t most_tile_rows = 12;
   std::size_t lanes = 0;                                              ///< of one vector

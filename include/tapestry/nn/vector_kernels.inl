@@ -5,7 +5,7 @@
 #include <tapestry/core/vector_memory.inl>
 
 /// 2^i in lane i.
-template <class T>
+template <std::floating_point T>
 inline typename Vector<ElementIndex<T>>::Register lane_bits() {
   using Lanes = typename Vector<ElementIndex<T>>::Register;
   if constexpr (Vector<T>::lanes == 16) {
@@ -22,7 +22,7 @@ inline typename Vector<ElementIndex<T>>::Register lane_bits() {
 #include <tapestry/nn/epilogue_kernels.inl>
 
 /// One step of a reduction: a product of values.
-template <class T>
+template <std::floating_point T>
 struct ValueProduct {
   __attribute__((always_inline)) static inline Register<T> weight(const T* weights) { return load(weights); }
   __attribute__((always_inline)) static inline Register<T> added(Register<T> sum, Register<T> weight,
@@ -33,7 +33,7 @@ struct ValueProduct {
 
 /// out[p, lane] = Σ_r in[p, r] · weights[r, lane] for P rows and V registers of lanes; the reduction runs
 /// over outer_count runs of inner_count values, or of what else a Product takes.
-template <class T, int V, int P, class Product = ValueProduct<T>>
+template <std::floating_point T, int V, int P, class Product = ValueProduct<T>>
 void reduce_tile(const ReduceArguments<T>& a) {
   constexpr std::size_t lanes = Vector<T>::lanes;
   Register<T> sum[P][V];
@@ -66,7 +66,7 @@ void reduce_tile(const ReduceArguments<T>& a) {
 }
 
 /// out[x, c] = Σ_{y, t} products[row y, x + t, (y, t, c)] for P pixels and up to four channels c.
-template <class T, int P>
+template <std::floating_point T, int P>
 inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out) {
   typedef T Quad __attribute__((vector_size(4 * sizeof(T))));
   typedef T QuadMemory __attribute__((vector_size(4 * sizeof(T)), aligned(sizeof(T)), may_alias));
@@ -103,7 +103,7 @@ inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out) {
   }
 }
 
-template <class T>
+template <std::floating_point T>
 void gather_row(const GatherArguments<T>& a) {
   std::size_t x = 0;
   T* out = a.out;
@@ -120,13 +120,13 @@ void gather_row(const GatherArguments<T>& a) {
 
 #include <tapestry/nn/bfloat16_kernels.inl>
 
-template <class T, int V, int P>
+template <std::floating_point T, int V, int P>
 void fill_rows(Kernels<T>& kernels) {
   kernels.reduce[V - 1][P - 1] = &reduce_tile<T, V, P>;
   if constexpr (P > 1) fill_rows<T, V, P - 1>(kernels);
 }
 
-template <class T>
+template <std::floating_point T>
 Kernels<T> make_kernels() {
   Kernels<T> kernels;
   kernels.lanes = Vector<T>::lanes;

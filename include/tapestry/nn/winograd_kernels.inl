@@ -6,11 +6,11 @@
 
 /// One-dimensional transforms of each WinogradForm: `input` of `points` inputs, `filter` of `taps` taps and
 /// `output` of `points` products, whose neighbours are `step` apart.
-template <class T, WinogradForm F>
+template <std::floating_point T, WinogradForm F>
 struct Winograd;
 
 /// Points {0, 1, −1, ∞}.
-template <class T>
+template <std::floating_point T>
 struct Winograd<T, WinogradForm::f2_taps3> {
   static TAPESTRY_INLINE void input(const Register<T>* d, std::size_t step, Register<T>* v) {
     v[0] = d[0] - d[2 * step];
@@ -33,7 +33,7 @@ struct Winograd<T, WinogradForm::f2_taps3> {
 };
 
 /// The points a, −a, b, −b with a = 2/3 and b = 3/2, so that a·b = 1.
-template <class T>
+template <std::floating_point T>
 struct WinogradPoints {
   static constexpr T a = T(2.0 / 3), a2 = T(4.0 / 9), a3 = T(8.0 / 27);
   static constexpr T b = T(1.5), b2 = T(2.25), b3 = T(3.375);
@@ -51,7 +51,7 @@ struct WinogradPoints {
 };
 
 /// Points {0, a, −a, b, −b, ∞}.
-template <class T>
+template <std::floating_point T>
 struct Winograd<T, WinogradForm::f4_taps3> {
   using P = WinogradPoints<T>;
   // 1/N(p), N(p) the product of p's distances from the other finite points
@@ -90,7 +90,7 @@ struct Winograd<T, WinogradForm::f4_taps3> {
 };
 
 /// Points {a, −a, b, −b, ∞}.
-template <class T>
+template <std::floating_point T>
 struct Winograd<T, WinogradForm::f4_taps2> {
   using P = WinogradPoints<T>;
   static constexpr T from_a = T(27.0 / 65), from_b = T(12.0 / 65);  // 1/N(−a), 1/N(b)
@@ -123,7 +123,7 @@ struct Winograd<T, WinogradForm::f4_taps2> {
 };
 
 /// U = G g Gᵀ for `channel_count` input channels and `width` filters.
-template <class T, WinogradForm F>
+template <std::floating_point T, WinogradForm F>
 void winograd_filters(const WinogradFilterArguments<T>& a) {
   constexpr std::size_t count = extents_of(F).points;
   constexpr std::size_t tap_count = extents_of(F).taps;
@@ -148,7 +148,7 @@ void winograd_filters(const WinogradFilterArguments<T>& a) {
 
 /// V = Bᵀ d B for one tile and `channel_count` channels, rounded up to whole registers; stored as they are,
 /// or as pairs of bfloat16 in half as many words.
-template <class T, WinogradForm F, bool Pairs = false>
+template <std::floating_point T, WinogradForm F, bool Pairs = false>
 void winograd_input(const WinogradInputArguments<T>& a) {
   constexpr std::size_t points = extents_of(F).points;
   for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
@@ -180,7 +180,7 @@ void winograd_input(const WinogradInputArguments<T>& a) {
 }
 
 /// y = Aᵀ m A for one tile; stores the first `rows` × `columns` of its pixels.
-template <class T, WinogradForm F>
+template <std::floating_point T, WinogradForm F>
 void winograd_output(const WinogradOutputArguments<T>& a) {
   constexpr std::size_t points = extents_of(F).points;
   constexpr std::size_t outputs = extents_of(F).outputs;
@@ -214,7 +214,7 @@ void winograd_output(const WinogradOutputArguments<T>& a) {
   }
 }
 
-template <class T, WinogradForm F>
+template <std::floating_point T, WinogradForm F>
 void fill_winograd(Kernels<T>& kernels) {
   constexpr auto index = static_cast<std::size_t>(F);
   kernels.winograd_filters[index] = &winograd_filters<T, F>;

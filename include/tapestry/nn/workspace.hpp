@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -12,7 +13,7 @@ namespace tapestry::nn {
 
 /// Memory for kernels: aligned to 64 bytes, not initialised, kept when resized to less, and followed by
 /// 128 readable zero bytes so that a kernel may load whole vectors past the last element.
-template <class T>
+template <class Element>
 class Buffer {
  public:
   Buffer() = default;
@@ -33,13 +34,13 @@ class Buffer {
     if (count > capacity_ || !memory_) {
       memory_.reset();
       capacity_ = 0;
-      const std::size_t bytes = (count * sizeof(T) + slack + 63) / 64 * 64;
+      const std::size_t bytes = (count * sizeof(Element) + slack + 63) / 64 * 64;
       void* fresh = nullptr;
       if (::posix_memalign(&fresh, bytes < page ? 64 : page, bytes) != 0) throw std::bad_alloc();
-      memory_.reset(static_cast<T*>(fresh));
+      memory_.reset(static_cast<Element*>(fresh));
       prefer_huge_pages(fresh, bytes);
       capacity_ = count;
-      std::memset(static_cast<char*>(fresh) + count * sizeof(T), 0, bytes - count * sizeof(T));
+      std::memset(static_cast<char*>(fresh) + count * sizeof(Element), 0, bytes - count * sizeof(Element));
     }
     size_ = count;
   }
@@ -49,10 +50,10 @@ class Buffer {
     size_ = capacity_ = 0;
   }
 
-  void fill_zero() { std::memset(data(), 0, size_ * sizeof(T)); }
+  void fill_zero() { std::memset(data(), 0, size_ * sizeof(Element)); }
 
-  [[nodiscard]] T* data() { return memory_.get(); }
-  [[nodiscard]] const T* data() const { return memory_.get(); }
+  [[nodiscard]] Element* data() { return memory_.get(); }
+  [[nodiscard]] const Element* data() const { return memory_.get(); }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
@@ -63,15 +64,15 @@ class Buffer {
   // line that it is for, so large memory begins at a page of 2 MiB and asks for more of them.
   static constexpr std::size_t page = std::size_t(2) << 20U;
   struct Release {
-    void operator()(T* memory) const { std::free(memory); }
+    void operator()(Element* memory) const { std::free(memory); }
   };
-  std::unique_ptr<T, Release> memory_;
+  std::unique_ptr<Element, Release> memory_;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
 };
 
 /// Memory that layers hand to one another, kept between passes.
-template <class T>
+template <std::floating_point T>
 class Workspace {
  public:
   /// The smallest free buffer that is large enough, else the largest one, grown.

@@ -35,7 +35,7 @@ template <GeometryOutput Output, std::floating_point T>
   auto body = std::make_shared<geometry::Mesh>();
   body->positions = mesh.positions;
   body->faces = mesh.faces;
-  if (detail::is_given(positions)) geometry::set_positions(*body, positions.value(), "geometry_picture");
+  if (detail::is_given(positions)) geometry::set_positions("geometry_picture", *body, positions.value());
   auto shape = body;
   if (detail::is_given(pose)) {
     shape = std::make_shared<geometry::Mesh>(*body);

@@ -160,7 +160,7 @@ class MipPyramid {
   }
 
  private:
-  template <class T>
+  template <std::floating_point T>
   static void add(T weight, const T* from, T* to) {
     for (std::size_t c = 0; c < 3; ++c) to[c] += weight * from[c];
   }

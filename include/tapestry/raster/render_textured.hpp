@@ -25,13 +25,13 @@ struct TexturedPicture {
 namespace detail {
 
 /// Adds scale · colour to a pixel's three values.
-template <class T>
+template <std::floating_point T>
 void add_scaled(const std::array<T, 3>& scale, const T* colour, T* pixel) {
   for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * colour[c];
 }
 
 /// Lookups that wait until their texels have come: textures are larger than caches.
-template <class T>
+template <std::floating_point T>
 class TexelQueue {
  public:
   explicit TexelQueue(const T* texels) : texels_(texels) {}
@@ -112,7 +112,7 @@ class FilteredQueue {
 };
 
 /// Draws the fragments of a band; look_up(fragment, scale, pixel) adds what a painted one shows.
-template <class T, class Lighting, class LookUp>
+template <std::floating_point T, class Lighting, class LookUp>
 void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentShader<Lighting>& shader,
                TexturedPicture<T>& picture, LookUp look_up) {
   fragments.visit_band(band, grain_of(shader.body.layout), [&](const Fragment& fragment) {
@@ -135,7 +135,7 @@ void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentS
   });
 }
 
-template <class T, class Lighting>
+template <std::floating_point T, class Lighting>
 void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentShader<Lighting>& shader,
                const T* texels, TexturedPicture<T>& picture) {
   if constexpr (std::same_as<T, float>) {

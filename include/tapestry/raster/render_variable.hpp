@@ -21,7 +21,7 @@
 
 namespace tapestry::raster::detail {
 
-template <class T, std::size_t Rank>
+template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] bool is_given(const ArrayVariable<T, Rank>& input) {
   return input.shape()[0] != 0;
 }
@@ -106,7 +106,7 @@ template <std::floating_point T, LightModel Model>
                                           const Model& light, const RenderInputs<T>& inputs) {
   const auto pose = pose_of("render", inputs.pose);
   PosedView<Model> view{body, geometry::posed(camera, pose), pose, light};
-  if (is_given(inputs.positions)) geometry::set_positions(view.body.mesh, inputs.positions.value(), "render");
+  if (is_given(inputs.positions)) geometry::set_positions("render", view.body.mesh, inputs.positions.value());
   if constexpr (ParametricLight<Model>) {
     if (is_given(inputs.light)) view.light = with_parameters(light, inputs.light.value());
   } else if (is_given(inputs.light)) {

@@ -201,8 +201,8 @@ inline void require_bilinear(const char* operation, const TextureLayout& layout)
 /// \throws as texture_operator(); DomainError for a filtered atlas; ShapeError if texels does not fit the
 /// layout
 template <std::floating_point T, class Model>
-[[nodiscard]] auto surface_colour(const Surface<T, Model>& surface, const geometry::Camera& camera,
-                                  const char* operation = "surface_colour") {
+[[nodiscard]] auto surface_colour(const char* operation, const Surface<T, Model>& surface,
+                                  const geometry::Camera& camera) {
   const auto& [mesh, painted, layout, space, pyramid] = surface.body;
   detail::require_layout(operation, surface.body);
   detail::require_bilinear(operation, layout);

@@ -44,7 +44,7 @@ struct TextureOperator {
 };
 
 /// Memory that an operator holds.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::size_t memory_bytes(const TextureOperator<T>& picture) {
   return (picture.pixels.capacity() + picture.row_begin.capacity() + picture.texels_of.capacity()) *
              sizeof(std::uint32_t) +
@@ -62,7 +62,7 @@ template <std::floating_point T>
 
 namespace detail {
 
-template <class T>
+template <std::floating_point T>
 void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture) {
   std::size_t rows = 0, entries = 0;
   for (const auto& band : bands) {
@@ -87,7 +87,7 @@ void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture
   }
 }
 
-template <class T, class Lighting>
+template <std::floating_point T, class Lighting>
 void shade_band(const FragmentBands& fragments, std::size_t index, const FragmentShader<Lighting>& shader,
                 OperatorBand<T>& band, TextureOperator<T>& picture) {
   PaintedFragments painted(shader, band);
@@ -114,7 +114,7 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
 }
 
 /// Asks for the texel of an entry to come: textures are larger than caches, and their rows far apart.
-template <class T>
+template <std::floating_point T>
 [[gnu::always_inline]] inline void prefetch_ahead(const TextureOperator<T>& picture, std::size_t entry,
                                                   const T* texels) {
   constexpr std::size_t distance = 48;
@@ -125,7 +125,7 @@ template <class T>
 inline constexpr std::size_t most_parts = 64;
 
 /// Adds the entries of the texels that belong to one of several parts, in the stored order.
-template <bool IsShared, class T>
+template <bool IsShared, std::floating_point T>
 void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::size_t part, std::size_t parts,
              T* texels_adjoint) {
   std::array<std::uint8_t, most_parts> is_own{};  // runs of 256 texels are dealt out in turn

@@ -16,7 +16,7 @@
 namespace tapestry::raster::detail {
 
 /// The rows of an operator that belong to a band of pixel rows.
-template <class T>
+template <std::floating_point T>
 struct OperatorBand {
   std::vector<std::uint32_t> pixels;
   std::vector<std::uint32_t> entry_counts;
@@ -53,7 +53,7 @@ struct OperatorBand {
 };
 
 /// Turns painted fragments into rows of an operator, those of a filtered atlas several at a time.
-template <class T, class Lighting>
+template <std::floating_point T, class Lighting>
 class PaintedFragments {
  public:
   PaintedFragments(const FragmentShader<Lighting>& shader, OperatorBand<T>& band)
@@ -166,7 +166,7 @@ template <std::floating_point T, class Operator>
 }
 
 /// Memory that tiles hold.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::size_t memory_bytes(const TextureTiles<T>& tiles) {
   return (tiles.tile_begin.capacity() + tiles.texels_of.capacity()) * sizeof(std::uint32_t) +
          tiles.segments.capacity() * sizeof(typename TextureTiles<T>::Segment) +
@@ -177,7 +177,7 @@ namespace detail {
 
 /// Adds the entries of all tiles to texels_adjoint: each texel's in the order of the operator.
 /// \param light  colour of the light
-template <class T>
+template <std::floating_point T>
 void scatter(const TextureTiles<T>& tiles, const std::array<T, 3>& light, const T* render_adjoint,
              T* texels_adjoint) {
   parallel_for(tiles.tile_begin.size() - 1, [&](std::size_t tile) {

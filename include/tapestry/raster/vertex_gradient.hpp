@@ -125,7 +125,7 @@ template <std::floating_point T, class Model, class Gradient>
 void add_motion(const Surface<T, Model>& surface, const FragmentBands& fragments,
                 const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
                 const Gradient& model) {
-  const auto colour = surface_colour(surface, fragments.camera(), "vertex_adjoint");
+  const auto colour = surface_colour("vertex_adjoint", surface, fragments.camera());
   add_sampled_motion(surface, colour, fragments, render_adjoint, positions_adjoint, model);
 }
 
@@ -133,7 +133,7 @@ template <std::floating_point T, class Model, class Gradient>
 void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera,
                 const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
                 const Gradient& model) {
-  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
+  const auto colour = surface_colour("vertex_adjoint", surface, camera);
   const FragmentBands fragments("vertex_adjoint", surface.body.mesh, camera, render_adjoint.shape(0),
                                 render_adjoint.shape(1), model.samples_per_axis);
   add_sampled_motion(surface, colour, fragments, render_adjoint, positions_adjoint, model);
@@ -144,7 +144,7 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
                 const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
                 const NeuralMeshRenderer& model) {
   const geometry::Mesh& mesh = surface.body.mesh;
-  const auto colour = surface_colour(surface, camera, "vertex_adjoint");
+  const auto colour = surface_colour("vertex_adjoint", surface, camera);
   const auto positions_view = positions_in_view(mesh, camera);
   const std::size_t axis = model.samples_per_axis;
   const auto buffer = visibility(mesh, camera, render_adjoint.shape(0), render_adjoint.shape(1), axis);

@@ -17,7 +17,7 @@ namespace tapestry::segment {
 namespace detail {
 
 /// Of the first largest value.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::size_t brightest(const Array<T, 3>& picture) {
   return static_cast<std::size_t>(std::max_element(picture.data(), picture.data() + picture.size()) -
                                   picture.data());

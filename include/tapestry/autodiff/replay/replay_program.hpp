@@ -130,7 +130,7 @@ class ReplayProgram {
 
   /// Computes all values from those of the inputs, and what a sweep needs.
   void forward() {
-    for (const Window& window : windows_) {
+    for (const ReplayWindow& window : windows_) {
       const ReplayArrays<T> arrays = this->arrays(window);
       for (const auto& run : window.runs) run.operation->forward(run, arrays);
     }
@@ -142,7 +142,7 @@ class ReplayProgram {
     std::fill_n(adjoints_.data(), input_count + 1, T(0));
     adjoints_[root_] = T(1);
     for (std::size_t w = windows_.size(); w-- > 0;) {
-      const Window& window = windows_[w];
+      const ReplayWindow& window = windows_[w];
       const ReplayArrays<T> arrays = this->arrays(window);
       // What reaches adjoints of constants is forgotten; that they are near soon saves more than it costs.
       std::fill_n(adjoints_.data() + window.first_given, window.given_count, T(0));
@@ -152,7 +152,7 @@ class ReplayProgram {
   }
 
  private:
-  struct Window {
+  struct ReplayWindow {
     std::span<const ReplayRun<T>> runs;
     const std::uint32_t* operands;
     const T* constants;
@@ -167,12 +167,12 @@ class ReplayProgram {
     return run.count == 1 && run.operation->has_result && is_zero(adjoints_[run.result]);
   }
 
-  [[nodiscard]] ReplayArrays<T> arrays(const Window& window) {
+  [[nodiscard]] ReplayArrays<T> arrays(const ReplayWindow& window) {
     return {values_.data(), adjoints_.data(), window.operands, window.constants, partials_.data(), nullptr};
   }
 
   std::shared_ptr<Lists> lists_ = std::make_shared<Lists>();
-  std::vector<Window> windows_;
+  std::vector<ReplayWindow> windows_;
   std::vector<typename ReplayRecording<T>::Given> given_;  ///< slots here
   HugeVector<T> partials_;
   HugeVector<T> values_;

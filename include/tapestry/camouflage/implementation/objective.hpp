@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <iterator>
 #include <map>
@@ -32,7 +33,7 @@
 
 namespace tapestry::camouflage {
 
-template <class T>
+template <std::floating_point T>
 std::vector<detect::KeptPicture<T>*> KeptLayers<T>::of(const detect::Detector<T>& detector, Views views,
                                                        double least_share) {
   std::vector<detect::KeptPicture<T>*> pictures;
@@ -47,27 +48,27 @@ std::vector<detect::KeptPicture<T>*> KeptLayers<T>::of(const detect::Detector<T>
   return pictures;
 }
 
-template <class T>
+template <std::floating_point T>
 void KeptLayers<T>::limit_to(std::size_t bytes, Views views) {
   if (is_full_ || this->bytes() <= bytes) return;
   for (const auto& view : views) views_[view->name].picture.reset();
   is_full_ = true;
 }
 
-template <class T>
+template <std::floating_point T>
 std::size_t KeptLayers<T>::bytes() const {
   std::size_t sum = 0;
   for (const auto& [name, kept] : views_) sum += kept.picture ? kept.picture->bytes() : 0;
   return sum;
 }
 
-template <class T>
+template <std::floating_point T>
 std::size_t KeptLayers<T>::kept_count() const {
   return static_cast<std::size_t>(
       std::ranges::count_if(views_, [](const auto& entry) { return entry.second.picture.has_value(); }));
 }
 
-template <class T>
+template <std::floating_point T>
 double KeptLayers<T>::share() const {
   double sum = 0;
   for (const auto& [name, kept] : views_) sum += kept.picture ? kept.share : 0;
@@ -77,7 +78,7 @@ double KeptLayers<T>::share() const {
 template class KeptLayers<float>;
 template class KeptLayers<double>;
 
-template <class T>
+template <std::floating_point T>
 void Ensemble<T>::join(const detect::Detector<T>& detector, std::size_t class_index) {
   loss::require_raw_logits("objective", detector.heads());
   detect::require_class("objective", detector.heads(), class_index);
@@ -87,13 +88,13 @@ void Ensemble<T>::join(const detect::Detector<T>& detector, std::size_t class_in
   members_.push_back({&detector, class_index});
 }
 
-template <class T>
+template <std::floating_point T>
 void Ensemble<T>::keep_layers(std::size_t bytes, double least_share) {
   layer_bytes_ = bytes;
   least_share_kept_ = least_share;
 }
 
-template <class T>
+template <std::floating_point T>
 loss::AdversarialTerms<Variable<T>> Ensemble<T>::operator()(const ShownPictures<T>& shown,
                                                             const ObjectiveOptions& options, double attention,
                                                             StageClock<T>& clock) {
@@ -112,7 +113,7 @@ loss::AdversarialTerms<Variable<T>> Ensemble<T>::operator()(const ShownPictures<
   return loss::mean_of(of_members);
 }
 
-template <class T>
+template <std::floating_point T>
 auto Ensemble<T>::explained(Member& member, const ShownPictures<T>& shown, double weight) -> Explained {
   auto explained =
       detect::explained_forward(*member.detector, shown.pictures, member.class_index, member.passes.take());
@@ -122,7 +123,7 @@ auto Ensemble<T>::explained(Member& member, const ShownPictures<T>& shown, doubl
           static_cast<T>(weight / static_cast<double>(explained.heat.size())) * sum};
 }
 
-template <class T>
+template <std::floating_point T>
 auto Ensemble<T>::logits_of(Member& member, const ShownPictures<T>& shown) -> Logits {
   std::vector<detect::KeptPicture<T>*> kept;
   if (layer_bytes_ > 0 && shown.session == nullptr && !shown.is_redrawn)
@@ -157,7 +158,7 @@ std::vector<double> worst_view_weights(std::span<const double> losses, double sh
   return weights;
 }
 
-template <class T>
+template <std::floating_point T>
 Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views views,
                                      const PhotoSession* session) {
   require_shots(session, views.size());

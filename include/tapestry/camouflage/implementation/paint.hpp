@@ -22,13 +22,13 @@
 
 namespace tapestry::camouflage {
 
-template <class T>
+template <std::floating_point T>
 Paint<T> without_paint(Array<T, 2> colours) {
   std::vector<std::uint8_t> painted(colours.shape(0), 0);
   return {std::move(colours), std::move(painted)};
 }
 
-template <class T>
+template <std::floating_point T>
 void require_sound(const char* operation, const Paint<T>& paint) {
   if (!paint.painted.empty() && paint.painted.size() != paint.colours.shape(0))
     throw ShapeError(std::string(operation) + ": " + std::to_string(paint.painted.size()) +
@@ -118,7 +118,7 @@ void write_paint(const std::string& path, const Array<float, 2>& parameter, cons
   file.write(path);
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> own_colours(const raster::PaintedMesh& car) {
   std::array<double, 3> sum{};
   double count = 0;
@@ -153,7 +153,7 @@ Array<T, 2> own_colours(const raster::PaintedMesh& car) {
   return colours;
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours) {
   const bool is_atlas = car.layout.kind == raster::TextureKind::atlas;
   const raster::TextureLayout layout =
@@ -172,7 +172,7 @@ template decltype(own_colours<double>) own_colours<double>;
 template decltype(atlas_of<float>) atlas_of<float>;
 template decltype(atlas_of<double>) atlas_of<double>;
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> parameter_of_colours(const Array<T, 2>& colours) {
   Array<T, 2> parameter(colours.shape());
   for (std::size_t i = 0; i < colours.size(); ++i) {
@@ -182,14 +182,14 @@ Array<T, 2> parameter_of_colours(const Array<T, 2>& colours) {
   return parameter;
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> random_colours(std::size_t texel_count, Random& random) {
   Array<T, 2> colours(Extents<2>{texel_count, 3});
   for (T& value : colours.storage()) value = static_cast<T>(random.uniform(0.02, 0.98));
   return colours;
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> solid_colours(std::size_t texel_count, const std::array<double, 3>& colour) {
   Array<T, 2> colours(Extents<2>{texel_count, 3});
   for (std::size_t i = 0; i < colours.size(); ++i) colours.data()[i] = static_cast<T>(colour[i % 3]);

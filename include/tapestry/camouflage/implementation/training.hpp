@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -29,7 +30,7 @@
 
 namespace tapestry::camouflage {
 
-template <class T>
+template <std::floating_point T>
 Training<T>::Training(Objective<T>& objective, ViewStore<T>& store, std::vector<std::size_t> usable,
                       Array<T, 2> start, TrainingOptions options)
     : objective_(objective),
@@ -45,14 +46,14 @@ Training<T>::Training(Objective<T>& objective, ViewStore<T>& store, std::vector<
   state_.parameter = std::move(start);
 }
 
-template <class T>
+template <std::floating_point T>
 TrainingState<T> Training<T>::state() const {
   TrainingState<T> state = state_;
   state.adam = adam_.state();
   return state;
 }
 
-template <class T>
+template <std::floating_point T>
 void Training<T>::restore(TrainingState<T> state) {
   require_shape("training", "parameter", state.parameter, state_.parameter.shape());
   adam_.restore(std::move(state.adam));
@@ -60,7 +61,7 @@ void Training<T>::restore(TrainingState<T> state) {
   state_.adam = {};
 }
 
-template <class T>
+template <std::floating_point T>
 std::size_t Training<T>::step() {
   const auto views = next_batch();
   const Array<T, 2> gradient = gradient_of(views);
@@ -73,7 +74,7 @@ std::size_t Training<T>::step() {
   return views.size();
 }
 
-template <class T>
+template <std::floating_point T>
 std::vector<typename Training<T>::ViewPointer> Training<T>::next_batch() {
   const std::size_t epoch = state_.step / steps_per_epoch();
   if (epoch_of_order_ != epoch || order_.empty()) {
@@ -87,14 +88,14 @@ std::vector<typename Training<T>::ViewPointer> Training<T>::next_batch() {
   return batch;
 }
 
-template <class T>
+template <std::floating_point T>
 std::optional<PhotoSession> Training<T>::next_session(const std::vector<ViewPointer>& views) const {
   if (options_.conditions == image::Conditions{}) return {};
   const Random random = Random(options_.seed).fork(0x70686F746FULL).fork(state_.step);
   return draw_session<T>(views, options_.conditions, random, true);
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> Training<T>::gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session) {
   tape_.clear();
   const auto scope = tape_.activate();
@@ -105,7 +106,7 @@ Array<T, 2> Training<T>::gradient_of(const ViewPointer& view, const std::optiona
   return parameter.adjoint();
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   const auto session = next_session(views);
   const auto shot_of = [&](std::size_t i) {
@@ -131,7 +132,7 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   return gradient;
 }
 
-template <class T>
+template <std::floating_point T>
 std::vector<double> Training<T>::Share::numbers() const {
   std::vector<double> numbers;
   for (const auto& [name, term] : ObjectiveTerms::all) numbers.push_back(terms.*term);
@@ -139,7 +140,7 @@ std::vector<double> Training<T>::Share::numbers() const {
   return numbers;
 }
 
-template <class T>
+template <std::floating_point T>
 typename Training<T>::Share Training<T>::Share::of(const double* numbers, const Extents<2>& extents) {
   Share share{{}, Array<T, 2>(extents)};
   for (const auto& [name, term] : ObjectiveTerms::all) share.terms.*term = *numbers++;
@@ -147,7 +148,7 @@ typename Training<T>::Share Training<T>::Share::of(const double* numbers, const 
   return share;
 }
 
-template <class T>
+template <std::floating_point T>
 void Training<T>::require_finite_terms(const std::vector<ViewPointer>& views) const {
   for (const auto& [name, term] : ObjectiveTerms::all)
     if (!std::isfinite(terms_.*term))
@@ -155,7 +156,7 @@ void Training<T>::require_finite_terms(const std::vector<ViewPointer>& views) co
                          std::to_string(terms_.*term) + " in the minibatch of " + names_of(views));
 }
 
-template <class T>
+template <std::floating_point T>
 void Training<T>::require_finite_gradient(const Array<T, 2>& gradient,
                                           const std::vector<ViewPointer>& views) const {
   for (std::size_t i = 0; i < gradient.size(); ++i)
@@ -164,14 +165,14 @@ void Training<T>::require_finite_gradient(const Array<T, 2>& gradient,
                          " is not finite in the minibatch of " + names_of(views));
 }
 
-template <class T>
+template <std::floating_point T>
 std::string Training<T>::row_name(std::size_t row) const {
   const auto& shape = objective_.method().shape;
   const std::size_t texels = state_.parameter.shape(0) - (shape ? shape->row_count() : 0);
   return row < texels ? "texel " + std::to_string(row) : "position " + std::to_string(row - texels);
 }
 
-template <class T>
+template <std::floating_point T>
 std::string Training<T>::names_of(const std::vector<ViewPointer>& views) {
   std::string names;
   for (const auto& view : views) names += (names.empty() ? "" : ", ") + view->name;
@@ -192,7 +193,7 @@ ObjectiveTerms terms_of(const double* row) {
 }
 
 /// The numbers are finite, squares not negative, and of each list there are as many as there should be.
-template <class T>
+template <std::floating_point T>
 void require_sound_state(const std::string& path, const TrainingState<T>& state) {
   const auto require = [&](const char* name, std::span<const T> values, double lowest) {
     if (values.size() != state.parameter.size())
@@ -219,7 +220,7 @@ void require_sound_state(const std::string& path, const TrainingState<T>& state)
 
 namespace tapestry::camouflage {
 
-template <class T>
+template <std::floating_point T>
 void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings) {
   Array<double, 2> history(Extents<2>{state.history.size(), detail::history_columns});
   for (std::size_t i = 0; i < state.history.size(); ++i)
@@ -237,7 +238,7 @@ void write_checkpoint(const std::string& path, const TrainingState<T>& state, co
   file.write(path);
 }
 
-template <class T>
+template <std::floating_point T>
 Checkpoint<T> read_checkpoint(const std::string& path) {
   const auto file = io::NpzFile::read(path);
   const auto number = [&](const char* name) {
@@ -274,13 +275,13 @@ template decltype(write_checkpoint<double>) write_checkpoint<double>;
 template decltype(read_checkpoint<float>) read_checkpoint<float>;
 template decltype(read_checkpoint<double>) read_checkpoint<double>;
 
-template <class T>
+template <std::floating_point T>
 void StageClock<T>::end_of(Stage forward, Stage reverse) {
   shared_->count(forward);
   mark(reverse);
 }
 
-template <class T>
+template <std::floating_point T>
 void StageClock<T>::mark(Stage before) {
   if (!is_swept_) return;
   record_mark<T>([shared = shared_, before] {

@@ -51,7 +51,7 @@ geometry::Camera placed(geometry::Camera camera, const image::Placement& place, 
 
 /// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
 /// published data set, whose masks are slightly dilated silhouettes. Beside the frame it is 0.
-template <class T>
+template <std::floating_point T>
 Array<T, 2> mask_of(const io::Frame& frame, std::size_t height, std::size_t width, image::FitKind fit) {
   Array<T, 3> marked(Extents<3>{frame.image.shape(0), frame.image.shape(1), 1});
   for (std::size_t i = 0; i < marked.size(); ++i)
@@ -62,7 +62,7 @@ Array<T, 2> mask_of(const io::Frame& frame, std::size_t height, std::size_t widt
   return mask;
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> interior_of(const Array<T, 2>& coverage) {
   auto interior = zeros<T, 2>(coverage.shape());
   for (std::size_t y = 0; y + 1 < coverage.shape(0); ++y)
@@ -83,7 +83,7 @@ inline geometry::Orbit orbit_around(const geometry::Mesh& car, const geometry::C
 }
 
 /// Pixels of coverage where the frame lies.
-template <class T>
+template <std::floating_point T>
 double covered_in(const Array<T, 2>& coverage, const image::Placement& place) {
   double sum = 0;
   for (std::size_t y = place.top; y < place.top + place.height; ++y)
@@ -102,7 +102,7 @@ inline detect::Box box_around(const image::PixelWindow& window) {
 
 namespace tapestry::camouflage {
 
-template <class T>
+template <std::floating_point T>
 Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height, std::size_t width,
                   std::size_t samples_per_axis, image::FitKind fit) {
   const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit);
@@ -110,7 +110,7 @@ Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t 
           detail::mask_of<T>(frame, height, width, fit), samples_per_axis};
 }
 
-template <class T>
+template <std::floating_point T>
 View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                   std::size_t width, std::size_t samples_per_axis, const image::Fit& fit,
                   const std::optional<PhotoLight>& photo) {
@@ -152,7 +152,7 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   return view;
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
   const auto render = raster::render(
       *view.paint_to_picture, raster::stored_texels(view.pyramid, image::in_space(view.space, colours)));
@@ -178,14 +178,14 @@ template decltype(make_view<double>) make_view<double>;
 template decltype(picture_of<float>) picture_of<float>;
 template decltype(picture_of<double>) picture_of<double>;
 
-template <class T>
+template <std::floating_point T>
 std::size_t view_bytes(const View<T>& view) {
   const std::size_t mask = view.sight ? view.sight->mask.size() : 0;
   return (view.background.size() + view.interior->size() + mask) * sizeof(T) +
          raster::memory_bytes(*view.paint_to_picture);
 }
 
-template <class T>
+template <std::floating_point T>
 typename ViewStore<T>::ViewPointer ViewStore<T>::view(std::size_t index) {
   const Kept& kept = kept_[index];  // which does not change once it is there
   if (locked([&] { return kept.view != nullptr; })) return unpacked(kept);
@@ -194,7 +194,7 @@ typename ViewStore<T>::ViewPointer ViewStore<T>::view(std::size_t index) {
   return made;
 }
 
-template <class T>
+template <std::floating_point T>
 typename ViewStore<T>::ViewPointer ViewStore<T>::make(std::size_t index) const {
   const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn] = settings_;
   const io::Frame frame = loaders_[index]();
@@ -205,7 +205,7 @@ typename ViewStore<T>::ViewPointer ViewStore<T>::make(std::size_t index) const {
   return std::make_shared<const View<T>>(std::move(view));
 }
 
-template <class T>
+template <std::floating_point T>
 void ViewStore<T>::keep(std::size_t index, const ViewPointer& view) {
   if (locked([&] { return kept_bytes_ >= settings_.keep_bytes; })) return;
   Kept kept = packed(view);
@@ -221,7 +221,7 @@ void ViewStore<T>::keep(std::size_t index, const ViewPointer& view) {
   });
 }
 
-template <class T>
+template <std::floating_point T>
 typename ViewStore<T>::Kept ViewStore<T>::packed(const ViewPointer& view) {
   Kept kept{view, image::to_bytes(view->background)};
   if (image::from_bytes<T>(kept.background) != view->background) return {view};
@@ -231,7 +231,7 @@ typename ViewStore<T>::Kept ViewStore<T>::packed(const ViewPointer& view) {
   return kept;
 }
 
-template <class T>
+template <std::floating_point T>
 typename ViewStore<T>::ViewPointer ViewStore<T>::unpacked(const Kept& kept) {
   if (kept.background.size() == 0) return kept.view;
   auto view = std::make_shared<View<T>>(*kept.view);

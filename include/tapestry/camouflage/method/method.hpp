@@ -39,11 +39,11 @@ struct Method {
 };
 
 /// \throws DomainError for a texel whose row is not there; ShapeError unless bounds are of the same rows
-template <class T>
+template <std::floating_point T>
 void require_sound(const Method<T>& method);
 
 /// Which texels a method paints, as Paint::painted.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::vector<std::uint8_t> painted_texels(const Method<T>& method);
 
 /// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
@@ -52,12 +52,12 @@ template <class T>
 ///
 /// \param start  [texel, 3], a parameter for every texel
 /// \throws ShapeError unless the method is for as many texels; else as require_sound()
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start);
 
 /// The rows of a parameter that are of the texture.
 /// \throws ShapeError if there are none
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> texture_rows(const Method<T>& method, const ArrayVariable<T, 2>& parameter);
 
 /// The colours of all texels by a method on the tape, with c = texture_colours(parameter):
@@ -68,18 +68,18 @@ template <class T>
 /// \returns          [texel, 3], in [0, 1]
 /// \throws ShapeError unless there is a row of the parameter for each of the method's; else as
 /// require_sound()
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> method_colours(const Method<T>& method,
                                                  const ArrayVariable<T, 2>& parameter);
 
 /// The colours on the tape as a printer makes those that a method paints; printed() of plain numbers.
 /// \param colours  as method_colours() returns them
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> printed(const Method<T>& method, const ArrayVariable<T, 2>& colours,
                                           const image::ColourChange& print);
 
 /// method_colours() of plain numbers.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 2> method_colours(const Method<T>& method, const Array<T, 2>& parameter) {
   return method_colours(method, ArrayVariable<T, 2>(parameter)).value();
 }

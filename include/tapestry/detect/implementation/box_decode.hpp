@@ -114,7 +114,7 @@ void for_each_decoded(const Head& head, std::size_t images, double input_height,
     }
 }
 
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::vector<Array<T, 3>> decoded_arrays(const Head& head, const Array<T, 4>& logits,
                                                       double input_height, double input_width) {
   const std::size_t images = logits.shape(0), count = head.candidate_count();
@@ -139,7 +139,7 @@ template <class T>
 }
 
 /// Adds the pullback of decoded_arrays(); null for what nothing depends on.
-template <class T>
+template <std::floating_point T>
 void decoded_arrays_adjoint(const Head& head, const Array<T, 4>& logits, double input_height,
                             double input_width, const std::vector<const Array<T, 3>*>& adjoints,
                             Array<T, 4>& logits_adjoint) {

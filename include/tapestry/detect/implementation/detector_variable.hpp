@@ -94,16 +94,16 @@ template ArrayVariable<float, 4> encoded<float>(const ArrayVariable<float, 4>& p
 template ArrayVariable<double, 4> encoded<double>(const ArrayVariable<double, 4>& pictures,
                                                   const InputEncoding& encoding);
 
-template <class T>
+template <std::floating_point T>
 Pass<T>::Pass() = default;
 
-template <class T>
+template <std::floating_point T>
 Pass<T>::Pass(Pass&&) noexcept = default;
 
-template <class T>
+template <std::floating_point T>
 Pass<T>& Pass<T>::operator=(Pass&&) noexcept = default;
 
-template <class T>
+template <std::floating_point T>
 Pass<T>::~Pass() = default;
 
 template struct Pass<float>;
@@ -113,14 +113,14 @@ template struct Pass<double>;
 
 namespace tapestry::detect::detail {
 
-template <class T>
+template <std::floating_point T>
 std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(const std::shared_ptr<Pass<T>>& pass) {
   std::vector<std::shared_ptr<const Array<T, 4>>> logits;
   for (const auto& head : pass->logits) logits.emplace_back(pass, &head);
   return logits;
 }
 
-template <class T>
+template <std::floating_point T>
 std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
                                                const std::shared_ptr<Pass<T>>& pass,
                                                const ArrayVariable<T, 4>& images) {

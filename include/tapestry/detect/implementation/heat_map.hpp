@@ -161,7 +161,7 @@ namespace tapestry::detect::detail {
 
 /// What the score of an image's surest candidate asks of the first told layer, without what is negative,
 /// [C, H, W]; zeros if there is no candidate.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Array<T, 3> positive_layer_adjoint(const Detector<T>& detector, Pass<T>& pass,
                                                  std::size_t class_index, std::size_t image) {
   std::vector<const Array<T, 4>*> logits;

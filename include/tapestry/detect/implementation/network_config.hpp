@@ -150,7 +150,7 @@ NetworkConfig without_batch_norm(NetworkConfig config) {
 namespace tapestry::detect::detail {
 
 /// Factor that batch normalisation with running statistics puts on a filter: scale / √(variance + ε).
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] double folded_factor(const Array<T, 1>& parameters, const ConvolutionParameters& own,
                                    std::size_t filter, double epsilon) {
   return static_cast<double>(parameters[own.scale + filter]) /

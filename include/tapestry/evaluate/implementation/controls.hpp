@@ -150,7 +150,7 @@ std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car, const c
           {shuffled_patches_name, {std::move(shuffled), painted}}};
 }
 
-template <class T>
+template <std::floating_point T>
 std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t seed) {
   Random random = Random(seed).fork(0x636F6E74726F6CULL);
   std::vector<Control<T>> controls;

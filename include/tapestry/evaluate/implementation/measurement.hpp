@@ -94,7 +94,7 @@ AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
   return success;
 }
 
-template <class T>
+template <std::floating_point T>
 Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
                             const camouflage::Paint<T>* paint, const Photography& photography,
                             std::size_t draw) {

@@ -17,7 +17,7 @@
 namespace tapestry::image::detail {
 
 /// Adds the part of a picture beside a place, [H, W, C], to another.
-template <class T>
+template <std::floating_point T>
 void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& to) {
   const auto is_within = [](std::size_t at, std::size_t first, std::size_t count) {
     return at >= first && at - first < count;
@@ -106,7 +106,7 @@ ArrayVariable<T, 3> over(const ArrayVariable<T, 3>& premultiplied, const ArrayVa
 namespace tapestry::image::detail {
 
 /// One picture of a batch, and what it lies over.
-template <class T>
+template <std::floating_point T>
 struct Laid {
   std::shared_ptr<const Array<T, 3>> premultiplied, background;
   std::shared_ptr<const Array<T, 2>> coverage;
@@ -114,7 +114,7 @@ struct Laid {
 };
 
 /// Adds to the adjoint of the front what that of the whole picture, of these extents, says.
-template <class T>
+template <std::floating_point T>
 void pull_back_laid(const Laid<T>& laid, const T* picture, const T* picture_adjoint,
                     const Extents<3>& extents, ColourSpace space, T* front_adjoint) {
   with_overlay(space, [&](auto overlay) {

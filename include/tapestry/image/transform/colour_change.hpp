@@ -38,7 +38,7 @@ struct ColourChange {
 
 namespace detail {
 
-template <class T, std::size_t Rank>
+template <std::floating_point T, std::size_t Rank>
 void require_colours(const char* operation, const Array<T, Rank>& colours) {
   if (colours.shape(Rank - 1) != 3)
     throw ShapeError(std::string(operation) + ": " + std::to_string(colours.shape(Rank - 1)) +
@@ -55,7 +55,7 @@ void for_each_colour(std::size_t numbers, Visit visit) {
   });
 }
 
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] Eigen::Matrix<T, 3, 1> changed_before_cut(const Eigen::Matrix<T, 3, 3>& matrix,
                                                         const Eigen::Matrix<T, 3, 1>& offset,
                                                         const T* colour) {

@@ -34,7 +34,7 @@ std::string name_of(AdversarialLoss kind) {
 
 namespace tapestry::loss::detail {
 
-template <class T>
+template <std::floating_point T>
 TermSums paper_terms(const Predictions<T>& predictions, const Target& target) {
   TermSums sums;
   for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
@@ -47,7 +47,7 @@ TermSums paper_terms(const Predictions<T>& predictions, const Target& target) {
   return sums;
 }
 
-template <class T>
+template <std::floating_point T>
 void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
                          const LogitsAdjoint<T>& logits_adjoint) {
   for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
@@ -67,7 +67,7 @@ void paper_terms_adjoint(const Predictions<T>& predictions, const Target& target
   }
 }
 
-template <class T>
+template <std::floating_point T>
 TermSums as_coded_terms(const Predictions<T>& predictions, const Target& target) {
   TermSums sums;
   const auto balance = objectness_balance(predictions.heads);
@@ -83,7 +83,7 @@ TermSums as_coded_terms(const Predictions<T>& predictions, const Target& target)
   return sums;
 }
 
-template <class T>
+template <std::floating_point T>
 void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& target, const TermSums& adjoint,
                             const LogitsAdjoint<T>& logits_adjoint) {
   const auto balance = objectness_balance(predictions.heads);
@@ -102,7 +102,7 @@ void as_coded_terms_adjoint(const Predictions<T>& predictions, const Target& tar
   }
 }
 
-template <class T>
+template <std::floating_point T>
 void terms_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                    const TermSums& adjoint, const LogitsAdjoint<T>& logits_adjoint) {
   if (kind == AdversarialLoss::paper) paper_terms_adjoint(predictions, target, adjoint, logits_adjoint);
@@ -115,7 +115,7 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
 
 namespace tapestry::loss {
 
-template <class T>
+template <std::floating_point T>
 AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                                 const AdversarialWeights& weights) {
   require_predictions("adversarial", predictions);
@@ -130,7 +130,7 @@ AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target&
           static_cast<T>(sums.max_score), static_cast<T>(total)};
 }
 
-template <class T>
+template <std::floating_point T>
 void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                          const AdversarialWeights& weights, T total_adjoint,
                          const LogitsAdjoint<T>& logits_adjoint) {
@@ -169,7 +169,7 @@ namespace tapestry::loss::detail {
 
 /// The mean of the terms over a batch, added in double in the order of the images: iou, objectness,
 /// classification, max_score, total.
-template <class T>
+template <std::floating_point T>
 Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const Target> targets,
                                    AdversarialLoss kind, const AdversarialWeights& weights) {
   std::vector<AdversarialTerms<T>> terms(targets.size());
@@ -187,7 +187,7 @@ Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const 
 }
 
 /// Adjoint of one image's terms, a share of that of the means.
-template <class T>
+template <std::floating_point T>
 TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
                           const AdversarialWeights& weights) {
   const T share = static_cast<T>(1 / static_cast<double>(images));
@@ -199,7 +199,7 @@ TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
           of_image(2) + total * weights.classification, of_image(3) + total * weights.max_score};
 }
 
-template <class T>
+template <std::floating_point T>
 AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& heads, std::size_t input_height,
                                              std::size_t input_width,
                                              const std::vector<ArrayVariable<T, 4>>& logits,

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/adversarial_terms.hpp>
@@ -103,7 +104,7 @@ CompleteOverlap complete_iou(const detect::Box& box, const detect::Box& target) 
 
 namespace tapestry::loss::detail {
 
-template <class T>
+template <std::floating_point T>
 double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target) {
   const auto& head = predictions.heads[best.candidate.head];
   double unsure = nn::logistic(-class_logit(predictions, best.candidate, target.class_index));
@@ -118,7 +119,7 @@ double miss(const Predictions<T>& predictions, const Responsible& best, const Ta
 
 namespace tapestry::loss {
 
-template <class T>
+template <std::floating_point T>
 double max_score(const Predictions<T>& predictions, const Target& target) {
   const auto best = responsible(predictions, target);
   if (!best) return 0;
@@ -126,7 +127,7 @@ double max_score(const Predictions<T>& predictions, const Target& target) {
   return score < 0.5 ? -std::log1p(-score) : -std::log(detail::miss(predictions, *best, target));
 }
 
-template <class T>
+template <std::floating_point T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
                        const LogitsAdjoint<T>& logits_adjoint) {
   const auto best = responsible(predictions, target);

@@ -17,7 +17,7 @@
 
 namespace tapestry::loss::detail {
 
-template <class T>
+template <std::floating_point T>
 void require_wanted(const char* operation, const Array<T, 4>& logits, const Array<T, 4>& wanted) {
   require_shape(operation, "wanted", wanted, logits.shape());
   if (logits.size() == 0) throw ShapeError(std::string(operation) + ": no logits");
@@ -26,7 +26,7 @@ void require_wanted(const char* operation, const Array<T, 4>& logits, const Arra
 inline constexpr std::size_t entropy_block = 4096;  ///< logits that a thread takes at a time
 
 /// Calls body(place of class 0, distance of classes, Σ exp(x − largest), largest) for each softmax.
-template <class T, class Body>
+template <std::floating_point T, class Body>
 void for_each_softmax(const Array<T, 4>& logits, Body body) {
   const std::size_t classes = logits.shape(1), cells = logits.shape(2) * logits.shape(3);
   for (std::size_t n = 0; n < logits.shape(0); ++n)

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -15,7 +16,7 @@
 namespace tapestry::loss::detail {
 
 /// The centre of a candidate's cell, pixels of the input.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] detect::Box cell_box(const Predictions<T>& predictions, const Candidate& candidate) {
   const auto [x, y] =
       detect::detail::axes_of(predictions.heads[candidate.head], place_of(predictions, candidate));
@@ -31,7 +32,7 @@ ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit)
 }
 
 /// What it costs a candidate to say one class and deny all others.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] std::vector<double> class_costs(const Predictions<T>& predictions, const Candidate& candidate) {
   const auto& head = predictions.heads[candidate.head];
   const auto logit = logits_of(predictions, candidate);
@@ -49,7 +50,7 @@ template <class T>
 }
 
 /// The candidates of one image, and which truth each has got so far.
-template <class T>
+template <std::floating_point T>
 class DynamicMatcher {
  public:
   DynamicMatcher(const Predictions<T>& predictions, const DynamicMatchOptions& options)
@@ -142,7 +143,7 @@ void require_free_heads(const char* operation, const std::vector<detect::Head>& 
 }
 
 /// \throws NumericError for a logit of the image that is not finite
-template <class T>
+template <std::floating_point T>
 void require_finite_image(const char* operation, const Predictions<T>& predictions) {
   for (std::size_t head = 0; head < predictions.heads.size(); ++head) {
     const auto& logits = *predictions.logits[head];
@@ -160,7 +161,7 @@ void require_finite_image(const char* operation, const Predictions<T>& predictio
 
 namespace tapestry::loss {
 
-template <class T>
+template <std::floating_point T>
 DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                                const Truths& truths, std::size_t input_height, std::size_t input_width,
                                const DynamicMatchOptions& options) {

@@ -34,7 +34,7 @@ struct Assignment {
 /// Truths to candidates: in the cell of the truth's centre the anchor, over all heads, whose shape fits best
 /// (ties to the first), and those above match_iou. A candidate that two truths want keeps the first. Truths
 /// without area or with their centre outside the picture are left out.
-template <class T>
+template <std::floating_point T>
 std::vector<Assignment> assignments(const Predictions<T>& predictions, const std::vector<Target>& truths,
                                     const YoloTrainingOptions& options) {
   std::vector<Assignment> assigned;
@@ -64,7 +64,7 @@ std::vector<Assignment> assignments(const Predictions<T>& predictions, const std
 }
 
 /// Calls visit(candidate) for those unmatched candidates that ought to say "no object".
-template <class T, class Visit>
+template <std::floating_point T, class Visit>
 void for_each_background(const Predictions<T>& predictions, const std::vector<Target>& truths,
                          const std::vector<Assignment>& assigned, double ignore_iou, Visit visit) {
   for (std::size_t head = 0; head < predictions.heads.size(); ++head)
@@ -87,7 +87,7 @@ struct BoxGoal {
   double weight;  ///< 2 − share of the picture: small boxes count more
 };
 
-template <class T>
+template <std::floating_point T>
 BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment) {
   const auto& [candidate, truth] = assignment;
   const auto& head = predictions.heads[candidate.head];
@@ -131,7 +131,7 @@ inline void require_family(const char* operation, const std::vector<detect::Head
                         " have no anchors, which this loss tells truths to; expected darknet or ultralytics");
 }
 
-template <class T>
+template <std::floating_point T>
 void require_training(const char* operation, const std::vector<detect::Head>& heads,
                       const LogitsView<T>& logits, const Truths& truths, std::size_t input_height,
                       std::size_t input_width) {
@@ -144,7 +144,7 @@ void require_training(const char* operation, const std::vector<detect::Head>& he
     for (const Target& truth : of_image) require_target(operation, last, truth);
 }
 
-template <class T>
+template <std::floating_point T>
 YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vector<Target>& truths,
                               const YoloTrainingOptions& options) {
   YoloTrainingTerms terms;
@@ -166,7 +166,7 @@ YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vect
   return terms;
 }
 
-template <class T>
+template <std::floating_point T>
 void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Target>& truths,
                          const YoloTrainingOptions& options, double adjoint,
                          const LogitsAdjoint<T>& logits_adjoint) {
@@ -199,7 +199,7 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
 
 namespace tapestry::loss {
 
-template <class T>
+template <std::floating_point T>
 YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                                 const Truths& truths, std::size_t input_height, std::size_t input_width,
                                 const YoloTrainingOptions& options) {
@@ -210,7 +210,7 @@ YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads, const Lo
   });
 }
 
-template <class T>
+template <std::floating_point T>
 void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                            const Truths& truths, std::size_t input_height, std::size_t input_width,
                            const YoloTrainingOptions& options, T total_adjoint,
@@ -243,7 +243,7 @@ namespace tapestry::loss::detail {
 /// The terms of a training loss on the tape, as one record.
 /// \param options     with the weights of the terms
 /// \param adjoint_of  adds to its second argument the derivative of the total under the weights of its first
-template <class T, class Options, class AdjointOf>
+template <std::floating_point T, class Options, class AdjointOf>
 [[nodiscard]] YoloTrainingVariables<T> record_training_terms(const YoloTrainingTerms& terms,
                                                              const Options& options, AdjointOf adjoint_of,
                                                              const std::vector<ArrayVariable<T, 4>>& logits) {
@@ -263,7 +263,7 @@ template <class T, class Options, class AdjointOf>
   return {element(values, {0}), element(values, {1}), element(values, {2}), element(values, {3})};
 }
 
-template <class T>
+template <std::floating_point T>
 YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads, std::size_t input_height,
                                           std::size_t input_width,
                                           const std::vector<ArrayVariable<T, 4>>& logits,

@@ -45,7 +45,7 @@ void for_each_score(const detect::Head& head, const DynamicMatch* match, Visit v
 }
 
 /// Calls visit(candidate, match) for all candidates of an image in order, match being null for background.
-template <class T, class Visit>
+template <std::floating_point T, class Visit>
 void for_each_with_match(const Predictions<T>& predictions, const std::vector<DynamicMatch>& matches,
                          Visit visit) {
   auto next = matches.begin();
@@ -57,7 +57,7 @@ void for_each_with_match(const Predictions<T>& predictions, const std::vector<Dy
 }
 
 /// Sums of one image, not divided by anything.
-template <class T>
+template <std::floating_point T>
 YoloTrainingTerms yolox_sums(const Predictions<T>& predictions, const std::vector<DynamicMatch>& matches) {
   YoloTrainingTerms sums;
   for_each_with_match(predictions, matches, [&](const Candidate& candidate, const DynamicMatch* match) {
@@ -77,7 +77,7 @@ YoloTrainingTerms yolox_sums(const Predictions<T>& predictions, const std::vecto
 }
 
 /// \param adjoint  of the sums' weighted total
-template <class T>
+template <std::floating_point T>
 void yolox_sums_adjoint(const Predictions<T>& predictions, const std::vector<DynamicMatch>& matches,
                         const YoloxTrainingOptions& options, double adjoint,
                         const LogitsAdjoint<T>& logits_adjoint) {
@@ -101,7 +101,7 @@ void yolox_sums_adjoint(const Predictions<T>& predictions, const std::vector<Dyn
 }
 
 /// \throws as yolox_training()
-template <class T>
+template <std::floating_point T>
 void require_matches(const char* operation, const std::vector<detect::Head>& heads,
                      const LogitsView<T>& logits, const DynamicMatches& matches, std::size_t input_height,
                      std::size_t input_width) {
@@ -136,7 +136,7 @@ void require_matches(const char* operation, const std::vector<detect::Head>& hea
 
 namespace tapestry::loss {
 
-template <class T>
+template <std::floating_point T>
 YoloTrainingTerms yolox_training(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                                  const DynamicMatches& matches, std::size_t input_height,
                                  std::size_t input_width, const YoloxTrainingOptions& options) {
@@ -146,7 +146,7 @@ YoloTrainingTerms yolox_training(const std::vector<detect::Head>& heads, const L
   });
 }
 
-template <class T>
+template <std::floating_point T>
 void yolox_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                             const DynamicMatches& matches, std::size_t input_height, std::size_t input_width,
                             const YoloxTrainingOptions& options, T total_adjoint,
@@ -178,7 +178,7 @@ template decltype(yolox_training_adjoint<double>) yolox_training_adjoint<double>
 
 namespace tapestry::loss::detail {
 
-template <class T>
+template <std::floating_point T>
 YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& heads, std::size_t input_height,
                                            std::size_t input_width,
                                            const std::vector<ArrayVariable<T, 4>>& logits,

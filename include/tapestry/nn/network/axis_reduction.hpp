@@ -51,7 +51,7 @@ inline constexpr std::size_t lane_block = 64;
 using Lanes = std::array<double, lane_block>;
 
 /// sums[l] = Step(sums[l], from[l]) for the lanes of one place.
-template <class Step, class T>
+template <class Step, std::floating_point T>
 void reduce_lanes(const T* from, const Lanes& shifts, Lanes& sums, std::size_t lanes) {
   struct Body {
     const T* from;
@@ -65,7 +65,7 @@ void reduce_lanes(const T* from, const Lanes& shifts, Lanes& sums, std::size_t l
 }
 
 /// The same for neighbours that belong to one lane, in sixteen parts side by side.
-template <class Step, class T>
+template <class Step, std::floating_point T>
 [[nodiscard]] double reduce_run(const T* from, double shift, double sum, std::size_t count) {
   std::size_t i = 0;
   if (count >= 32) {

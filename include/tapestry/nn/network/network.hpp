@@ -80,11 +80,11 @@ class Network {
   ///
   /// \param window  outside of which the picture stays as it is; may be empty
   /// \throws DomainError for a network of other inputs
-  void forward_within(const T* picture, const Window& window, KeptValues<T>& kept, NetworkPass<T>& pass,
+  void forward_within(const T* picture, const MapWindow& window, KeptValues<T>& kept, NetworkPass<T>& pass,
                       Mode mode = Mode::inference) const;
 
   /// Share of the multiply-adds of a whole pass, from 0 to 1, that forward_within() leaves out.
-  [[nodiscard]] double share_kept(const Window& window, Mode mode = Mode::input_gradient) const;
+  [[nodiscard]] double share_kept(const MapWindow& window, Mode mode = Mode::input_gradient) const;
 
   /// Adds the pullback of output_adjoints to inputs_adjoint and to weights_adjoint.
   ///

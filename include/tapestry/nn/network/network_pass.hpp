@@ -139,7 +139,7 @@ class NetworkPass {
   }
 
   /// The window of a value that is computed, forward or backward; null: all.
-  [[nodiscard]] static const Window* window_of(const WindowPlan* plan, std::size_t value) {
+  [[nodiscard]] static const MapWindow* window_of(const MapWindowPlan* plan, std::size_t value) {
     return plan != nullptr && value != no_value && plan->changed[value] ? &*plan->changed[value] : nullptr;
   }
 
@@ -148,7 +148,7 @@ class NetworkPass {
 
   Mode mode_ = Mode::inference;
   std::size_t batch_ = 1;
-  std::shared_ptr<const WindowPlan> plan_{};  ///< after forward() with something kept
+  std::shared_ptr<const MapWindowPlan> plan_{};  ///< after forward() with something kept
   KeptValues<T>* kept_ = nullptr;             ///< during such a forward()
   bool holds_ = false;
   OperationTimes* forward_times_ = nullptr;  ///< null if nothing is measured

@@ -15,7 +15,7 @@
 namespace tapestry::nn {
 
 /// What one operation of one pass keeps from forward to adjoint, beside its operands and results.
-template <class T>
+template <std::floating_point T>
 struct OperationState {
   Buffer<T> values{};
   Buffer<std::uint8_t> bits{};
@@ -24,7 +24,7 @@ struct OperationState {
 };
 
 /// One call of Operation::forward().
-template <class T>
+template <std::floating_point T>
 struct ForwardCall {
   std::span<const TensorView<const T>> inputs;
   std::span<const TensorView<T>> outputs;  ///< not initialised
@@ -32,12 +32,12 @@ struct ForwardCall {
   bool keeps;  ///< whether the adjoint will be asked for
   Engine engine;
   std::size_t batch = 1;  ///< copies, one behind the other, of all operands and results that are not constant
-  const Window* window = nullptr;  ///< of the results: nothing else need be written; null: all
+  const MapWindow* window = nullptr;  ///< of the results: nothing else need be written; null: all
 };
 
 /// Values of operands and results are there only where Operation::adjoint_reads() asks for them, in training
 /// also where weight_adjoint_reads() does; all others are null.
-template <class T>
+template <std::floating_point T>
 struct AdjointCall {
   std::span<const TensorView<const T>> inputs;
   std::span<const TensorView<const T>> outputs;
@@ -47,9 +47,9 @@ struct AdjointCall {
   std::span<bool> is_fresh;  ///< of input_adjoints: not initialised yet, so to be written, not added to
   OperationState<T>& state;
   Engine engine;
-  std::size_t batch = 1;                 ///< as in ForwardCall
-  const Window* window = nullptr;        ///< of the results, whose adjoints are defined there only; null: all
-  const Window* input_window = nullptr;  ///< of operand 0: nothing else need be written; null: all
+  std::size_t batch = 1;              ///< as in ForwardCall
+  const MapWindow* window = nullptr;  ///< of the results, whose adjoints are defined there only; null: all
+  const MapWindow* input_window = nullptr;  ///< of operand 0: nothing else need be written; null: all
 
   [[nodiscard]] bool wants(std::size_t input) const {
     return input < input_adjoints.size() && input_adjoints[input].is_there();
@@ -116,18 +116,18 @@ class Operation {
   /// where the results' adjoints are read to compute those of the operands within their windows. None: all.
   ///
   /// \param changed  of each operand; empty where it is constant
-  [[nodiscard]] virtual std::optional<Window> window_reached(Engine /*engine*/,
-                                                             std::span<const Window> changed,
-                                                             bool /*with_adjoint*/) const {
+  [[nodiscard]] virtual std::optional<MapWindow> window_reached(Engine /*engine*/,
+                                                                std::span<const MapWindow> changed,
+                                                                bool /*with_adjoint*/) const {
     if (!is_pixelwise_) return std::nullopt;
-    Window reached{};
-    for (const Window& window : changed) reached = hull(reached, window);
+    MapWindow reached{};
+    for (const MapWindow& window : changed) reached = hull(reached, window);
     return reached;
   }
   /// The window of an operand that is read to compute a window of the results. Only where window_reached()
   /// is one.
-  [[nodiscard]] virtual Window window_read(Engine /*engine*/, std::size_t /*operand*/,
-                                           const Window& computed) const {
+  [[nodiscard]] virtual MapWindow window_read(Engine /*engine*/, std::size_t /*operand*/,
+                                              const MapWindow& computed) const {
     return computed;
   }
   /// Multiply-adds of a convolution; 0 of others.

@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <numeric>
@@ -58,7 +59,7 @@ struct Constant {
 };
 
 /// A tensor that a pass holds: values in row-major order of its shape.
-template <class T>
+template <std::floating_point T>
 struct TensorView {
   const Shape* shape = nullptr;
   T* values = nullptr;  ///< null for an operand that a node leaves out

@@ -16,29 +16,29 @@ namespace tapestry::nn {
 
 /// Rows and columns of each value that a pass computes anew when the network's one input, a picture stored
 /// channels last, changes within a window. Values that are no maps of one picture are computed whole.
-struct WindowPlan {
+struct MapWindowPlan {
   Engine engine = Engine::automatic;  ///< whose tiles they are
-  Window picture{};                   ///< that changes; may be empty
+  MapWindow picture{};                   ///< that changes; may be empty
   /// Everything whose bits depend on the picture's window; the adjoint is not needed anywhere else. None:
   /// all.
-  std::vector<std::optional<Window>> changed{};
+  std::vector<std::optional<MapWindow>> changed{};
   /// `changed`, and around it what is read to compute what has changed elsewhere. None: all.
-  std::vector<std::optional<Window>> read{};
+  std::vector<std::optional<MapWindow>> read{};
 };
 
 /// The rows and columns of a value that is a map of one picture; nothing for others.
-[[nodiscard]] inline std::optional<Window> map_of(const ProgramValue& value) {
+[[nodiscard]] inline std::optional<MapWindow> map_of(const ProgramValue& value) {
   if (!value.channels_last || value.is_constant() || value.shape.size() != 4 || value.shape[0] != 1)
     return std::nullopt;
-  return Window{{0, value.shape[1]}, {0, value.shape[2]}};
+  return MapWindow{{0, value.shape[1]}, {0, value.shape[2]}};
 }
 
 /// \param picture       the window that changes
 /// \param with_adjoint  whether the input's adjoint within the window is wanted, too
 template <std::floating_point T>
-[[nodiscard]] WindowPlan plan_windows(const Program<T>& program, Engine engine, const Window& picture,
+[[nodiscard]] MapWindowPlan plan_windows(const Program<T>& program, Engine engine, const MapWindow& picture,
                                       bool with_adjoint) {
-  WindowPlan plan;
+  MapWindowPlan plan;
   plan.engine = engine;
   plan.picture = picture;
   plan.changed.resize(program.values.size());
@@ -47,12 +47,12 @@ template <std::floating_point T>
       plan.changed[program.inputs[0]] = at_least_a_pixel(picture, map->rows.end, map->columns.end);
   const auto is_computed = [&](std::size_t v) { return v != no_value && !program.values[v].is_constant(); };
   for (const ProgramStep<T>& step : program.steps) {
-    std::vector<Window> operands(step.inputs.size());  // of constants empty
+    std::vector<MapWindow> operands(step.inputs.size());  // of constants empty
     bool has_windows = true;
     for (std::size_t i = 0; i < operands.size(); ++i) {
       if (!is_computed(step.inputs[i])) continue;
       has_windows = has_windows && plan.changed[step.inputs[i]];
-      operands[i] = plan.changed[step.inputs[i]].value_or(Window{});
+      operands[i] = plan.changed[step.inputs[i]].value_or(MapWindow{});
     }
     const auto reached =
         has_windows ? step.operation->window_reached(engine, operands, with_adjoint) : std::nullopt;
@@ -78,7 +78,7 @@ template <std::floating_point T>
 
 /// Share of the multiply-adds of a program that a plan leaves out, from 0 to 1.
 template <std::floating_point T>
-[[nodiscard]] double share_left_out(const Program<T>& program, const WindowPlan& plan) {
+[[nodiscard]] double share_left_out(const Program<T>& program, const MapWindowPlan& plan) {
   double all = 0, left_out = 0;
   for (const ProgramStep<T>& step : program.steps) {
     const double products = step.operation->product_count();
@@ -96,9 +96,9 @@ template <std::floating_point T>
 /// Calls body(place, count) for the elements of a map that lie in the window `outer`, or anywhere, but not in
 /// `inner`, in runs that lie side by side.
 template <class Body>
-void for_each_outside(const Shape& map, const std::optional<Window>& outer, const Window& inner, Body body) {
+void for_each_outside(const Shape& map, const std::optional<MapWindow>& outer, const MapWindow& inner, Body body) {
   const std::size_t width = map[2], channels = map[3];
-  const Window all = outer.value_or(Window{{0, map[1]}, {0, width}});
+  const MapWindow all = outer.value_or(MapWindow{{0, map[1]}, {0, width}});
   const auto piece = [&](std::size_t y, std::size_t begin, std::size_t end) {
     if (begin < end) body((y * width + begin) * channels, (end - begin) * channels);
   };
@@ -116,7 +116,7 @@ void for_each_outside(const Shape& map, const std::optional<Window>& outer, cons
 /// pixels around its own window that are read to compute what has changed. See Network::forward_within().
 template <std::floating_point T>
 struct KeptValues {
-  std::shared_ptr<const WindowPlan> plan{};  ///< null: nothing is kept
+  std::shared_ptr<const MapWindowPlan> plan{};  ///< null: nothing is kept
   std::vector<Buffer<T>> rings{};            ///< of each value; empty where nothing is needed
   Buffer<T> picture{};                       ///< as it was
   std::weak_ptr<const void> constants{};     ///< that they were computed with

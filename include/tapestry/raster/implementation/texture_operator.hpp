@@ -99,7 +99,7 @@ namespace tapestry::raster::detail {
 
 /// Adds every view's render_adjoint(), in the order of views; those without an adjoint add nothing. A small
 /// texture gets a part a view, so that views are independent of one another.
-template <class T>
+template <std::floating_point T>
 void add_render_adjoints(const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
                          const std::vector<const Array<T, 3>*>& render_adjoints,
                          Array<T, 2>& texels_adjoint) {

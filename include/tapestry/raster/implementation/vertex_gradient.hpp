@@ -92,7 +92,7 @@ ArrayVariable<T, 2> silhouette(const geometry::Mesh& mesh, const geometry::Camer
   auto shape = std::make_shared<geometry::Mesh>();
   shape->positions = mesh.positions;
   shape->faces = mesh.faces;
-  if (detail::is_given(positions)) geometry::set_positions(*shape, positions.value(), "silhouette");
+  if (detail::is_given(positions)) geometry::set_positions("silhouette", *shape, positions.value());
   auto coverage = silhouette<T>(*shape, seen_by, height, width, samples_per_axis);
   return detail::record_coverage<T>(std::move(shape), seen_by, at, std::move(coverage), positions, pose,
                                     samples_per_axis, std::move(edges));

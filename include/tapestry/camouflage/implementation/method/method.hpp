@@ -25,7 +25,7 @@
 
 namespace tapestry::camouflage {
 
-template <class T>
+template <std::floating_point T>
 void require_sound(const Method<T>& method) {
   if (method.greatest.shape() != method.least.shape())
     throw ShapeError("a method has " + std::to_string(method.least.shape(0)) + " least colours and " +
@@ -38,7 +38,7 @@ void require_sound(const Method<T>& method) {
                         std::to_string(rows[texel]) + " of " + std::to_string(method.row_count));
 }
 
-template <class T>
+template <std::floating_point T>
 std::vector<std::uint8_t> painted_texels(const Method<T>& method) {
   std::vector<std::uint8_t> painted;
   if (!method.row_of_texel) return painted;
@@ -47,7 +47,7 @@ std::vector<std::uint8_t> painted_texels(const Method<T>& method) {
   return painted;
 }
 
-template <class T>
+template <std::floating_point T>
 Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start) {
   const std::size_t below = method.shape ? method.shape->row_count() : 0;
   if (!method.row_of_texel) {
@@ -65,7 +65,7 @@ Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start) {
   return first;
 }
 
-template <class T>
+template <std::floating_point T>
 ArrayVariable<T, 2> texture_rows(const Method<T>& method, const ArrayVariable<T, 2>& parameter) {
   if (!method.shape) return parameter;
   const std::size_t rows = parameter.shape()[0], below = method.shape->row_count();
@@ -75,7 +75,7 @@ ArrayVariable<T, 2> texture_rows(const Method<T>& method, const ArrayVariable<T,
   return ArrayVariable<T, 2>(slice(parameter, {Range{0, rows - below}, Range{}}));
 }
 
-template <class T>
+template <std::floating_point T>
 ArrayVariable<T, 2> method_colours(const Method<T>& method, const ArrayVariable<T, 2>& parameter) {
   require_sound(method);
   const ArrayVariable<T, 2> of_texture = texture_rows(method, parameter);
@@ -105,7 +105,7 @@ ArrayVariable<T, 2> method_colours(const Method<T>& method, const ArrayVariable<
   return record_array(std::move(of_texels), pullback, colours);
 }
 
-template <class T>
+template <std::floating_point T>
 ArrayVariable<T, 2> printed(const Method<T>& method, const ArrayVariable<T, 2>& colours,
                             const image::ColourChange& print) {
   const ArrayVariable<T, 2> all = image::transformed(colours, print);

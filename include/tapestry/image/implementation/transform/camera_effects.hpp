@@ -43,12 +43,12 @@ inline double blur_weight(const std::vector<double>& weights, std::ptrdiff_t i, 
   return sum;
 }
 
-template <class T>
+template <std::floating_point T>
 using RowOfPicture = Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>>;
-template <class T>
+template <std::floating_point T>
 using ConstRowOfPicture = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>>;
 /// Rows mixed along columns: by the weight of row j in row i, or, for the transpose, of row i in row j.
-template <class T>
+template <std::floating_point T>
 Array<T, 3> mixed_down(const Array<T, 3>& picture, const std::vector<double>& weights, bool is_transposed) {
   if (weights.size() == 1) return picture;
   const auto radius = static_cast<std::ptrdiff_t>(weights.size() / 2);
@@ -68,7 +68,7 @@ Array<T, 3> mixed_down(const Array<T, 3>& picture, const std::vector<double>& we
 
 /// Pixels mixed along rows. A row is laid out with what stands before and behind it; the transpose collects
 /// such a row, and adds what has come to lie there to its ends.
-template <class T>
+template <std::floating_point T>
 Array<T, 3> mixed_across(const Array<T, 3>& picture, const std::vector<double>& weights, bool is_transposed) {
   if (weights.size() == 1) return picture;
   const auto taps = static_cast<std::ptrdiff_t>(weights.size()), radius = taps / 2;

@@ -34,10 +34,10 @@ inline constexpr JpegTable jpeg_chroma_table{{{17, 18, 24, 47, 99, 99, 99, 99},
                                               {99, 99, 99, 99, 99, 99, 99, 99},
                                               {99, 99, 99, 99, 99, 99, 99, 99}}};
 
-template <class T>
+template <std::floating_point T>
 using JpegBlock = Eigen::Array<T, 8, 8, Eigen::RowMajor>;
 /// The steps that coefficients are rounded to, on the scale 0 … 255.
-template <class T>
+template <std::floating_point T>
 JpegBlock<T> jpeg_steps(const JpegTable& table, int quality) {
   const int percent = quality < 50 ? 5000 / quality : 200 - 2 * quality;
   JpegBlock<T> steps;
@@ -49,7 +49,7 @@ JpegBlock<T> jpeg_steps(const JpegTable& table, int quality) {
 }
 
 /// The orthonormal discrete cosine transform of eight numbers; its transpose is its inverse.
-template <class T>
+template <std::floating_point T>
 Eigen::Matrix<T, 8, 8> cosine_matrix() {
   Eigen::Matrix<T, 8, 8> matrix;
   for (int u = 0; u < 8; ++u)
@@ -60,11 +60,11 @@ Eigen::Matrix<T, 8, 8> cosine_matrix() {
 }
 
 /// Luma and two chroma planes of a picture, on the scale −128 … 127, filled up to whole blocks.
-template <class T>
+template <std::floating_point T>
 using JpegPlanes = std::array<Array<T, 2>, 3>;
 
 /// Colours to luma and chroma (JFIF 1.02), and back.
-template <class T>
+template <std::floating_point T>
 Eigen::Matrix<T, 3, 3> luma_chroma_from_colour() {
   Eigen::Matrix3d matrix;
   matrix << 0.299, 0.587, 0.114, -0.168735891647856, -0.331264108352144, 0.5, 0.5, -0.418687589158345,
@@ -72,7 +72,7 @@ Eigen::Matrix<T, 3, 3> luma_chroma_from_colour() {
   return (255 * matrix).cast<T>();
 }
 
-template <class T>
+template <std::floating_point T>
 Eigen::Matrix<T, 3, 3> colour_from_luma_chroma() {
   Eigen::Matrix3d matrix;
   matrix << 1, 0, 1.402, 1, -0.344136286201022, -0.714136286201022, 1, 1.772, 0;
@@ -94,7 +94,7 @@ void for_each_jpeg_pixel(const Extents<3>& extents, const JpegCompression& jpeg,
   });
 }
 
-template <class T>
+template <std::floating_point T>
 JpegPlanes<T> empty_jpeg_planes(const Extents<3>& extents, const JpegCompression& jpeg) {
   const std::size_t unit = jpeg.is_chroma_halved ? 16 : 8, half = jpeg.is_chroma_halved ? 2 : 1;
   const std::size_t height = block_count(extents[0], unit) * unit,
@@ -103,7 +103,7 @@ JpegPlanes<T> empty_jpeg_planes(const Extents<3>& extents, const JpegCompression
           zeros<T, 2>({height / half, width / half})};
 }
 
-template <class T>
+template <std::floating_point T>
 JpegPlanes<T> jpeg_planes(const Array<T, 3>& picture, const JpegCompression& jpeg) {
   auto planes = empty_jpeg_planes<T>(picture.shape(), jpeg);
   const auto matrix = luma_chroma_from_colour<T>();
@@ -119,7 +119,7 @@ JpegPlanes<T> jpeg_planes(const Array<T, 3>& picture, const JpegCompression& jpe
 }
 
 /// What decompression makes of the planes, before the cut to 0 … 1.
-template <class T>
+template <std::floating_point T>
 Array<T, 3> picture_of_jpeg(const JpegPlanes<T>& planes, const Extents<3>& extents,
                             const JpegCompression& jpeg) {
   Array<T, 3> picture(extents);
@@ -135,7 +135,7 @@ Array<T, 3> picture_of_jpeg(const JpegPlanes<T>& planes, const Extents<3>& exten
 }
 
 /// Calls visit(block) for the blocks of a plane, from several threads; what it leaves in the block is kept.
-template <class T, class Visit>
+template <std::floating_point T, class Visit>
 void for_each_jpeg_block(Array<T, 2>& plane, Visit visit) {
   const std::size_t width = plane.shape(1);
   parallel_for(plane.shape(0) / 8, [&](std::size_t row) {
@@ -147,7 +147,7 @@ void for_each_jpeg_block(Array<T, 2>& plane, Visit visit) {
   });
 }
 
-template <class T>
+template <std::floating_point T>
 void round_coefficients(JpegPlanes<T>& planes, const JpegCompression& jpeg) {
   const auto cosines = cosine_matrix<T>();
   for (std::size_t p = 0; p < 3; ++p) {
@@ -162,7 +162,7 @@ void round_coefficients(JpegPlanes<T>& planes, const JpegCompression& jpeg) {
 }
 
 /// Turns adjoints of the rounded planes into those of the planes before, by the slopes of smooth rounding.
-template <class T>
+template <std::floating_point T>
 void pull_back_rounding(JpegPlanes<T>& before, const JpegCompression& jpeg, JpegPlanes<T>& adjoints) {
   const auto cosines = cosine_matrix<T>();
   for (std::size_t p = 0; p < 3; ++p) {
@@ -181,7 +181,7 @@ void pull_back_rounding(JpegPlanes<T>& before, const JpegCompression& jpeg, Jpeg
 /// The adjoints of the rounded planes, from those of the picture; channels that were cut have none.
 ///
 /// \param before  the planes before they were rounded
-template <class T>
+template <std::floating_point T>
 JpegPlanes<T> adjoints_of_planes(const JpegPlanes<T>& before, const JpegCompression& jpeg,
                                  const Array<T, 3>& out_adjoint) {
   auto rounded = before;

@@ -138,7 +138,7 @@ const Shape& Network<T>::picture_map(const char* operation) const {
 }
 
 template <std::floating_point T>
-void Network<T>::forward_within(const T* picture, const Window& window, KeptValues<T>& kept,
+void Network<T>::forward_within(const T* picture, const MapWindow& window, KeptValues<T>& kept,
                                 NetworkPass<T>& pass, Mode mode) const {
   const Shape& map = picture_map("Network::forward_within");
   if (mode == Mode::training) return forward({picture}, pass, mode);
@@ -147,7 +147,7 @@ void Network<T>::forward_within(const T* picture, const Window& window, KeptValu
                      kept.is_same_outside(map, picture);
   if (!holds) {
     kept.constants.reset();  // does not hold until it is full
-    kept.plan = std::make_shared<const WindowPlan>(
+    kept.plan = std::make_shared<const MapWindowPlan>(
         plan_windows(program_, engine_, window, mode == Mode::input_gradient));
     kept.mode = mode;
     kept.picture.resize(size_of(map));
@@ -160,7 +160,7 @@ void Network<T>::forward_within(const T* picture, const Window& window, KeptValu
 }
 
 template <std::floating_point T>
-double Network<T>::share_kept(const Window& window, Mode mode) const {
+double Network<T>::share_kept(const MapWindow& window, Mode mode) const {
   static_cast<void>(picture_map("Network::share_kept"));
   return share_left_out(program_, plan_windows(program_, engine_, window, mode == Mode::input_gradient));
 }

@@ -161,7 +161,7 @@ void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
 template <std::floating_point T>
 void NetworkPass<T>::add_within(const Program<T>& program, T* input_adjoint) {
   const std::size_t input = program.inputs.front();
-  const Window& window = plan_->picture;
+  const MapWindow& window = plan_->picture;
   if (input_adjoint == nullptr || adjoints_[input].empty() || window.is_empty()) return;
   const Shape& map = program.values[input].shape;
   for (std::size_t y = window.rows.begin; y < window.rows.end; ++y) {
@@ -275,7 +275,7 @@ void NetworkPass<T>::call_adjoint(const Program<T>& program, std::size_t s, cons
     inputs_.push_back(view(program.values[v], has(reads.inputs, i) ? where_[v] : nullptr, n));
     input_adjoints.push_back(view(program.values[v], goals[i], n));
   }
-  const Window* const window = window_of(plan_.get(), step.outputs.front());
+  const MapWindow* const window = window_of(plan_.get(), step.outputs.front());
   const std::unique_ptr<bool[]> is_fresh(new bool[step.inputs.size() + 1]());
   std::ranges::copy(is_first, is_fresh.get());
   step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,

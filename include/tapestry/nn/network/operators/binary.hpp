@@ -22,7 +22,7 @@ struct BinaryLoops {
 };
 
 namespace detail {
-template <class F, class T>
+template <class F, std::floating_point T>
 void binary_forward(const T* a, const T* b, T* y, std::size_t count, bool a_moves, bool b_moves) {
   struct Both {
     const T *a, *b;
@@ -49,7 +49,7 @@ void binary_forward(const T* a, const T* b, T* y, std::size_t count, bool a_move
   for (std::size_t i = 0; i < count; ++i) y[i] = F::value(a[a_moves ? i : 0], b[b_moves ? i : 0]);
 }
 
-template <class F, int Operand, class T>
+template <class F, int Operand, std::floating_point T>
 void binary_partial(const T* a, const T* b, const T* dy, T* to, std::size_t count, bool a_moves,
                     bool b_moves) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -59,13 +59,13 @@ void binary_partial(const T* a, const T* b, const T* dy, T* to, std::size_t coun
 }
 
 /// The product's, which is a product itself.
-template <int Operand, class T>
+template <int Operand, std::floating_point T>
 void product_partial(const T* a, const T* b, const T* dy, T* to, std::size_t count, bool a_moves,
                      bool b_moves) {
   binary_forward<binary::Mul>(dy, Operand == 0 ? b : a, to, count, true, Operand == 0 ? b_moves : a_moves);
 }
 
-template <class F, class T>
+template <class F, std::floating_point T>
 [[nodiscard]] BinaryLoops<T> binary_loops() {
   BinaryLoops<T> loops;
   loops.forward = &binary_forward<F, T>;
@@ -174,7 +174,7 @@ template <std::floating_point T>
   return {LayoutRule::any, all_inputs, true, make};
 }
 
-template <class F, class T>
+template <class F, std::floating_point T>
 void add_binary(OperatorTable<T>& table, const char* name, BinaryKind kind) {
   table[name] = binary_operator(kind, binary_loops<F, T>(), binary_loops<F, T>());
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 
 /// \file
 /// Functions of two numbers, as ONNX defines them, for BinaryOperation. `by_a` and `by_b` are the
@@ -26,15 +27,15 @@ struct VectorFunction {
 
 /// x + y.
 struct Add : VectorFunction {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T a, T b) {
     return a + b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_a(T, T) {
     return 1;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_b(T, T) {
     return 1;
   }
@@ -42,15 +43,15 @@ struct Add : VectorFunction {
 
 /// x − y.
 struct Sub : VectorFunction {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T a, T b) {
     return a - b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_a(T, T) {
     return 1;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_b(T, T) {
     return -1;
   }
@@ -58,15 +59,15 @@ struct Sub : VectorFunction {
 
 /// x · y.
 struct Mul : VectorFunction {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T a, T b) {
     return a * b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_a(T, T b) {
     return b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_b(T a, T) {
     return a;
   }
@@ -74,15 +75,15 @@ struct Mul : VectorFunction {
 
 /// x / y.
 struct Div : VectorFunction {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T a, T b) {
     return a / b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_a(T, T b) {
     return 1 / b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_b(T a, T b) {
     return -(a / b) / b;
   }
@@ -90,7 +91,7 @@ struct Div : VectorFunction {
 
 /// Towards 0; not a number where b is 0.
 struct IntegerDiv : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return std::trunc(a / b);
   }
@@ -98,16 +99,16 @@ struct IntegerDiv : Discrete {
 
 /// a^b. With respect to b, the derivative is 0 where a is not above 0.
 struct Pow : Function {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return b == 2 ? a * a : std::pow(a, b);
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_a(T a, T b) {
     if (b == 2) return 2 * a;
     return b == 0 ? T(0) : b * std::pow(a, b - 1);
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_b(T a, T b) {
     return a > 0 ? std::pow(a, b) * std::log(a) : T(0);
   }
@@ -115,7 +116,7 @@ struct Pow : Function {
 
 /// x^y of integers.
 struct IntegerPow : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return std::trunc(std::pow(a, b));
   }
@@ -123,15 +124,15 @@ struct IntegerPow : Discrete {
 
 /// The remainder of the sign of a. With respect to b, the derivative is that between the jumps.
 struct Fmod : Function {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return std::fmod(a, b);
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_a(T, T) {
     return 1;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_b(T a, T b) {
     return -std::trunc(a / b);
   }
@@ -139,7 +140,7 @@ struct Fmod : Function {
 
 /// The remainder of the sign of b.
 struct IntegerMod : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     const T rest = std::fmod(a, b);
     return rest != 0 && (rest < 0) != (b < 0) ? rest + b : rest;
@@ -148,15 +149,15 @@ struct IntegerMod : Discrete {
 
 /// a above 0, a · b elsewhere; at a = 0 the derivative with respect to a is b.
 struct PRelu : VectorFunction {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T a, T b) {
     return a > 0 ? a : a * b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_a(T a, T b) {
     return a > 0 ? T(1) : b;
   }
-  template <class T>
+  template <std::floating_point T>
   static T by_b(T a, T) {
     return a > 0 ? T(0) : a;
   }
@@ -164,7 +165,7 @@ struct PRelu : VectorFunction {
 
 /// 1 if x = y.
 struct Equal : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return a == b ? T(1) : T(0);
   }
@@ -172,7 +173,7 @@ struct Equal : Discrete {
 
 /// 1 if x > y.
 struct Greater : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return a > b ? T(1) : T(0);
   }
@@ -180,7 +181,7 @@ struct Greater : Discrete {
 
 /// 1 if x ≥ y.
 struct GreaterOrEqual : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return a >= b ? T(1) : T(0);
   }
@@ -188,7 +189,7 @@ struct GreaterOrEqual : Discrete {
 
 /// 1 if x < y.
 struct Less : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return a < b ? T(1) : T(0);
   }
@@ -196,7 +197,7 @@ struct Less : Discrete {
 
 /// 1 if x ≤ y.
 struct LessOrEqual : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return a <= b ? T(1) : T(0);
   }
@@ -204,7 +205,7 @@ struct LessOrEqual : Discrete {
 
 /// 1 if both are not 0.
 struct And : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return a != 0 && b != 0 ? T(1) : T(0);
   }
@@ -212,7 +213,7 @@ struct And : Discrete {
 
 /// 1 if one is not 0.
 struct Or : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return a != 0 || b != 0 ? T(1) : T(0);
   }
@@ -220,7 +221,7 @@ struct Or : Discrete {
 
 /// 1 if exactly one is not 0.
 struct Xor : Discrete {
-  template <class T>
+  template <std::floating_point T>
   static T value(T a, T b) {
     return (a != 0) != (b != 0) ? T(1) : T(0);
   }

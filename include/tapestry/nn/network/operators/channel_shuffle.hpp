@@ -8,7 +8,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/channel_extents.hpp>
-#include <tapestry/nn/network/operators/window_attributes.hpp>
+#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <utility>
 #include <vector>

@@ -12,13 +12,13 @@
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/convolution_weights.hpp>
-#include <tapestry/nn/network/operators/window_attributes.hpp>
+#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
 
 /// What one convolution of a network is, beside its values.
-template <class T>
+template <std::floating_point T>
 struct ConvolutionPlan {
   ConvolutionShape shape{};
   std::size_t images = 1;
@@ -105,17 +105,17 @@ class Convolution : public Operation<T> {
     call.is_fresh[0] = false;
   }
 
-  [[nodiscard]] std::optional<Window> window_reached(Engine engine, std::span<const Window> changed,
-                                                     bool with_adjoint) const override {
+  [[nodiscard]] std::optional<MapWindow> window_reached(Engine engine, std::span<const MapWindow> changed,
+                                                        bool with_adjoint) const override {
     if (plan_.has_computed_weights) return std::nullopt;
     const PackedConvolution<T>& packed = weights_.convolution();
     const OutputTile tile = tile_of(engine, packed);
-    Window window{outputs_reached(plan_.shape.rows, tile, changed[0].rows),
-                  outputs_reached(plan_.shape.columns, tile, changed[0].columns)};
+    MapWindow window{outputs_reached(plan_.shape.rows, tile, changed[0].rows),
+                     outputs_reached(plan_.shape.columns, tile, changed[0].columns)};
     if (has_addend()) window = hull(window, changed[plan_.addend]);
     if (!with_adjoint) return window;
     for (const PackedConvolution<T>& part : weights_.adjoint()) {
-      const Window outputs = outputs_inside(part, changed[0]);
+      const MapWindow outputs = outputs_inside(part, changed[0]);
       const OutputTile own = tile_of(engine, part);
       window.rows = hull(window.rows, inputs_needed(part.shape.rows, own, outputs.rows));
       window.columns = hull(window.columns, inputs_needed(part.shape.columns, own, outputs.columns));
@@ -123,11 +123,11 @@ class Convolution : public Operation<T> {
     return window;
   }
   /// Outputs that share a tile with the window are computed with it.
-  [[nodiscard]] Window window_read(Engine engine, std::size_t operand,
-                                   const Window& computed) const override {
+  [[nodiscard]] MapWindow window_read(Engine engine, std::size_t operand,
+                                      const MapWindow& computed) const override {
     const OutputTile tile = tile_of(engine, weights_.convolution());
-    const Window tiles{aligned(computed.rows, tile.outputs, plan_.shape.rows.output),
-                       aligned(computed.columns, tile.outputs, plan_.shape.columns.output)};
+    const MapWindow tiles{aligned(computed.rows, tile.outputs, plan_.shape.rows.output),
+                          aligned(computed.columns, tile.outputs, plan_.shape.columns.output)};
     if (operand != 0) return tiles;
     return {inputs_needed(plan_.shape.rows, tile, tiles.rows),
             inputs_needed(plan_.shape.columns, tile, tiles.columns)};
@@ -169,7 +169,7 @@ class Convolution : public Operation<T> {
   [[nodiscard]] bool has_bias() const { return plan_.bias != plan_.no_operand; }
   [[nodiscard]] bool has_addend() const { return plan_.addend != plan_.no_operand; }
 
-  [[nodiscard]] static std::optional<Window> window_of(const Window* window) {
+  [[nodiscard]] static std::optional<MapWindow> window_of(const MapWindow* window) {
     return window == nullptr ? std::nullopt : std::optional(*window);
   }
 
@@ -214,7 +214,7 @@ namespace detail {
       weights[1] * static_cast<std::size_t>(group) != picture[3])
     throw ShapeError("weights " + tapestry::detail::to_text(weights) + " in " + std::to_string(group) +
                      " groups do not fit " + std::to_string(picture[3]) + " channels");
-  WindowAttributes window = window_attributes(context, {weights[2], weights[3]});
+  KernelAttributes window = window_attributes(context, {weights[2], weights[3]});
   ConvolutionShape shape;
   shape.rows = axis_window(window, 0, picture[1]);
   shape.columns = axis_window(window, 1, picture[2]);

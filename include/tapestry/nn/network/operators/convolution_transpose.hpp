@@ -106,10 +106,10 @@ namespace detail {
 
 /// One axis of the convolution whose adjoint is wanted: `output` is what is given, `input` what comes out.
 /// \throws ShapeError if nothing would be left
-[[nodiscard]] inline AxisWindow transposed_axis(const WindowAttributes& window, std::size_t axis,
+[[nodiscard]] inline AxisWindow transposed_axis(const KernelAttributes& window, std::size_t axis,
                                                 std::size_t given, std::size_t extra,
                                                 std::size_t wanted_extent) {
-  using AutoPad = WindowAttributes::AutoPad;
+  using AutoPad = KernelAttributes::AutoPad;
   const std::size_t stride = window.strides[axis];
   const std::size_t whole = (given - 1) * stride + window.reach(axis) + extra;
   std::size_t before = window.before[axis], after = window.after[axis];
@@ -135,7 +135,7 @@ template <std::floating_point T>
       static_cast<std::size_t>(group) > weights[0] || weights[0] % static_cast<std::size_t>(group) != 0)
     throw ShapeError("weights " + tapestry::detail::to_text(weights) + " in " + std::to_string(group) +
                      " groups do not fit " + std::to_string(picture[3]) + " channels");
-  const WindowAttributes window = window_attributes(context, {weights[2], weights[3]});
+  const KernelAttributes window = window_attributes(context, {weights[2], weights[3]});
   std::array<std::size_t, 2> extra{}, wanted{};
   read_extents(context, "output_padding", 0, 2, extra.data());
   auto extents = context.integers("output_shape");

@@ -17,7 +17,7 @@
 namespace tapestry::nn {
 
 /// The activation that a convolution applies to its sums: none, a leaky one, or a curve.
-template <class T>
+template <std::floating_point T>
 struct FusedActivation {
   T slope = 1;  ///< x above 0, slope · x elsewhere; at least 0
   Curve<T> curve{};
@@ -28,7 +28,7 @@ struct FusedActivation {
 
 /// Reads the attributes `activation`, an operator's name or nothing, and `activation_a` and `activation_b`,
 /// its numbers: LeakyRelu's alpha, HardSigmoid's and HardSwish's alpha and beta, Clip's bounds.
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] FusedActivation<T> fused_activation(OperatorContext& context) {
   const std::string name = context.text("activation", "");
   const T a = static_cast<T>(context.number("activation_a", 0));
@@ -90,7 +90,7 @@ class ConvolutionWeights {
 template <std::floating_point T>
 void convolve_adjoint(Engine engine, const ConvolutionWeights<T>& weights, std::size_t images,
                       const T* out_adjoint, bool is_fresh, T* in_adjoint,
-                      const std::optional<Window>& window = {}) {
+                      const std::optional<MapWindow>& window = {}) {
   const ConvolutionShape& shape = weights.shape();
   const bool writes = is_fresh && adjoint_covers_input(shape);
   if (is_fresh && !writes) std::fill_n(in_adjoint, images * shape.in_size(), T(0));

@@ -99,7 +99,7 @@ struct IndexPlan {
   }
 
   /// Indices may count from the end.
-  template <class T>
+  template <std::floating_point T>
   [[nodiscard]] std::ptrdiff_t offset(T index, std::size_t j) const {
     const auto extent = static_cast<T>(extents[j]);
     if (!(index >= -extent && index < extent))

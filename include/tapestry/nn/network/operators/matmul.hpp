@@ -61,7 +61,7 @@ void multiply_adjoint(const ProductShape& shape, const T* a, const T* c_adjoint,
 }
 
 /// to[columns, rows] = from[rows, columns]ᵀ
-template <class T>
+template <std::floating_point T>
 void transpose_matrix(const T* from, std::size_t rows, std::size_t columns, T* to) {
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < columns; ++j) to[j * rows + i] = from[i * columns + j];

@@ -9,7 +9,7 @@
 #include <tapestry/nn/network/operators/rearrange.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/views.hpp>
-#include <tapestry/nn/network/operators/window_attributes.hpp>
+#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <vector>
 
 namespace tapestry::nn {

@@ -6,7 +6,7 @@
 #include <string>
 #include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/unary.hpp>
-#include <tapestry/nn/network/operators/window_attributes.hpp>
+#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <utility>
 #include <vector>

@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 #include <tapestry/nn/network/operators/unary_functions.hpp>
 
 /// \file
@@ -10,7 +11,7 @@ namespace tapestry::nn::unary {
 
 /// max(x, 0), of derivative 0 at 0.
 struct Relu : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     return x <= 0 ? T(0) : x;
   }
@@ -18,12 +19,12 @@ struct Relu : VectorFunction<Reads::input> {
 
 /// Between a and b, or b if that is below a; of derivative 1 at either.
 struct Clip : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T a, T b) {
     const T raised = x < a ? a : x;
     return raised > b ? b : raised;
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T a, T b) {
     return x >= a && x <= b ? T(1) : T(0);
   }
@@ -31,13 +32,13 @@ struct Clip : VectorFunction<Reads::input> {
 
 /// a · x + b between 0 and 1, of derivative 0 where it reaches them.
 struct HardSigmoid : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T a, T b) {
     const T line = a * x + b;
     const T raised = line < 0 ? T(0) : line;
     return raised > 1 ? T(1) : raised;
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T a, T b) {
     const T line = a * x + b;
     return line > 0 && line < 1 ? a : T(0);
@@ -46,13 +47,13 @@ struct HardSigmoid : VectorFunction<Reads::input> {
 
 /// x · (x/6 + 1/2, between 0 and 1), of derivative 0 at −3 and 1 at 3.
 struct HardSwish : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T line = x * static_cast<T>(1.0 / 6) + T(0.5);
     const T raised = line < 0 ? T(0) : line;
     return x * (raised > 1 ? T(1) : raised);
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T, T) {
     const T inside = x * static_cast<T>(1.0 / 3) + T(0.5);
     const T raised = x <= -3 ? T(0) : inside;
@@ -62,12 +63,12 @@ struct HardSwish : VectorFunction<Reads::input> {
 
 /// 0 below −2, x²/2 + x up to 0, x above, of derivative 0 at −2 and 1 at 0. An operator of ours, for Darknet.
 struct HardMish : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T raised = x <= -2 ? T(0) : x * x / 2 + x;
     return x > 0 ? x : raised;
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T, T) {
     const T inside = x <= -2 ? T(0) : x + 1;
     return x > 0 ? T(1) : inside;
@@ -76,11 +77,11 @@ struct HardMish : VectorFunction<Reads::input> {
 
 /// x above 0, a · (e^x − 1) elsewhere, of derivative a at 0.
 struct Elu : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T a, T) {
     return x > 0 ? x : a * std::expm1(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T a, T) {
     return x > 0 ? T(1) : a * std::exp(x);
   }
@@ -88,11 +89,11 @@ struct Elu : Function<Reads::input> {
 
 /// b times Elu.
 struct Selu : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T a, T b) {
     return b * Elu::value(x, a, b);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T a, T b) {
     return b * Elu::slope(x, a, b);
   }
@@ -100,11 +101,11 @@ struct Selu : Function<Reads::input> {
 
 /// x above 0, a · (e^(x/a) − 1) elsewhere, of derivative 1 at 0.
 struct Celu : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T a, T) {
     return x > 0 ? x : a * std::expm1(x / a);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T a, T) {
     return x > 0 ? T(1) : std::exp(x / a);
   }
@@ -112,11 +113,11 @@ struct Celu : Function<Reads::input> {
 
 /// x/(1 + |x|), of derivative 1 at 0.
 struct Softsign : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return x / (1 + magnitude(x));
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     const T part = 1 / (1 + magnitude(x));
     return part * part;
@@ -125,11 +126,11 @@ struct Softsign : Function<Reads::input> {
 
 /// x above a, 0 elsewhere, of derivative 0 at a.
 struct ThresholdedRelu : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T a, T) {
     return x <= a ? T(0) : x;
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T a, T) {
     return x > a ? T(1) : T(0);
   }
@@ -137,13 +138,13 @@ struct ThresholdedRelu : Function<Reads::input> {
 
 /// x + b below −a, x − b above a, 0 between, of derivative 0 at either.
 struct Shrink : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T a, T b) {
     if (x < -a) return x + b;
     if (x > a) return x - b;
     return x == x ? T(0) : x;
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T a, T) {
     return x < -a || x > a ? T(1) : T(0);
   }
@@ -151,11 +152,11 @@ struct Shrink : Function<Reads::input> {
 
 /// |x|, of derivative 0 at 0.
 struct Abs : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return magnitude(x) + 0;  // of −0, too
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     const T below = x < 0 ? T(-1) : T(0);
     return x > 0 ? T(1) : below;
@@ -164,11 +165,11 @@ struct Abs : Function<Reads::input> {
 
 /// −x.
 struct Neg : Function<Reads::nothing> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return -x;
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T, T, T) {
     return -1;
   }
@@ -178,7 +179,7 @@ struct Neg : Function<Reads::nothing> {
 
 /// The largest integer not above x.
 struct Floor : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::floor(x);
   }
@@ -186,7 +187,7 @@ struct Floor : Function<Reads::no_derivative> {
 
 /// The least integer not below x.
 struct Ceil : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::ceil(x);
   }
@@ -194,7 +195,7 @@ struct Ceil : Function<Reads::no_derivative> {
 
 /// To the nearest integer, halves to the even one.
 struct Round : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     const T below = std::floor(x), rest = x - below;
     if (rest != T(0.5)) return std::round(x);
@@ -204,7 +205,7 @@ struct Round : Function<Reads::no_derivative> {
 
 /// −1, 0 or 1 by the sign of x.
 struct Sign : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return x > 0 ? T(1) : x < 0 ? T(-1) : x;
   }
@@ -212,7 +213,7 @@ struct Sign : Function<Reads::no_derivative> {
 
 /// Towards 0.
 struct Truncate : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::trunc(x);
   }
@@ -220,7 +221,7 @@ struct Truncate : Function<Reads::no_derivative> {
 
 /// Whether x is anything but 0.
 struct IsTrue : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return x == 0 ? T(0) : T(1);
   }
@@ -228,7 +229,7 @@ struct IsTrue : Function<Reads::no_derivative> {
 
 /// 1 if x is 0.
 struct Not : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return x == 0 ? T(1) : T(0);
   }
@@ -236,7 +237,7 @@ struct Not : Function<Reads::no_derivative> {
 
 /// 1 if x is −∞ and a is not 0, or ∞ and b is not.
 struct IsInf : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T a, T b) {
     return std::isinf(x) && (x < 0 ? a : b) != 0 ? T(1) : T(0);
   }
@@ -244,7 +245,7 @@ struct IsInf : Function<Reads::no_derivative> {
 
 /// 1 if x is NaN.
 struct IsNan : Function<Reads::no_derivative> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return x != x ? T(1) : T(0);
   }

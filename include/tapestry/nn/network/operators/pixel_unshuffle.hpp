@@ -8,7 +8,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/network/operators.hpp>
-#include <tapestry/nn/network/operators/window_attributes.hpp>
+#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <utility>
 #include <vector>
@@ -38,11 +38,11 @@ class PixelUnshuffle : public Operation<T> {
         shape_(shape),
         blocks_(std::move(blocks)) {}
 
-  [[nodiscard]] std::optional<Window> window_reached(Engine, std::span<const Window> changed,
+  [[nodiscard]] std::optional<MapWindow> window_reached(Engine, std::span<const MapWindow> changed,
                                                      bool) const override {
     return blocks_of_pixels(changed[0], blocks_.rows, blocks_.columns);
   }
-  [[nodiscard]] Window window_read(Engine, std::size_t, const Window& computed) const override {
+  [[nodiscard]] MapWindow window_read(Engine, std::size_t, const MapWindow& computed) const override {
     return pixels_of_blocks(computed, blocks_.rows, blocks_.columns);
   }
 

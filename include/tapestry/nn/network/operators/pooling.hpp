@@ -7,7 +7,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/convolution_window.hpp>
 #include <tapestry/nn/network/operators.hpp>
-#include <tapestry/nn/network/operators/window_attributes.hpp>
+#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/vector_kernels.hpp>
 #include <utility>
 #include <vector>
@@ -22,12 +22,12 @@ class MaxPool : public Operation<T> {
   explicit MaxPool(PoolingPlan plan)
       : Operation<T>({{plan.out_shape(), ElementType::floating}}), plan_(std::move(plan)) {}
 
-  [[nodiscard]] std::optional<Window> window_reached(Engine, std::span<const Window> changed,
+  [[nodiscard]] std::optional<MapWindow> window_reached(Engine, std::span<const MapWindow> changed,
                                                      bool) const override {
-    return Window{outputs_reached(plan_.rows, {}, changed[0].rows),
+    return MapWindow{outputs_reached(plan_.rows, {}, changed[0].rows),
                   outputs_reached(plan_.columns, {}, changed[0].columns)};
   }
-  [[nodiscard]] Window window_read(Engine, std::size_t, const Window& computed) const override {
+  [[nodiscard]] MapWindow window_read(Engine, std::size_t, const MapWindow& computed) const override {
     return {inputs_needed(plan_.rows, {}, computed.rows), inputs_needed(plan_.columns, {}, computed.columns)};
   }
 
@@ -72,7 +72,7 @@ class MaxPool : public Operation<T> {
 
   void pool(const T* in, T* out, ElementIndex<T>* choice) const {
     plan_.for_each_output(
-        [&](std::size_t first, std::size_t to, const WindowTaps& row, const WindowTaps& column) {
+        [&](std::size_t first, std::size_t to, const KernelTaps& row, const KernelTaps& column) {
           kernels<T>().max_pool_pixel({in + first, row.count, column.count, plan_.row_size(), plan_.channels,
                                        position(first), plan_.columns.input, out + to,
                                        choice == nullptr ? nullptr : choice + to});
@@ -87,14 +87,14 @@ class MaxPool : public Operation<T> {
     rows.resize(plan_.images * plan_.rows.input * row_size);
     parallel_for(plan_.images * plan_.rows.input, [&](std::size_t row) {
       for (std::size_t x = 0; x < plan_.columns.output; ++x) {
-        const WindowTaps& window = plan_.column_windows[x];
+        const KernelTaps& window = plan_.column_windows[x];
         kernels<T>().max_pool_pixel({in + row * plan_.row_size() + window.first * channels, 1, window.count,
                                      0, channels, 0, 0, rows.data() + row * row_size + x * channels,
                                      nullptr});
       }
     });
     parallel_for(plan_.images * plan_.rows.output, [&](std::size_t task) {
-      const WindowTaps& window = plan_.row_windows[task % plan_.rows.output];
+      const KernelTaps& window = plan_.row_windows[task % plan_.rows.output];
       const T* first = rows.data() + (task / plan_.rows.output * plan_.rows.input + window.first) * row_size;
       // a whole row of pixels as if it were one, with many channels
       kernels<T>().max_pool_pixel(
@@ -104,7 +104,7 @@ class MaxPool : public Operation<T> {
 
   void pool_spaced(const T* in, T* out, ElementIndex<T>* choice) const {
     plan_.for_each_output(
-        [&](std::size_t first, std::size_t to, const WindowTaps& row, const WindowTaps& column) {
+        [&](std::size_t first, std::size_t to, const KernelTaps& row, const KernelTaps& column) {
           for (std::size_t c = 0; c < plan_.channels; ++c) {
             std::size_t best = first;
             plan_.for_each_tap(first, row, column, [&](std::size_t tap) {
@@ -158,8 +158,8 @@ class AveragePool : public Operation<T> {
   void forward(const ForwardCall<T>& call) const override {
     const T* const in = call.inputs[0].values;
     T* const out = call.outputs[0].values;
-    plan_.for_each_output([&](std::size_t first, std::size_t to, const WindowTaps& row,
-                              const WindowTaps& column) {
+    plan_.for_each_output([&](std::size_t first, std::size_t to, const KernelTaps& row,
+                              const KernelTaps& column) {
       std::vector<double> total;
       std::size_t summed = 0;
       plan_.for_each_tap(first, row, column, [&](std::size_t tap) {
@@ -182,7 +182,7 @@ class AveragePool : public Operation<T> {
     T* const adjoint = call.output_adjoints[0].values;
     T* const in_adjoint = call.accumulate(0);
     plan_.for_each_output_in_order(
-        [&](std::size_t first, std::size_t from, const WindowTaps& row, const WindowTaps& column) {
+        [&](std::size_t first, std::size_t from, const KernelTaps& row, const KernelTaps& column) {
           const T factor = static_cast<T>(factor_of(row, column));
           for (std::size_t c = 0; c < plan_.channels; ++c) adjoint[from + c] *= factor;
           plan_.for_each_tap(first, row, column, [&](std::size_t tap) {
@@ -201,7 +201,7 @@ class AveragePool : public Operation<T> {
     summed = 0;
   }
 
-  [[nodiscard]] double factor_of(const WindowTaps& row, const WindowTaps& column) const {
+  [[nodiscard]] double factor_of(const KernelTaps& row, const KernelTaps& column) const {
     const std::size_t count =
         counts_padding_ ? row.with_padding * column.with_padding : row.count * column.count;
     return 1 / static_cast<double>(std::max<std::size_t>(1, count));
@@ -222,7 +222,7 @@ class LpPool : public Operation<T> {
     const T* const in = call.inputs[0].values;
     T* const out = call.outputs[0].values;
     plan_.for_each_output(
-        [&](std::size_t first, std::size_t to, const WindowTaps& row, const WindowTaps& column) {
+        [&](std::size_t first, std::size_t to, const KernelTaps& row, const KernelTaps& column) {
           for (std::size_t c = 0; c < plan_.channels; ++c) {
             double sum = 0;
             plan_.for_each_tap(first, row, column, [&](std::size_t tap) {
@@ -239,7 +239,7 @@ class LpPool : public Operation<T> {
     const T* const adjoint = call.output_adjoints[0].values;
     T* const in_adjoint = call.accumulate(0);
     plan_.for_each_output_in_order(
-        [&](std::size_t first, std::size_t from, const WindowTaps& row, const WindowTaps& column) {
+        [&](std::size_t first, std::size_t from, const KernelTaps& row, const KernelTaps& column) {
           plan_.for_each_tap(first, row, column, [&](std::size_t tap) {
             for (std::size_t c = 0; c < plan_.channels; ++c) {
               const auto x = static_cast<double>(in[tap + c]), y = static_cast<double>(out[from + c]);

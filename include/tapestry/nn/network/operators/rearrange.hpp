@@ -47,7 +47,7 @@ class StridedCopy {
  private:
   static constexpr std::size_t tile = 16;
 
-  template <bool Adds, class T>
+  template <bool Adds, std::floating_point T>
   static void move(const T* from, T* to, const LoopNest<2>::Places& step, std::size_t count) {
     if (step[0] == 1 && step[1] == 1) {
       if constexpr (Adds) {
@@ -61,7 +61,7 @@ class StridedCopy {
   }
 
   /// The last two loops step by one element in `from` and in `to`: tiles of them stay in the cache.
-  template <bool Adds, class T>
+  template <bool Adds, std::floating_point T>
   void transpose(const T* from, T* to) const {
     LoopNest<2> outer;
     outer.loops.assign(nest_.loops.begin(), nest_.loops.end() - 2);

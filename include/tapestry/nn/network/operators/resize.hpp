@@ -18,7 +18,7 @@ namespace tapestry::nn {
 
 namespace detail {
 /// to[i] += weight · from[i], or = where it is fresh
-template <class T>
+template <std::floating_point T>
 void add_weighted(const T* from, T weight, bool is_fresh, T* to, std::size_t count) {
   struct Write {
     const T* from;
@@ -56,12 +56,12 @@ class Resize : public Operation<T> {
       repeat_ = tables_[0].repeat();
   }
 
-  [[nodiscard]] std::optional<Window> window_reached(Engine, std::span<const Window> changed,
-                                                     bool) const override {
+  [[nodiscard]] std::optional<MapWindow> window_reached(Engine, std::span<const MapWindow> changed,
+                                                        bool) const override {
     if (repeat_ == 0) return std::nullopt;
     return pixels_of_blocks(changed[0], repeat_, repeat_);
   }
-  [[nodiscard]] Window window_read(Engine, std::size_t, const Window& computed) const override {
+  [[nodiscard]] MapWindow window_read(Engine, std::size_t, const MapWindow& computed) const override {
     return blocks_of_pixels(computed, repeat_, repeat_);
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 #include <tapestry/nn/network/operators/unary_functions.hpp>
 
 /// \file
@@ -10,11 +11,11 @@ namespace tapestry::nn::unary {
 
 /// sin x.
 struct Sin : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::sin(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return std::cos(x);
   }
@@ -22,11 +23,11 @@ struct Sin : Function<Reads::input> {
 
 /// cos x.
 struct Cos : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::cos(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return -std::sin(x);
   }
@@ -34,11 +35,11 @@ struct Cos : Function<Reads::input> {
 
 /// arctan x.
 struct Atan : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::atan(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return 1 / (1 + x * x);
   }
@@ -46,11 +47,11 @@ struct Atan : Function<Reads::input> {
 
 /// tan x.
 struct Tan : Function<Reads::output> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::tan(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T y, T, T) {
     return 1 + y * y;
   }
@@ -58,11 +59,11 @@ struct Tan : Function<Reads::output> {
 
 /// arcsin x.
 struct Asin : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::asin(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return 1 / std::sqrt((1 - x) * (1 + x));
   }
@@ -70,11 +71,11 @@ struct Asin : Function<Reads::input> {
 
 /// arccos x.
 struct Acos : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::acos(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return -1 / std::sqrt((1 - x) * (1 + x));
   }
@@ -82,11 +83,11 @@ struct Acos : Function<Reads::input> {
 
 /// sinh x.
 struct Sinh : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::sinh(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return std::cosh(x);
   }
@@ -94,11 +95,11 @@ struct Sinh : Function<Reads::input> {
 
 /// cosh x.
 struct Cosh : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::cosh(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return std::sinh(x);
   }
@@ -106,11 +107,11 @@ struct Cosh : Function<Reads::input> {
 
 /// arsinh x.
 struct Asinh : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::asinh(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return 1 / std::hypot(T(1), x);
   }
@@ -118,11 +119,11 @@ struct Asinh : Function<Reads::input> {
 
 /// arcosh x.
 struct Acosh : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::acosh(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return 1 / (std::sqrt(x - 1) * std::sqrt(x + 1));
   }
@@ -130,11 +131,11 @@ struct Acosh : Function<Reads::input> {
 
 /// artanh x.
 struct Atanh : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::atanh(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return 1 / ((1 - x) * (1 + x));
   }

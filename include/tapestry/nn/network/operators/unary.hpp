@@ -24,7 +24,7 @@ struct UnaryLoops {
 };
 
 namespace detail {
-template <class F, class T>
+template <class F, std::floating_point T>
 void unary_forward(const T* x, T* y, std::size_t count, T a, T b) {
   struct Body {
     const T* x;
@@ -39,7 +39,7 @@ void unary_forward(const T* x, T* y, std::size_t count, T a, T b) {
   }
 }
 
-template <class F, class T>
+template <class F, std::floating_point T>
 void unary_adjoint(const T* kept, const T* dy, T* dx, std::size_t count, T a, T b) {
   struct Body {
     const T *kept, *dy;
@@ -54,7 +54,7 @@ void unary_adjoint(const T* kept, const T* dy, T* dx, std::size_t count, T a, T 
   }
 }
 
-template <class F, class T>
+template <class F, std::floating_point T>
 [[nodiscard]] UnaryLoops<T> unary_loops() {
   UnaryLoops<T> loops{
       &unary_forward<F, T>, nullptr, F::reads,
@@ -174,7 +174,7 @@ template <std::floating_point T>
   return {LayoutRule::any, 1, false, make};
 }
 
-template <class F, class T>
+template <class F, std::floating_point T>
 void add_unary(OperatorTable<T>& table, const char* name, UnaryParameter a = {}, UnaryParameter b = {}) {
   table[name] = unary_operator(unary_loops<F, T>(), a, b);
 }

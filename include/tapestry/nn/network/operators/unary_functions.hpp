@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <tapestry/core/vector_exp.hpp>
 
@@ -32,20 +33,20 @@ struct VectorFunction {
 };
 
 /// |x|.
-template <class T>
+template <std::floating_point T>
 [[nodiscard, gnu::always_inline]] inline T magnitude(T x) {
   return x < 0 ? -x : x;
 }
 
 /// σ(x) = 1/(1 + e^−x), without overflow at either end.
-template <class T>
+template <std::floating_point T>
 [[nodiscard, gnu::always_inline]] inline T sigmoid(T x) {
   const T e = vector_exp(-magnitude(x));
   return (x < 0 ? e : T(1)) / (1 + e);
 }
 
 /// σ(x) · σ(−x), which from σ(x) alone would lose all digits where that is close to 1.
-template <class T>
+template <std::floating_point T>
 [[nodiscard, gnu::always_inline]] inline T sigmoid_slope(T x) {
   const T e = vector_exp(-magnitude(x));
   return e / ((1 + e) * (1 + e));
@@ -64,11 +65,11 @@ template <std::size_t I, std::size_t Last, class T, std::size_t Count>
 
 /// σ(x) = 1 / (1 + e^−x).
 struct Sigmoid : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     return sigmoid(x);
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T, T) {
     return sigmoid_slope(x);
   }
@@ -76,11 +77,11 @@ struct Sigmoid : VectorFunction<Reads::input> {
 
 /// x · σ(a · x); a is 1 for the function that is also called SiLU.
 struct Swish : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T a, T) {
     return x * sigmoid(a * x);
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T a, T) {
     return sigmoid(a * x) + a * x * sigmoid_slope(a * x);
   }
@@ -88,13 +89,13 @@ struct Swish : VectorFunction<Reads::input> {
 
 /// x · tanh(log(1 + e^x)) = x · n/(n + 2) with n = e^x · (e^x + 2); beyond 20 it is x to double precision.
 struct Mish : VectorFunction<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T e = vector_exp(x > 20 ? T(20) : x);
     const T n = e * (e + 2);
     return x > 20 ? x : x * (n / (n + 2));
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T, T) {
     const T e = vector_exp(x > 20 ? T(20) : x);
     const T n = e * (e + 2);
@@ -106,11 +107,11 @@ struct Mish : VectorFunction<Reads::input> {
 
 /// e^x.
 struct Exp : VectorFunction<Reads::output> {
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     return vector_exp(x);
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T y, T, T) {
     return y;
   }
@@ -127,7 +128,7 @@ struct Tanh : VectorFunction<Reads::input> {
                                      -929569.0 / 638512875,
                                      6404582.0 / 10854718875,
                                      -443861162.0 / 1856156927625};
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T size = magnitude(x), square = x * x, e = vector_exp(-2 * size);
     const T near = x + x * square * polynomial < 0, sizeof(T) == 4 ? 4 : 8 > (terms, square);
@@ -135,7 +136,7 @@ struct Tanh : VectorFunction<Reads::input> {
     const T signed_far = x < 0 ? -far : far;
     return size < T(0.25) ? near : signed_far;
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T, T) {
     return 4 * sigmoid_slope(2 * x);
   }
@@ -147,13 +148,13 @@ struct Softplus : VectorFunction<Reads::input> {
   static constexpr double terms[] = {1.0 / 3,  1.0 / 5,  1.0 / 7,  1.0 / 9,  1.0 / 11, 1.0 / 13,
                                      1.0 / 15, 1.0 / 17, 1.0 / 19, 1.0 / 21, 1.0 / 23, 1.0 / 25,
                                      1.0 / 27, 1.0 / 29, 1.0 / 31, 1.0 / 33};
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T e = vector_exp(-magnitude(x)), s = e / (2 + e), square = s * s;
     const T logarithm = 2 * (s + s * square * polynomial < 0, sizeof(T) == 4 ? 6 : 15 > (terms, square));
     return (x < 0 ? T(0) : x) + logarithm;
   }
-  template <class T>
+  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T, T) {
     return sigmoid(x);
   }
@@ -161,15 +162,15 @@ struct Softplus : VectorFunction<Reads::input> {
 
 /// x · Φ(x) with Φ the normal distribution.
 struct Gelu : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T normal(T x) {
     return std::erfc(x * static_cast<T>(-0.70710678118654752)) / 2;
   }
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return x * normal(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return normal(x) + x * (static_cast<T>(0.39894228040143268) * std::exp(-x * x / 2));
   }
@@ -178,15 +179,15 @@ struct Gelu : Function<Reads::input> {
 /// x/2 · (1 + tanh u) = x · σ(2u) with u = √(2/π) · (x + 0.044715 x³); beyond 10 the slope is that of the
 /// limit, 1 or 0, to double precision.
 struct GeluTanh : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T twice_u(T x) {
     return static_cast<T>(1.5957691216057308) * x * (1 + static_cast<T>(0.044715) * x * x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return x * sigmoid(twice_u(x));
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     if (magnitude(x) > 10) return x > 0 ? T(1) : T(0);
     const T inner = static_cast<T>(1.5957691216057308) * (1 + static_cast<T>(0.134145) * x * x);
@@ -196,11 +197,11 @@ struct GeluTanh : Function<Reads::input> {
 
 /// 2/√π · ∫ e^(−t²) from 0 to x.
 struct Erf : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::erf(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return static_cast<T>(1.1283791670955126) * std::exp(-x * x);  // 2/√π
   }
@@ -208,11 +209,11 @@ struct Erf : Function<Reads::input> {
 
 /// log x.
 struct Log : Function<Reads::input> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::log(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T x, T, T) {
     return 1 / x;
   }
@@ -220,11 +221,11 @@ struct Log : Function<Reads::input> {
 
 /// The derivative is infinite at 0.
 struct Sqrt : Function<Reads::output> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return std::sqrt(x);
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T y, T, T) {
     return 1 / (2 * y);
   }
@@ -232,11 +233,11 @@ struct Sqrt : Function<Reads::output> {
 
 /// 1 / x.
 struct Reciprocal : Function<Reads::output> {
-  template <class T>
+  template <std::floating_point T>
   static T value(T x, T, T) {
     return 1 / x;
   }
-  template <class T>
+  template <std::floating_point T>
   static T slope(T y, T, T) {
     return -y * y;
   }

@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -174,7 +175,7 @@ struct ChannelScaling {
 }
 
 /// A constant's values, each times the factor of its channel, as numbers of type T.
-template <class T, class ChannelOf>
+template <std::floating_point T, class ChannelOf>
 [[nodiscard]] Constant scaled(const Constant& constant, const std::vector<double>& factors,
                               ChannelOf channel_of) {
   std::vector<T> values(constant.size());

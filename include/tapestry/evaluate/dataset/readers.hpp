@@ -6,11 +6,11 @@
 #include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/io/dataset/dataset.hpp>
+#include <tapestry/evaluate/dataset/dataset.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <vector>
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 
 /// Reads COCO's instances: of the JSON's outermost object the lists
 ///
@@ -32,10 +32,10 @@ namespace tapestry::io {
 ///                    further as read_json()
 [[nodiscard]] Dataset parse_coco(std::string_view text, const std::string& path, const std::string& images);
 
-/// Reads such a file of at most 512 MiB; errors as parse_coco() and read_text_file().
+/// Reads such a file of at most 512 MiB; errors as parse_coco() and io::read_text_file().
 /// Takes memory of at most 48 times the file and 1 MiB.
 [[nodiscard]] inline Dataset read_coco(const std::string& path, const std::string& images) {
-  return parse_coco(read_text_file(path, std::uint64_t(512) << 20U), path, images);
+  return parse_coco(io::read_text_file(path, std::uint64_t(512) << 20U), path, images);
 }
 
 /// Parses labels of one picture in the text form of Darknet and YOLO: a line an object, `class cx cy w h`,
@@ -55,7 +55,7 @@ namespace tapestry::io {
 ///
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no pictures, none with labels,
 ///                    or two of one name);
-///                    further as parse_yolo_labels() and read_text_file()
+///                    further as parse_yolo_labels() and io::read_text_file()
 [[nodiscard]] Dataset read_yolo_folder(const std::string& folder, std::size_t class_count);
 
 /// Reads a list of pictures, a path a line, as Darknet's train.txt, each with labels as in
@@ -63,7 +63,7 @@ namespace tapestry::io {
 ///
 /// \throws FileError  mismatch, with the line, for a picture that is missing or listed twice; for no
 /// pictures,
-///                    or none with labels; further as parse_yolo_labels() and read_text_file()
+///                    or none with labels; further as parse_yolo_labels() and io::read_text_file()
 [[nodiscard]] Dataset read_darknet_list(const std::string& path, std::size_t class_count);
 
 /// A picture's labels, with a class name beside each object.
@@ -89,14 +89,15 @@ namespace detail {
 
 /// The .xml files of a folder, in order of their names.
 [[nodiscard]] inline std::vector<std::string> xml_paths(const std::string& folder) {
-  return listed_paths(folder, [](const std::filesystem::path& path) { return path.extension() == ".xml"; });
+  return io::listed_paths(folder,
+                          [](const std::filesystem::path& path) { return path.extension() == ".xml"; });
 }
 
 }  // namespace detail
 
 /// Whether a folder holds labels of Pascal VOC: a folder Annotations, or .xml files.
 [[nodiscard]] inline bool is_voc_folder(const std::string& folder) {
-  return is_folder(folder + "/Annotations") || !detail::xml_paths(folder).empty();
+  return io::is_folder(folder + "/Annotations") || !detail::xml_paths(folder).empty();
 }
 
 /// Reads a folder of Pascal VOC's labels, one .xml a picture, or its folder Annotations. Classes and pictures
@@ -104,7 +105,7 @@ namespace detail {
 ///
 /// \param images  folder of the pictures; empty: JPEGImages beside Annotations, else that of the labels
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no .xml, a picture that
-///                    is missing or has two labels); further as parse_voc() and read_text_file()
+///                    is missing or has two labels); further as parse_voc() and io::read_text_file()
 [[nodiscard]] Dataset read_voc(const std::string& folder, const std::string& images = "");
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate

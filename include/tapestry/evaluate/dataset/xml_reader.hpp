@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 
 /// An element of an XML text.
 struct XmlElement {
@@ -185,4 +185,4 @@ class XmlReader {
   return detail::XmlReader(text, path).read();
 }
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate

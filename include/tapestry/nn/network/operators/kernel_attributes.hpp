@@ -16,7 +16,7 @@ namespace tapestry::nn {
 
 /// The attributes of a window that slides over a picture, for rows and columns: what convolutions and
 /// poolings share. Source: onnx.ai, Operators.md, Conv and MaxPool.
-struct WindowAttributes {
+struct KernelAttributes {
   enum class AutoPad { notset, same_upper, same_lower, valid };
   using Pair = std::array<std::size_t, 2>;
 
@@ -59,8 +59,8 @@ inline void read_extents(OperatorContext& context, const char* name, std::int64_
   }
 }
 
-[[nodiscard]] inline WindowAttributes::AutoPad read_auto_pad(OperatorContext& context) {
-  using AutoPad = WindowAttributes::AutoPad;
+[[nodiscard]] inline KernelAttributes::AutoPad read_auto_pad(OperatorContext& context) {
+  using AutoPad = KernelAttributes::AutoPad;
   const std::string name = context.text("auto_pad", "NOTSET");
   if (name == "NOTSET" || name.empty()) return AutoPad::notset;
   if (name == "SAME_UPPER") return AutoPad::same_upper;
@@ -71,9 +71,9 @@ inline void read_extents(OperatorContext& context, const char* name, std::int64_
 }  // namespace detail
 
 /// \param taps  of the weights, or {0, 0} where kernel_shape has to tell them
-[[nodiscard]] inline WindowAttributes window_attributes(OperatorContext& context,
-                                                        WindowAttributes::Pair taps = {0, 0}) {
-  WindowAttributes window;
+[[nodiscard]] inline KernelAttributes window_attributes(OperatorContext& context,
+                                                        KernelAttributes::Pair taps = {0, 0}) {
+  KernelAttributes window;
   window.taps = taps;
   detail::read_extents(context, "kernel_shape", 1, 2, window.taps.data());
   if (taps[0] != 0 && window.taps != taps)
@@ -85,19 +85,19 @@ inline void read_extents(OperatorContext& context, const char* name, std::int64_
   std::array<std::size_t, 4> pads{};
   detail::read_extents(context, "pads", 0, 4, pads.data());
   window.auto_pad = detail::read_auto_pad(context);
-  if (window.auto_pad != WindowAttributes::AutoPad::notset) return window;
+  if (window.auto_pad != KernelAttributes::AutoPad::notset) return window;
   window.before = {pads[0], pads[1]};
   window.after = {pads[2], pads[3]};
   return window;
 }
 
 /// Sets the zeros that make an axis of `input` values one of ⌈input / stride⌉ outputs, and returns those.
-inline std::size_t pad_same(WindowAttributes& window, std::size_t axis, std::size_t input) {
+inline std::size_t pad_same(KernelAttributes& window, std::size_t axis, std::size_t input) {
   const std::size_t stride = window.strides[axis];
   const std::size_t output = (input + stride - 1) / stride;
   const std::size_t needed = (output - 1) * stride + window.reach(axis);
   const std::size_t zeros = needed > input ? needed - input : 0;
-  const bool is_upper = window.auto_pad == WindowAttributes::AutoPad::same_upper;
+  const bool is_upper = window.auto_pad == KernelAttributes::AutoPad::same_upper;
   window.before[axis] = is_upper ? zeros / 2 : zeros - zeros / 2;
   window.after[axis] = zeros - window.before[axis];
   return output;
@@ -106,9 +106,9 @@ inline std::size_t pad_same(WindowAttributes& window, std::size_t axis, std::siz
 /// The window along one axis of `input` values.
 /// \param rounds_up  a last window that reaches beyond the zeros counts if it begins inside or before them
 /// \throws ShapeError if there is no room for a single window
-[[nodiscard]] inline AxisWindow axis_window(WindowAttributes& window, std::size_t axis, std::size_t input,
+[[nodiscard]] inline AxisWindow axis_window(KernelAttributes& window, std::size_t axis, std::size_t input,
                                             bool rounds_up = false) {
-  using AutoPad = WindowAttributes::AutoPad;
+  using AutoPad = KernelAttributes::AutoPad;
   const std::size_t stride = window.strides[axis];
   std::size_t output = 0;
   if (window.auto_pad == AutoPad::same_upper || window.auto_pad == AutoPad::same_lower) {
@@ -131,7 +131,7 @@ inline std::size_t pad_same(WindowAttributes& window, std::size_t axis, std::siz
 }
 
 /// Taps of one output along one axis that lie in the picture, and what the window counts.
-struct WindowTaps {
+struct KernelTaps {
   std::size_t first = 0;  ///< input of the first of them
   std::size_t count = 0;
   std::size_t with_padding = 0;  ///< taps in the picture or the zeros around it
@@ -141,8 +141,8 @@ struct WindowTaps {
 struct PoolingPlan {
   AxisWindow rows{};
   AxisWindow columns{};
-  std::vector<WindowTaps> row_windows{};  ///< of each output
-  std::vector<WindowTaps> column_windows{};
+  std::vector<KernelTaps> row_windows{};  ///< of each output
+  std::vector<KernelTaps> column_windows{};
   std::size_t images = 1;
   std::size_t channels = 1;
 
@@ -155,7 +155,7 @@ struct PoolingPlan {
   template <class Body>
   void for_each_output(Body body) const {
     parallel_for(images * rows.output, [&](std::size_t task) {
-      const WindowTaps& row = row_windows[task % rows.output];
+      const KernelTaps& row = row_windows[task % rows.output];
       const std::size_t picture = task / rows.output * in_size() + row.first * row_size();
       for (std::size_t x = 0; x < columns.output; ++x)
         body(picture + column_windows[x].first * channels, (task * columns.output + x) * channels, row,
@@ -165,7 +165,7 @@ struct PoolingPlan {
 
   /// Calls body(input) for each tap of a window that lies in the picture.
   template <class Body>
-  void for_each_tap(std::size_t first, const WindowTaps& row, const WindowTaps& column, Body body) const {
+  void for_each_tap(std::size_t first, const KernelTaps& row, const KernelTaps& column, Body body) const {
     for (std::size_t y = 0; y < row.count; ++y)
       for (std::size_t x = 0; x < column.count; ++x)
         body(first + y * rows.spacing * row_size() + x * columns.spacing * channels);
@@ -191,7 +191,7 @@ struct PoolingPlan {
 /// \throws ShapeError if there are others
 [[nodiscard]] inline PoolingPlan plan_pooling(OperatorContext& context, bool may_be_empty) {
   const Shape& picture = picture_shape(context);
-  WindowAttributes window = window_attributes(context);
+  KernelAttributes window = window_attributes(context);
   const bool rounds_up = context.integer("ceil_mode", 0) != 0;
   PoolingPlan plan;
   plan.images = picture[0];
@@ -199,7 +199,7 @@ struct PoolingPlan {
   plan.rows = axis_window(window, 0, picture[1], rounds_up);
   plan.columns = axis_window(window, 1, picture[2], rounds_up);
   const auto windows = [&](const AxisWindow& axis, std::size_t after) {
-    std::vector<WindowTaps> all;
+    std::vector<KernelTaps> all;
     if (axis.output > static_cast<std::size_t>(2 * detail::largest_window))
       throw ShapeError(std::to_string(axis.output) + " windows along an axis are too many");
     for (std::size_t i = 0; i < axis.output; ++i) {
@@ -209,7 +209,7 @@ struct PoolingPlan {
       const auto padding = static_cast<std::size_t>(axis.padding);
       const std::size_t end = axis.input + padding + after;  // counted from the first zero
       const std::size_t first = i * axis.stride;
-      WindowTaps one{first + taps.begin * axis.spacing - padding, taps.end - taps.begin, 0};
+      KernelTaps one{first + taps.begin * axis.spacing - padding, taps.end - taps.begin, 0};
       if (first < end) one.with_padding = std::min(axis.taps, (end - first - 1) / axis.spacing + 1);
       if (one.count == 0) one.first = 0;
       all.push_back(one);

@@ -1,14 +1,15 @@
-#include <tapestry/io/dataset/dataset.hpp>
+#include <tapestry/evaluate/dataset/dataset.hpp>
 
 #include <filesystem>
 #include <string>
-#include <tapestry/io/dataset/readers.hpp>
+#include <tapestry/evaluate/dataset/readers.hpp>
 #include <vector>
 
 #include "../../support/bad_file.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/temporary_folder.hpp"
 
+namespace evaluate = tapestry::evaluate;
 namespace io = tapestry::io;
 using tapestry::ErrorKind;
 using tapestry::detect::Box;
@@ -56,13 +57,13 @@ TEST_CASE("labels of YOLO are shares that become pixels", "[io][dataset]") {
   folder.write("images/a.JPG", "");
   folder.write("images/notes.md", "");
   folder.write("labels/a.txt", "1 0.5 0.25 0.5 0.5\r\n\n 0 0 1 1e-3 1 \n");
-  const auto dataset = io::read_yolo_folder(folder.path(), 2);
+  const auto dataset = evaluate::read_yolo_folder(folder.path(), 2);
   REQUIRE(dataset.pictures.size() == 2);
   CHECK(dataset.pictures[0].path == folder.path("images/a.JPG"));
   CHECK(dataset.pictures[1].objects.empty());
   REQUIRE(dataset.warnings.size() == 1);
   CHECK_THAT(dataset.warnings[0], contains("1 of 2 pictures have no file of labels"));
-  const auto objects = io::objects_in_pixels(dataset.pictures[0], 20, 40);
+  const auto objects = evaluate::objects_in_pixels(dataset.pictures[0], 20, 40);
   REQUIRE(objects.size() == 2);
   CHECK(objects[0].class_index == 1);
   check_box(objects[0].box, 10, 0, 30, 10);
@@ -75,7 +76,7 @@ TEST_CASE("a list of Darknet names pictures beside it", "[io][dataset]") {
   folder.write("some/a.png", "");
   folder.write("some/a.txt", "0 0.5 0.5 1 1\n");
   const auto list = folder.write("train.txt", "some/a.png\r\n" + folder.write("b.png", "") + "\n\n");
-  const auto dataset = io::read_darknet_list(list, 1);
+  const auto dataset = evaluate::read_darknet_list(list, 1);
   REQUIRE(dataset.pictures.size() == 2);
   CHECK(dataset.pictures[0].objects.size() == 1);
   CHECK(dataset.pictures[1].path == folder.path("b.png"));
@@ -97,7 +98,7 @@ TEST_CASE("N24: labels of YOLO that make no sense are refused with the line", "[
        {"cut", "0 0.5 0.5", malformed, "1", "label ends early; expected class cx cy w h, found 3 words"},
        {"an outline", "0 0.1 0.1 0.2 0.2 0.3 0.3", malformed, "1", "expected class cx cy w h, found '0.3'"},
        {"zero byte", std::string("0 0\0.5", 6), malformed, "1", "zero byte"}},
-      "a.txt", [](const std::string& text) { (void)io::parse_yolo_labels(text, "a.txt", 2); });
+      "a.txt", [](const std::string& text) { (void)evaluate::parse_yolo_labels(text, "a.txt", 2); });
 }
 
 TEST_CASE("N25: lists and folders without pictures or labels are refused", "[io][dataset]") {
@@ -110,18 +111,18 @@ TEST_CASE("N25: lists and folders without pictures or labels are refused", "[io]
                    {"no labels", "a.png", mismatch, "", "no picture has labels"}},
                   list, [&](const std::string& text) {
                     folder.write("train.txt", text);
-                    (void)io::read_darknet_list(list, 1);
+                    (void)evaluate::read_darknet_list(list, 1);
                   });
-  CHECK_THROWS_WITH(io::read_yolo_folder(folder.path(), 1), contains("no picture has labels"));
-  CHECK_THROWS_WITH(io::read_voc(folder.path()), contains("no labels; expected .xml files, found none"));
-  CHECK_THROWS_WITH(io::read_voc(folder.path("absent")), contains("cannot list the folder"));
-  CHECK_THROWS_WITH(io::read_yolo_folder(folder.path("absent"), 1), contains("cannot list the folder"));
+  CHECK_THROWS_WITH(evaluate::read_yolo_folder(folder.path(), 1), contains("no picture has labels"));
+  CHECK_THROWS_WITH(evaluate::read_voc(folder.path()), contains("no labels; expected .xml files, found none"));
+  CHECK_THROWS_WITH(evaluate::read_voc(folder.path("absent")), contains("cannot list the folder"));
+  CHECK_THROWS_WITH(evaluate::read_yolo_folder(folder.path("absent"), 1), contains("cannot list the folder"));
   std::filesystem::create_directories(folder.path("empty"));
-  CHECK_THROWS_WITH(io::read_yolo_folder(folder.path("empty"), 1), contains("no pictures"));
+  CHECK_THROWS_WITH(evaluate::read_yolo_folder(folder.path("empty"), 1), contains("no pictures"));
   std::filesystem::create_directories(folder.path("twins"));
   folder.write("twins/a.jpg", "");
   folder.write("twins/a.png", "");
-  CHECK_THROWS_WITH(io::read_yolo_folder(folder.path("twins"), 1),
+  CHECK_THROWS_WITH(evaluate::read_yolo_folder(folder.path("twins"), 1),
                     contains("a.jpg: two pictures would have the same labels") && contains("'a.png'"));
 }
 
@@ -133,13 +134,13 @@ TEST_CASE("COCO's instances are read in order of their ids", "[io][dataset]") {
                          annotation("1", "[10, 5, 10, 4.5]") + ", " +
                              annotation("0", "[0, 0, 4, 4]", R"(, "area": 3.5, "iscrowd": 1)"),
                          cats);
-  const auto dataset = io::read_coco(folder.write("a.json", text), folder.path());
+  const auto dataset = evaluate::read_coco(folder.write("a.json", text), folder.path());
   CHECK(dataset.class_names == std::vector<std::string>{"person", "car"});
   CHECK(dataset.class_ids == std::vector<std::uint64_t>{1, 3});
   REQUIRE(dataset.pictures.size() == 2);
   CHECK(dataset.pictures[0].id == 5);
   CHECK(dataset.pictures[1].path == folder.path("a.png"));
-  const auto objects = io::objects_in_pixels(dataset.pictures[1], 30, 40);
+  const auto objects = evaluate::objects_in_pixels(dataset.pictures[1], 30, 40);
   REQUIRE(objects.size() == 2);
   check_box(objects[0].box, 10, 5, 20, 9.5);
   CHECK(objects[0].class_index == 1);
@@ -147,7 +148,7 @@ TEST_CASE("COCO's instances are read in order of their ids", "[io][dataset]") {
   CHECK_FALSE(objects[0].is_crowd);
   CHECK(objects[1].area == 3.5);
   CHECK(objects[1].is_crowd);
-  CHECK_THROWS_WITH(io::objects_in_pixels(dataset.pictures[1], 40, 30),
+  CHECK_THROWS_WITH(evaluate::objects_in_pixels(dataset.pictures[1], 40, 30),
                     contains("another size than its labels say; expected 40x30, found 30x40"));
 }
 
@@ -205,7 +206,7 @@ TEST_CASE("N26: COCO files that make no sense are refused with the entry and the
         "categories[1].name is given twice; expected a name of its own, found 'a', that of id 1"},
        {"negative id", R"({"categories": [{"id": -1, "name": "a"}]})", malformed, "@15",
         "categories[0].id makes no sense"}},
-      "a.json", [&](const std::string& text) { (void)io::parse_coco(text, "a.json", folder.path()); });
+      "a.json", [&](const std::string& text) { (void)evaluate::parse_coco(text, "a.json", folder.path()); });
 }
 
 TEST_CASE("labels of Pascal VOC count columns from 1", "[io][dataset]") {
@@ -218,10 +219,10 @@ TEST_CASE("labels of Pascal VOC count columns from 1", "[io][dataset]") {
                                                          "<object a='1>' b = \"2\"><name> R&amp;B </name>" +
                                                          part + "<difficult>1</difficult><pose/><bndbox>" +
                                                          sound_bounds + "</bndbox></object>"));
-  const auto dataset = io::read_voc(folder.path());
+  const auto dataset = evaluate::read_voc(folder.path());
   CHECK(dataset.class_names == std::vector<std::string>{"R&B", "car"});
   REQUIRE(dataset.pictures.size() == 1);
-  const auto objects = io::objects_in_pixels(dataset.pictures[0], 30, 40);
+  const auto objects = evaluate::objects_in_pixels(dataset.pictures[0], 30, 40);
   REQUIRE(objects.size() == 2);
   check_box(objects[0].box, 10, 5, 20, 10);
   CHECK(objects[0].class_index == 1);
@@ -229,8 +230,8 @@ TEST_CASE("labels of Pascal VOC count columns from 1", "[io][dataset]") {
   CHECK_FALSE(objects[0].is_difficult);
   CHECK(objects[1].is_difficult);
   folder.write("Annotations/b.xml", voc(""));
-  CHECK_THROWS_WITH(io::read_voc(folder.path()), contains("b.xml: labels of a picture that has others"));
-  CHECK_THROWS_WITH(io::read_voc(folder.path(), folder.path("x")), contains("a picture is missing"));
+  CHECK_THROWS_WITH(evaluate::read_voc(folder.path()), contains("b.xml: labels of a picture that has others"));
+  CHECK_THROWS_WITH(evaluate::read_voc(folder.path(), folder.path("x")), contains("a picture is missing"));
 }
 
 TEST_CASE("N27: XML that makes no sense, or is not needed for labels, is refused with the line",
@@ -275,7 +276,7 @@ TEST_CASE("N27: XML that makes no sense, or is not needed for labels, is refused
        {"NaN", bounds("nan", "20"), malformed, "6", "<xmin> makes no sense"},
        {"negative extent", bounds("21", "20"), malformed, "6", "<bndbox> of negative extent"},
        {"a word", bounds("11", "far"), malformed, "6", "<xmax> makes no sense"}},
-      "a.xml", [](const std::string& text) { (void)io::parse_voc(text, "a.xml"); });
+      "a.xml", [](const std::string& text) { (void)evaluate::parse_voc(text, "a.xml"); });
 }
 
 TEST_CASE("N26, N27: every cut is refused, and every changed byte is read or refused", "[io][dataset]") {
@@ -285,9 +286,9 @@ TEST_CASE("N26, N27: every cut is refused, and every changed byte is read or ref
   const std::string xml = voc(voc_object(sound_bounds));
   const auto read = [&](const std::string& text, bool is_json) {
     if (is_json)
-      (void)io::parse_coco(text, "a", folder.path());
+      (void)evaluate::parse_coco(text, "a", folder.path());
     else
-      (void)io::parse_voc(text, "a");
+      (void)evaluate::parse_voc(text, "a");
   };
   for (const bool is_json : {true, false}) {
     const std::string& whole = is_json ? json : xml;

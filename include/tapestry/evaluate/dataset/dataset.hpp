@@ -8,7 +8,7 @@
 #include <tapestry/io/file_source.hpp>
 #include <vector>
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 
 /// An object that somebody has marked in a picture.
 struct LabelledObject {
@@ -63,11 +63,11 @@ namespace detail {
 /// \throws FileError (mismatch) unless the picture is there; as status_of() where nobody can say
 inline void require_picture(const std::string& picture, const std::string& labels,
                             const std::string& position) {
-  if (is_regular_file(picture)) return;
+  if (io::is_regular_file(picture)) return;
   throw FileError(ErrorKind::mismatch,
                   {labels, position, "a picture is missing", printable(picture), "no such file"});
 }
 
 }  // namespace detail
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate

@@ -9,26 +9,26 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/dataset/dataset.hpp>
-#include <tapestry/io/dataset/readers.hpp>
-#include <tapestry/io/dataset/xml_reader.hpp>
+#include <tapestry/evaluate/dataset/dataset.hpp>
+#include <tapestry/evaluate/dataset/readers.hpp>
+#include <tapestry/evaluate/dataset/xml_reader.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>
 #include <vector>
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 
 std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::string& path,
                                               std::size_t class_count) {
   constexpr const char* form = "class cx cy w h";
-  TextLines lines(text, path, 1000);
+  io::TextLines lines(text, path, 1000);
   std::vector<LabelledObject> objects;
   while (lines.next()) {
     const std::string_view first = lines.word();
     if (first.empty()) continue;
     LabelledObject object;
-    if (!parse_integer(first, object.class_index))
+    if (!io::parse_integer(first, object.class_index))
       lines.fail("class is no whole number", "0 to " + std::to_string(class_count - 1), in_quotes(first));
     if (object.class_index >= class_count)
       lines.fail("class out of range", "0 to " + std::to_string(class_count - 1), std::string(first),
@@ -37,7 +37,7 @@ std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::
     for (std::size_t i = 0; i < 4; ++i) {
       const std::string_view word = lines.word();
       if (word.empty()) lines.fail("label ends early", form, std::to_string(i + 1) + " words");
-      const bool is_number = parse_number(word, values[i]);
+      const bool is_number = io::parse_number(word, values[i]);
       if (i < 2 && !(is_number && values[i] >= 0 && values[i] <= 1))
         lines.fail("centre of a box", "a share of the picture, 0 to 1", in_quotes(word));
       if (i >= 2 && !(is_number && values[i] > 0 && values[i] <= 1))
@@ -52,23 +52,23 @@ std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::
   return objects;
 }
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate
 
-namespace tapestry::io::detail {
+namespace tapestry::evaluate::detail {
 
 /// The labels of a picture: beside it, else with the last folder images of its path as labels.
 /// \returns  empty where there are none
 [[nodiscard]] inline std::string yolo_label_path(const std::string& picture) {
   namespace fs = std::filesystem;
   const fs::path beside = fs::path(picture).replace_extension(".txt");
-  if (is_regular_file(beside.string())) return beside.string();
+  if (io::is_regular_file(beside.string())) return beside.string();
   std::vector<fs::path> parts(beside.begin(), beside.end());
   const auto last = std::find(parts.rbegin(), parts.rend(), fs::path("images"));
   if (last == parts.rend()) return "";
   *last = "labels";
   fs::path other;
   for (const auto& part : parts) other /= part;
-  return is_regular_file(other.string()) ? other.string() : "";
+  return io::is_regular_file(other.string()) ? other.string() : "";
 }
 
 /// Adds the next picture with its labels; none where it has no file of labels.
@@ -78,7 +78,7 @@ inline bool add_yolo_picture(Dataset& dataset, const std::string& path, std::siz
   LabelledPicture picture{path, dataset.pictures.size() + 1, 0, 0, true};
   const std::string labels = yolo_label_path(path);
   if (!labels.empty())
-    picture.objects = parse_yolo_labels(read_text_file(labels, largest), labels, class_count);
+    picture.objects = parse_yolo_labels(io::read_text_file(labels, largest), labels, class_count);
   dataset.pictures.push_back(std::move(picture));
   return !labels.empty();
 }
@@ -95,18 +95,18 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
                                " pictures have no file of labels; they count as empty");
 }
 
-}  // namespace tapestry::io::detail
+}  // namespace tapestry::evaluate::detail
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 
 Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
   namespace fs = std::filesystem;
   const std::string images = folder + "/images";
-  const std::string from = is_folder(images) ? images : folder;
-  const auto paths = listed_paths(from, has_picture_name);
+  const std::string from = io::is_folder(images) ? images : folder;
+  const auto paths = io::listed_paths(from, io::has_picture_name);
   if (paths.empty())
     throw FileError(ErrorKind::mismatch,
-                    {from, "", "no pictures", std::string(picture_endings) + " files", "none"});
+                    {from, "", "no pictures", std::string(io::picture_endings) + " files", "none"});
   const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
   const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // their order is that of names
   if (twin != paths.end())
@@ -122,8 +122,8 @@ Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
 
 Dataset read_darknet_list(const std::string& path, std::size_t class_count) {
   constexpr std::uint64_t largest = std::uint64_t(256) << 20U;
-  const std::string text = read_text_file(path, largest);
-  TextLines lines(text, path, 8192);
+  const std::string text = io::read_text_file(path, largest);
+  io::TextLines lines(text, path, 8192);
   Dataset dataset;
   std::map<std::string, std::size_t> line_of;
   std::size_t labelled = 0;
@@ -142,9 +142,9 @@ Dataset read_darknet_list(const std::string& path, std::size_t class_count) {
   return dataset;
 }
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate
 
-namespace tapestry::io::detail {
+namespace tapestry::evaluate::detail {
 
 /// Members of an annotation by name and type.
 class VocElement {
@@ -171,7 +171,7 @@ class VocElement {
   }
   [[nodiscard]] double number(double low, double high) const {
     double value = 0;
-    if (!parse_number(element_.text, value) || !(value >= low && value <= high))
+    if (!io::parse_number(element_.text, value) || !(value >= low && value <= high))
       fail(element_.line, "<" + printable(element_.name) + "> makes no sense",
            "a number from " + std::to_string(static_cast<long>(low)) + " to " +
                std::to_string(static_cast<long>(high)),
@@ -199,9 +199,9 @@ inline detect::Box voc_box(const VocElement& bounds) {
   return detect::box_from_corners(left, top, right, bottom);
 }
 
-}  // namespace tapestry::io::detail
+}  // namespace tapestry::evaluate::detail
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 
 VocAnnotation parse_voc(std::string_view text, const std::string& path) {
   constexpr double largest_side = 1 << 20;
@@ -212,11 +212,11 @@ VocAnnotation parse_voc(std::string_view text, const std::string& path) {
   VocAnnotation result;
   const auto filename = annotation.child("filename");
   result.filename = filename.text();
-  if (result.filename.size() > longest_path)
+  if (result.filename.size() > io::longest_path)
     annotation.fail(filename.line(), "<filename> is too long",
-                    "at most " + std::to_string(longest_path) + " bytes",
+                    "at most " + std::to_string(io::longest_path) + " bytes",
                     std::to_string(result.filename.size()));
-  if (!stays_below(result.filename))
+  if (!io::stays_below(result.filename))
     annotation.fail(filename.line(), "<filename> lies outside the folder of the pictures", "a name in it",
                     in_quotes(result.filename));
   const auto size = annotation.child("size");
@@ -235,9 +235,9 @@ VocAnnotation parse_voc(std::string_view text, const std::string& path) {
   return result;
 }
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate
 
-namespace tapestry::io::detail {
+namespace tapestry::evaluate::detail {
 
 /// Numbers the classes in order of their names.
 inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::string>>& names) {
@@ -254,21 +254,21 @@ inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::
       dataset.pictures[p].objects[i].class_index = index_of.at(names[p][i]);
 }
 
-}  // namespace tapestry::io::detail
+}  // namespace tapestry::evaluate::detail
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 
 Dataset read_voc(const std::string& folder, const std::string& images) {
   namespace fs = std::filesystem;
   constexpr std::uint64_t largest = std::uint64_t(4) << 20U;
-  const bool is_root = is_folder(folder + "/Annotations");
+  const bool is_root = io::is_folder(folder + "/Annotations");
   const std::string labels = is_root ? folder + "/Annotations" : folder;
   const std::string beside = is_root ? folder + "/JPEGImages" : folder;
   Dataset dataset;
   std::vector<std::vector<std::string>> names;
   std::map<std::string, std::string> labels_of;
   for (const auto& path : detail::xml_paths(labels)) {
-    auto annotation = parse_voc(read_text_file(path, largest), path);
+    auto annotation = parse_voc(io::read_text_file(path, largest), path);
     auto& picture = annotation.picture;
     picture.path = (fs::path(images.empty() ? beside : images) / annotation.filename).string();
     picture.id = dataset.pictures.size() + 1;
@@ -286,4 +286,4 @@ Dataset read_voc(const std::string& folder, const std::string& images) {
   return dataset;
 }
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate

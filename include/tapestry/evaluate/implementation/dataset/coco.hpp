@@ -9,7 +9,7 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/dataset/readers.hpp>
+#include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/json.hpp>
 #include <utility>
@@ -18,7 +18,7 @@
 /// \file
 /// The compiled part of the COCO reader.
 
-namespace tapestry::io {
+namespace tapestry::evaluate {
 namespace detail {
 
 /// One entry of a list of COCO's, whose members are read by name and type.
@@ -85,7 +85,7 @@ using IndexOfId = std::map<std::uint64_t, std::size_t>;
 
 class CocoReader {
  public:
-  CocoReader(const JsonText& json, const std::string& path, std::string images)
+  CocoReader(const io::JsonText& json, const std::string& path, std::string images)
       : json_(json), path_(path), images_(std::move(images)) {}
 
   [[nodiscard]] Dataset read() {
@@ -147,15 +147,15 @@ class CocoReader {
     constexpr std::uint64_t largest_side = std::uint64_t(1) << 20U;
     for_each_entry("images", [&](const CocoEntry& entry, std::uint64_t id) {
       const std::string name = entry.text("file_name");
-      if (name.size() > longest_path)
-        entry.fail("file_name", "is too long", "at most " + std::to_string(longest_path) + " bytes",
+      if (name.size() > io::longest_path)
+        entry.fail("file_name", "is too long", "at most " + std::to_string(io::longest_path) + " bytes",
                    std::to_string(name.size()));
-      if (!stays_below(name))
+      if (!io::stays_below(name))
         entry.fail("file_name", "lies outside the folder of the pictures", "a name in it", in_quotes(name));
       LabelledPicture picture{(std::filesystem::path(images_) / name).string(), id,
                               static_cast<std::size_t>(entry.integer("height", 1, largest_side)),
                               static_cast<std::size_t>(entry.integer("width", 1, largest_side))};
-      if (picture.path.find('\0') != std::string::npos || !is_regular_file(picture.path))
+      if (picture.path.find('\0') != std::string::npos || !io::is_regular_file(picture.path))
         entry.fail("file_name", "is missing", printable(picture.path), "no such file", ErrorKind::mismatch);
       dataset_.pictures.push_back(std::move(picture));
     });
@@ -193,7 +193,7 @@ class CocoReader {
     return found->second;
   }
 
-  const JsonText& json_;
+  const io::JsonText& json_;
   const std::string& path_;
   std::string images_;
   Dataset dataset_;
@@ -203,8 +203,8 @@ class CocoReader {
 }  // namespace detail
 
 Dataset parse_coco(std::string_view text, const std::string& path, const std::string& images) {
-  const JsonText json = read_json(text, path);
+  const io::JsonText json = io::read_json(text, path);
   return detail::CocoReader(json, path, images).read();
 }
 
-}  // namespace tapestry::io
+}  // namespace tapestry::evaluate
