@@ -130,6 +130,7 @@
 #include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/io/text_lists.hpp>
+#include <tapestry/io/tinyobj.hpp>
 #include <tapestry/io/zip_archive.hpp>
 #include <tapestry/io/zip_writer.hpp>
 #include <tapestry/loss/adversarial.hpp>
