@@ -158,7 +158,9 @@ template <class Objective>
         throw Error(ErrorKind::numeric, "computes something else");
       const int computations =
           variants[i].lanes * (variants[i].threads == 1 ? 1 : variants[i].threads * computations_a_wait);
-      result.seconds = timing_of(contestant.seconds, 0).median / computations;
+      const Timing timing = timing_of(contestant.seconds, 0);
+      result.seconds = timing.median / computations;
+      result.spread = timing.spread;
       result.memory_mib = contestant.peak_memory_mib;
     });
     contestant.worker.reset();

@@ -142,7 +142,9 @@ inline void score(Comparison& comparison, const Problem& problem, Reference& ref
       if (!(error < largest_rounding))
         throw Error(ErrorKind::numeric, "an error of " + formatted("%.1e", error));
       Result& result = comparison.results[i];
-      result.seconds = timing_of(contestant.seconds, contestant.peak_memory_mib).median;
+      const Timing timing = timing_of(contestant.seconds, contestant.peak_memory_mib);
+      result.seconds = timing.median;
+      result.spread = timing.spread;
       result.error = error;
       result.memory_mib = contestant.peak_memory_mib;
     } catch (const Error& error) {

@@ -114,6 +114,7 @@ void score(Comparison& comparison, const std::vector<Variant>& rivals, GraphRun<
     }
     const Timing timing = timing_of(contestant.seconds, contestant.peak_memory_mib);
     comparison.results[i].seconds = timing.median;
+    comparison.results[i].spread = timing.spread;
     comparison.results[i].error = error;
     comparison.results[i].memory_mib = timing.peak_memory_mib;
   }

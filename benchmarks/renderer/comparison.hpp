@@ -154,7 +154,9 @@ inline void measure(Comparison& comparison, const Folders& folders, const std::s
       (void)worker.ask("save " + path);
       Result& result = comparison.results[i];
       result.error = references.error_of(comparison, scene, read_numbers<float>(path));
-      result.seconds = timing_of(contestant.seconds, 0).median / static_cast<double>(scene.cameras.size());
+      const Timing timing = timing_of(contestant.seconds, 0);
+      result.seconds = timing.median / static_cast<double>(scene.cameras.size());
+      result.spread = timing.spread;
       result.memory_mib = contestant.peak_memory_mib;
       const auto memory = worker.ask("memory");
       if (memory.contains("working_mib")) comparison.working_mib[i] = memory["working_mib"].get<double>();
@@ -188,7 +190,7 @@ inline void print(const Comparison& comparison, const Scene& scene) {
       if (!is_peer(own.variant) && own.seconds && is_peer(result.variant))
         std::printf(" %s %.2f", own.variant.c_str(), *result.seconds / *own.seconds);
     if (comparison.working_mib[i] && is_picture)
-      std::printf(" %.2f of the memory allowed", *comparison.working_mib[i] / allowed);
+      std::printf(" %.2f of 24 B a pixel and 64 B a face", *comparison.working_mib[i] / allowed);
     std::printf("\n");
   }
   std::fflush(stdout);

@@ -189,8 +189,8 @@ class PanelDrawing {
         const double middle = y(point.speed) + shift;
         const Box box{is_left ? begin - label_width : begin, is_left ? begin : begin + label_width,
                       middle - 6, middle + 6};
-        const bool is_inside =
-            box.left > left_ + plot_left && box.right < left_ + width && box.bottom < bottom() + 1;
+        const bool is_inside = box.left > left_ + plot_left && box.right < left_ + width &&
+                               box.top > top_ + plot_top - 8 && box.bottom < bottom() + 1;
         const bool is_free =
             std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return box.overlaps(other); });
         if (!is_inside || !is_free) continue;
@@ -214,10 +214,12 @@ class PanelDrawing {
 };
 }  // namespace detail
 
-/// Draws panels row by row; replaces the file as a whole.
+/// Draws panels row by row, at most three beside each other, for a page of 1280 pixels; replaces the file as
+/// a whole.
 inline void write_figure(const std::string& path, const std::string& title, const std::vector<Panel>& panels,
                          std::size_t columns) {
   using detail::number;
+  columns = std::min<std::size_t>(columns, 3);
   constexpr double header = 44;
   const double width = detail::PanelDrawing::width * static_cast<double>(columns);
   const double height =
@@ -236,9 +238,15 @@ text { font: 11px sans-serif; fill: #24292f }
 <rect width="100%" height="100%" fill="#fff"/>
 )";
   svg += "<text x=\"14\" y=\"18\" class=\"heading\">" + title + "</text>\n";
-  svg += R"(<circle cx="20" cy="32" r="4" class="own"/><text x="28" y="36">ours</text>
-<circle cx="70" cy="32" r="4" class="peer"/><text x="78" y="36">peer</text>
-<path d="M116 32H140" class="front"/><text x="146" y="36">Pareto front; up and to the left is better</text>
+  svg +=
+      R"(<path d="M16 32H40" class="front"/><text x="46" y="36">Pareto front; up and to the left is better</text>
+<circle cx="306" cy="32" r="4" class="own"/><text x="314" y="36">ours</text>
+)";
+  const auto has_peer = [](const Panel& panel) {
+    return std::any_of(panel.points.begin(), panel.points.end(), [](const Point& p) { return p.is_peer; });
+  };
+  if (std::any_of(panels.begin(), panels.end(), has_peer))
+    svg += R"(<circle cx="356" cy="32" r="4" class="peer"/><text x="364" y="36">other libraries</text>
 )";
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const auto column = static_cast<double>(i % columns);

@@ -8,12 +8,12 @@ autodiff=(alone/autodiff --output results --rounds 2 --seconds 0.001)
 
 expect_exit 0 "three cases" "${autodiff[@]}" --case '^iou$|speelpenning|bundle-jacobian'
 csv=results/autodiff.csv
-[ "$(head -n 1 $csv)" = "case,variant,threads,seconds,error,memory_mib" ] && pass || fail "header: $(head -n 1 $csv)"
+[ "$(head -n 1 $csv)" = "case,variant,threads,seconds,error,memory_mib,spread,version,commit,compiler,instruction_set,processor" ] && pass || fail "header: $(head -n 1 $csv)"
 for row in iou,{plain,hand,scalar,hessian-product,replay,replay-recording,array,array-float},1 iou,scalar,2 speelpenning,scalar-8-roots,1 \
   bundle-jacobian,{scalar,dual,compressed},1; do
-  grep -Eq "^$row(,[0-9][0-9.e+-]*){3}$" $csv && pass || fail "no numbers for $row"
+  grep -Eq "^$row(,[0-9][0-9.e+-]*){4},[0-9]" $csv && pass || fail "no numbers for $row"
 done
-grep -q "^iou,peer:adolc,1,,,$" $csv && pass || fail "a peer that was not built has a value"
+grep -q "^iou,peer:adolc,1,,,,,[0-9]" $csv && pass || fail "a peer that was not built has a value"
 grep -q "^speelpenning,array" $csv && fail "a product of numbers has no array form" || pass
 awk -F, 'NR > 1 && $5 != "" && !($4 > 0 && $5 >= 0 && $6 > 0 && $5 < ($2 == "array-float" ? 1e-5 : 1e-13))' $csv >wrong.csv
 [ -s wrong.csv ] && fail "impossible numbers: $(cat wrong.csv)" || pass
