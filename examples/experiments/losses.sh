@@ -4,5 +4,5 @@
 #   losses.sh OUTPUT [COMMON]; see variants.sh, also for the environment
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n '2,4s/^# \{0,1\}//p' "$0" >&2; exit 2; }
-exec bash "$(dirname "$0")/variants.sh" "$1" "${2:-}" paper="--loss paper" as_coded="--loss as_coded" \
+exec bash "$(dirname "$0")/variants.sh" "$1" "${2:-}" paper="--loss paper" as_coded="--loss as_coded" vanish="--loss vanish" \
   max_score="--loss max_score"

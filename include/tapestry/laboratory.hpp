@@ -27,6 +27,7 @@
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>

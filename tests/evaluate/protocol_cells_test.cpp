@@ -237,3 +237,19 @@ TEST_CASE("outcomes that do not fit are refused", "[evaluate][cells]") {
   CHECK_THROWS_AS(evaluate::cell_of(random_outcomes(8, 0), [](std::size_t) { return true; }),
                   tapestry::ShapeError);
 }
+
+TEST_CASE("a cell counts what became of the car", "[evaluate][protocol]") {
+  using evaluate::Fate;
+  evaluate::ProtocolOutcomes outcomes(4, 1);
+  const std::array fates{Fate::renamed, Fate::lost, Fate::renamed, Fate::found};
+  for (std::size_t i = 0; i < fates.size(); ++i) {
+    outcomes.state(i) = static_cast<std::uint8_t>(i == 2 ? FrameState::pending : FrameState::measured);
+    outcomes.fate(i, 0) = static_cast<std::uint8_t>(fates[i]);
+    outcomes.named(i, 0) = static_cast<std::uint16_t>(20 + i);
+  }
+  const auto cell = evaluate::cell_of(outcomes, [](std::size_t) { return true; });
+  CHECK(cell.textures[0].fates.pictures == std::array<std::size_t, 5>{1, 0, 1, 0, 1});
+  CHECK(cell.textures[0].fates.commonest_names(3) == std::vector<std::size_t>{20});
+  outcomes.fate = tapestry::zeros<std::uint8_t, 2>({3, 1});
+  CHECK_THROWS_AS(evaluate::cell_of(outcomes, [](std::size_t) { return true; }), tapestry::ShapeError);
+}

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t input_height = 64, input_width = 96, classes = 3;
 constexpr std::size_t objectness = 4, of_class_0 = 5;  // channels of a candidate of heads with anchors
 const std::vector<AdversarialLoss> all_kinds{AdversarialLoss::paper, AdversarialLoss::as_coded,
-                                             AdversarialLoss::max_score};
+                                             AdversarialLoss::max_score, AdversarialLoss::vanish};
 
 std::vector<detect::Head> three_heads(DecodeFamily decode = DecodeFamily::darknet) {
   return tapestry::test::TinyHeads(decode).heads();
@@ -104,6 +104,37 @@ TEST_CASE("max_score is minus the log of the chance that nothing finds the targe
   CHECK(terms.objectness == 0);
 }
 
+TEST_CASE("vanish is the log of one plus the odds of every name", "[loss][adversarial]") {
+  const auto heads = three_heads();
+  auto logits = random_logits<double>(1);
+  fill(logits, -60);
+  predict(heads, logits, {1, 0, 1, 3}, 20, 16, 2.0);
+  const loss::Target target{0, {56, 24, 20, 16}};
+  const auto predictions = view(heads, logits);
+  const auto of_one = loss::adversarial(predictions, target, AdversarialLoss::vanish);
+  CHECK(of_one.max_score == Approx(loss::max_score(predictions, target)).epsilon(1e-12));
+  CHECK(of_one.total == of_one.max_score);
+  // The same box under another name, as sure: max_score of the first name does not see it.
+  logits[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, heads[1].class_channel(1))] = 2.0;
+  const double before = loss::max_score(predictions, target);
+  const double score = tapestry::nn::logistic(2.0) * tapestry::nn::logistic(2.0);
+  CHECK(loss::max_score(predictions, target) == before);
+  CHECK(loss::vanish(predictions, target.box) ==
+        Approx(std::log(1 + 2 * score / (1 - score))).epsilon(1e-12));
+  auto adjoint = zeros_like(logits);
+  loss::vanish_adjoint(predictions, target.box, 1.0, loss::to_add_to(adjoint));
+  const auto slope = [&](std::size_t k) {
+    return adjoint[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, heads[1].class_channel(k))];
+  };
+  CHECK(slope(0) > 0.01);
+  CHECK(slope(1) == slope(0));
+  // Utterly sure under both names: nothing overflows.
+  for (const std::size_t channel : {heads[1].class_channel(0), heads[1].class_channel(1), objectness})
+    logits[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, channel)] = 800;
+  CHECK(loss::vanish(predictions, target.box) ==
+        Approx(std::log(2.0) + loss::max_score(predictions, target)));
+}
+
 TEST_CASE("as_coded equals the published terms worked out by hand", "[loss][adversarial]") {
   auto heads = three_heads();
   auto logits = random_logits<double>(1);
@@ -150,7 +181,8 @@ TEST_CASE("adversarial_adjoint agrees with central differences in double", "[los
   const auto decode =
       GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
   const auto heads = three_heads(decode);
-  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score);
+  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score,
+                             AdversarialLoss::vanish);
   const loss::AdversarialWeights weights{0.7, 1.3, 0.9, 1.1};
   CAPTURE(loss::name_of(kind), detect::name_of(decode));
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -220,7 +252,7 @@ TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
   const auto decode =
       GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
   const auto heads = three_heads(decode);
-  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score);
+  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score, AdversarialLoss::vanish);
   auto logits = random_logits<double>(7, 3, decode);
   for (int step = 0; step < 400; ++step) {
     auto adjoint = zeros_like(logits);
@@ -288,7 +320,7 @@ TEST_CASE("no detection at any scale makes the loss exactly 0", "[loss][adversar
   const auto logits = random_logits<double>(4);
   const loss::Target outside{0, {-500.0, -500.0, 10.0, 10.0}};
   const loss::Target flat{0, {50.0, 30.0, 0.0, 10.0}};
-  for (const auto kind : {AdversarialLoss::paper, AdversarialLoss::max_score})
+  for (const auto kind : {AdversarialLoss::paper, AdversarialLoss::max_score, AdversarialLoss::vanish})
     for (const auto& target : {outside, flat}) {
       CHECK(loss::adversarial(view(heads, logits), target, kind).total == 0.0);
       auto adjoint = zeros_like(logits);
@@ -415,5 +447,5 @@ TEST_CASE("adversarial refuses what does not fit together", "[loss][adversarial]
 TEST_CASE("adversarial losses are chosen by name", "[loss][adversarial]") {
   for (const auto kind : all_kinds) CHECK(loss::adversarial_loss_by_name(loss::name_of(kind)) == kind);
   CHECK_THROWS_WITH(loss::adversarial_loss_by_name("papre"),
-                    "no adversarial loss is called 'papre'; there are paper, as_coded and max_score");
+                    "no adversarial loss is called 'papre'; there are paper, as_coded, max_score and vanish");
 }

@@ -55,7 +55,8 @@ Logits<T> gradient_of_mixed(const Logits<T>& logits, AdversarialLoss kind) {
 }  // namespace
 
 TEST_CASE("adversarial on the tape is the mean of the images' losses, bit for bit", "[loss][tape]") {
-  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score);
+  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score,
+                             AdversarialLoss::vanish);
   const TinyHeads detector;
   const auto logits = detector.logits<float>(cars.size(), 1);
   tapestry::Tape<float> tape;
@@ -90,7 +91,7 @@ TEST_CASE("adversarial on the tape is the mean of the images' losses, bit for bi
 TEMPLATE_TEST_CASE("every term of adversarial on the tape agrees with central differences",
                    "[loss][tape][gradient]", float, double) {
   using T = TestType;
-  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score);
+  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score, AdversarialLoss::vanish);
   const TinyHeads detector;
   const auto logits = detector.logits<T>(cars.size(), 4);
   const auto gradient = gradient_of_mixed(logits, kind);
@@ -163,7 +164,8 @@ TEST_CASE("a head of passive logits costs and gets nothing", "[loss][tape]") {
 }
 
 TEST_CASE("adversarial on the tape gives the same bits with one thread and with two", "[loss][tape]") {
-  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score);
+  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score,
+                             AdversarialLoss::vanish);
   const auto logits = TinyHeads().logits<float>(3, 9);
   const int threads = tapestry::thread_count();
   tapestry::limit_threads(1);

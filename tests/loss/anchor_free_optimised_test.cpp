@@ -17,7 +17,7 @@ using tapestry::Array;
 namespace {
 constexpr std::size_t input_height = 64, input_width = 96, classes = 3;
 const std::vector<AdversarialLoss> all_kinds{AdversarialLoss::paper, AdversarialLoss::as_coded,
-                                             AdversarialLoss::max_score};
+                                             AdversarialLoss::max_score, AdversarialLoss::vanish};
 using Logits = std::vector<Array<double, 4>>;
 
 double sigma(double x) { return 1 / (1 + std::exp(-x)); }
@@ -126,7 +126,8 @@ TEST_CASE("losses of anchor-free heads agree with central differences in double"
   const auto heads = layout == 0   ? two_heads(DecodeFamily::yolox)
                      : layout == 1 ? two_heads(DecodeFamily::distance, ChannelOrder::box_first, 16)
                                    : two_heads(DecodeFamily::distance, ChannelOrder::classes_first, 8);
-  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score);
+  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score,
+                             AdversarialLoss::vanish);
   const loss::AdversarialWeights weights{0.7, 1.3, 0.9, 1.1};
   CAPTURE(layout, loss::name_of(kind));
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {

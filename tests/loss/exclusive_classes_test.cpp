@@ -87,7 +87,7 @@ TEST_CASE("losses of exclusive classes equal the ones worked out by hand", "[los
 
 TEST_CASE("adversarial losses of exclusive classes agree with central differences in double",
           "[loss][exclusive_classes][gradient]") {
-  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score);
+  const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score, AdversarialLoss::vanish);
   const std::size_t classes = GENERATE(1U, 2U, 5U);
   const auto heads = one_head(classes);
   const loss::Target target{classes / 2, {50, 30, 26, 17}};

@@ -29,6 +29,8 @@ grep -q "Tapestry [0-9.]* (.*$set on " two/report.html && pass || fail "the page
 rows="photo clean adversarial matched_noise shuffled random white grey black red green blue"
 listed() { tr '\n' ' ' | sed 's/ $//'; }
 [ "$(tail -n +2 two/metrics.csv | cut -d, -f1 | tr ' ' _ | listed)" = "$rows" ] && pass || fail "the rows of metrics.csv"
+awk -F, 'NR > 1 && ($8 != $3 || $8 + $9 + $10 + $11 + $12 != $2)' two/metrics.csv >wrong.csv
+[ -s wrong.csv ] && fail "fates do not add up: $(cat wrong.csv)" || pass
 [ "$(sed -n 's/^  \(.*[^ ]\) *found in.*mean best confidence [01]\.[0-9]*$/\1/p' command.out | tr ' ' _ | listed)" = "$rows" ] &&
   pass || fail "the rows of the printed table"
 [ "$(sed -n 's/^<tr><td>\([^<]*\)<.*$/\1/p' two/report.html | tr ' ' _ | listed)" = "$rows" ] && pass || fail "the rows of report.html"

@@ -147,7 +147,7 @@ done
 [ "$(wc -l <digital/photographs.csv)" -eq 481 ] && pass || fail "photographs.csv has $(wc -l <digital/photographs.csv) lines"
 mkdir 'a, "b"' && cp "$assets/frames/test/000.npz" 'a, "b"'
 expect_exit 0 "a folder with a comma" "$evaluate" --protocol digital --clean-only --frames 'a, "b"' --output comma
-[ "$(grep -c '^detector,[a-z]*,[01],[0-9.e-]*,[0-9.e-]*,"a, ""b""/000.npz"$' comma/photographs.csv)" -eq 2 ] && pass ||
+[ "$(grep -c '^detector,[a-z]*,[01],[0-9.e-]*,[0-9.e-]*,[a-z]*,[a-z]*,"a, ""b""/000.npz"$' comma/photographs.csv)" -eq 2 ] && pass ||
   fail "photographs.csv: $(tail -n 1 comma/photographs.csv)"
 awk -F , '{ $2 = "" } NR > 1 && NR < 14' digital/digital.csv >first.column
 awk -F , '{ $2 = "" } NR > 13' digital/digital.csv >second.column

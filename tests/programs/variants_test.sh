@@ -14,7 +14,7 @@ for_all="\| \| $number \($number to $number\) \| $number \($number to $number\) 
 
 expect_exit 0 "losses" bash "$experiments/losses.sh" losses "$common"
 expect_file losses/variants.md
-for name in paper as_coded max_score; do
+for name in paper as_coded vanish max_score; do
   [ "$(grep -cE "^\| $name \| [12] $for_seed$" losses/variants.md)" = 2 ] && pass || fail "$name: $(cat losses/variants.md)"
   [ "$(grep -cE "^\| $name \| all $for_all$" losses/variants.md)" = 1 ] && pass || fail "all of $name: $(cat losses/variants.md)"
 done

@@ -50,7 +50,9 @@ void visit_settings(HardenSettings& s, Visit visit) {
   visit("epochs", s.epochs,
         "passes over the training views of each attack that is measured; 0: 20 over drawn scenes; over "
         "frames enough to show 2400, at least 5");
-  visit("loss", s.loss, "adversarial loss of the paints: paper, as_coded or max_score");
+  visit("loss", s.loss,
+        "adversarial loss of the paints: paper, as_coded, max_score or vanish (no box of any class over the "
+        "car)");
   visit("smoothness-weight", s.smoothness, "weight of the paints' smoothness term, in units of 1e-4");
   visit("batch", s.batch, "views a step of a paint");
   visit("learning-rate", s.learning_rate, "Adam's learning rate of the paints");

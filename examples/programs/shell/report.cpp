@@ -14,10 +14,39 @@
 
 namespace tapestry::shell {
 
+namespace {
+
+std::string class_name(const evaluate::Measurement& measurement, std::size_t index) {
+  return index < measurement.class_names.size() ? measurement.class_names[index]
+                                                : "class " + std::to_string(index);
+}
+
+/// Pictures of each fate, and of each new name.
+Json json_of_fates(const evaluate::Measurement& measurement) {
+  const evaluate::FateCounts& fates = measurement.fates;
+  Json json = Json::object(), names = Json::object();
+  for (std::size_t i = 0; i < fates.pictures.size(); ++i) json[evaluate::fate_names[i]] = fates.pictures[i];
+  for (const std::size_t k : fates.commonest_names(fates.renamed_to.size()))
+    names[class_name(measurement, k)] = fates.renamed_to[k];
+  json["renamed_to"] = names;
+  return json;
+}
+
+}  // namespace
+
+std::string new_names_text(const evaluate::Measurement& measurement) {
+  std::string text;
+  for (const std::size_t k : measurement.fates.commonest_names(3))
+    text += (text.empty() ? "" : ", ") + class_name(measurement, k) + " " +
+            std::to_string(measurement.fates.renamed_to[k]);
+  return text;
+}
+
 Json json_of(const evaluate::Measurement& measurement) {
   return {{"views", measurement.rate.views / measurement.draws},
           {"pictures", measurement.rate.views},
           {"detected", measurement.rate.detected},
+          {"fates", json_of_fates(measurement)},
           {"p_at_50", measurement.rate.p_at_50},
           {"interval", measurement.rate.interval},
           {"mean_best_confidence", measurement.mean_best_confidence}};
@@ -74,13 +103,17 @@ std::vector<const evaluate::Measurement*> rows_of(const RunReport& report) {
 }
 
 std::string metrics_csv(const RunReport& report) {
-  std::string text = "picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence\n";
-  char line[160];
+  std::string text =
+      "picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence,found,related,renamed,"
+      "misplaced,lost\n";
+  char line[256];
   for (const auto* row : rows_of(report)) {
-    std::snprintf(line, sizeof line, "%s,%zu,%zu,%.9g,%.9g,%.9g,%.9g\n", row->name.c_str(), row->rate.views,
+    std::snprintf(line, sizeof line, "%s,%zu,%zu,%.9g,%.9g,%.9g,%.9g", row->name.c_str(), row->rate.views,
                   row->rate.detected, row->rate.p_at_50, row->rate.interval[0], row->rate.interval[1],
                   row->mean_best_confidence);
     text += line;
+    for (const std::size_t pictures : row->fates.pictures) text += "," + std::to_string(pictures);
+    text += "\n";
   }
   return text;
 }
@@ -102,6 +135,22 @@ std::string effect_note(const evaluate::Effect& effect) {
          std::to_string(effect.best_confidence.pairs) + " views";
 }
 
+namespace {
+
+/// What became of the car where it is not found, as a line of the table; nothing where it always is.
+std::string fates_line(const evaluate::Measurement& row) {
+  using evaluate::Fate;
+  if (row.fates.of(Fate::found) == row.fates.all()) return {};
+  std::string text(16, ' ');
+  text += "else related " + std::to_string(row.fates.of(Fate::related)) + ", renamed " +
+          std::to_string(row.fates.of(Fate::renamed));
+  if (const std::string names = new_names_text(row); !names.empty()) text += " (" + names + ")";
+  return text + ", misplaced " + std::to_string(row.fates.of(Fate::misplaced)) + ", lost " +
+         std::to_string(row.fates.of(Fate::lost)) + "\n";
+}
+
+}  // namespace
+
 std::string summary_text(const RunReport& report) {
   std::string text = !report.survey.adversarial ? "views\n"
                      : report.held_out          ? "held-out views\n"
@@ -115,6 +164,7 @@ std::string summary_text(const RunReport& report) {
         row->name.c_str(), row->rate.detected, row->rate.views, 100 * row->rate.p_at_50,
         100 * row->rate.interval[0], 100 * row->rate.interval[1], row->mean_best_confidence);
     text += line;
+    text += fates_line(*row);
   }
   if (const std::size_t draws = report.survey.photo.draws; draws > 1)
     text += "  (" + std::to_string(draws) + " photographs of each view; intervals count a view once)\n";

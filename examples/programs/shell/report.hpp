@@ -24,6 +24,9 @@ struct RunReport {
 
 Json json_of(const evaluate::Measurement& measurement);
 
+/// The commonest names of the renamed with their pictures: "umbrella 45, kite 12, truck 4".
+std::string new_names_text(const evaluate::Measurement& measurement);
+
 /// Of an interval, what is infinite becomes null.
 Json json_of(const evaluate::Effect& effect);
 

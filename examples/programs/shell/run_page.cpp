@@ -18,14 +18,23 @@ namespace {
 WordTable table_of(const RunReport& report) {
   WordTable table{
       "A view counts as found when a box of the car's class overlaps the car by IoU at least 0.5; "
-      "the best confidence is that of the surest such box, however low.",
-      {"picture", "found", "P@0.5", "95 % interval (Wilson)", "mean best confidence"}};
-  for (const auto* row : rows_of(report))
+      "the best confidence is that of the surest such box, however low. Else it is related (such a box is of "
+      "a truck, bus, train or van), renamed (of any other class), misplaced (a box of the car's class "
+      "overlaps "
+      "it by 0.1 to 0.5) or lost: no box covers it.",
+      {"picture", "found", "P@0.5", "95 % interval (Wilson)", "mean best confidence", "related", "renamed",
+       "misplaced", "lost"}};
+  for (const auto* row : rows_of(report)) {
+    const auto pictures = [&](evaluate::Fate fate) { return std::to_string(row->fates.of(fate)); };
+    const std::string names = new_names_text(*row);
     table.rows.push_back({row->name,
                           std::to_string(row->rate.detected) + " of " + std::to_string(row->rate.views),
                           percent_text(row->rate.p_at_50),
                           percent_text(row->rate.interval[0]) + " to " + percent_text(row->rate.interval[1]),
-                          decimal_text(row->mean_best_confidence)});
+                          decimal_text(row->mean_best_confidence), pictures(evaluate::Fate::related),
+                          pictures(evaluate::Fate::renamed) + (names.empty() ? "" : " (" + names + ")"),
+                          pictures(evaluate::Fate::misplaced), pictures(evaluate::Fate::lost)});
+  }
   return table;
 }
 

@@ -154,7 +154,8 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "and doors or the whole body, to scatter the detector's attention; rauca, fca with --light "
         "photo; mesh_adv, fca and the car's shape, with --filter bilinear; random, noise that is not "
         "optimised; solid, one colour");
-  visit("loss", s.loss, "adversarial loss: paper, as_coded or max_score");
+  visit("loss", s.loss,
+        "adversarial loss: paper, as_coded, max_score or vanish (no box of any class over the car)");
   visit("iou-weight", s.iou, "weight alpha of the IoU term");
   visit("objectness-weight", s.objectness, "weight beta of the objectness term");
   visit("class-weight", s.classification, "weight gamma of the classification term");

@@ -15,6 +15,7 @@
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/image/transform/chain.hpp>
@@ -32,9 +33,12 @@ struct Photography {
 /// How a set of views fares with one texture.
 struct Measurement {
   std::string name;
-  std::size_t draws = 1;                  ///< pictures of each view, one behind the other
-  std::vector<bool> found{};              ///< one entry a picture: the car found at IoU ≥ ½
-  std::vector<double> best_confidence{};  ///< one entry a picture, see best_confidence()
+  std::size_t draws = 1;                   ///< pictures of each view, one behind the other
+  std::vector<bool> found{};               ///< one entry a picture: the car found at IoU ≥ ½
+  std::vector<double> best_confidence{};   ///< one entry a picture, see best_confidence()
+  std::vector<ViewOutcome> outcomes{};     ///< one entry a picture
+  FateCounts fates{};                      ///< of the outcomes
+  std::vector<std::string> class_names{};  ///< of the detector, where it has some
   DetectionRate rate{};
   double mean_best_confidence = 0;     ///< over the pictures, 0 without any: a rate hides what a mean shows
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
@@ -71,6 +75,7 @@ namespace detail {
 inline void summarise(Measurement& measurement, const std::vector<std::vector<bool>>& found_in_sweep,
                       std::size_t draws) {
   measurement.rate = detection_rate(measurement.found, draws);
+  measurement.fates = fate_counts(measurement.outcomes);
   const auto& confidences = measurement.best_confidence;
   if (!confidences.empty())
     measurement.mean_best_confidence = std::accumulate(confidences.begin(), confidences.end(), 0.0) /
@@ -93,6 +98,7 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
                                   Visit&& visit, const Photography& photography = {}) {
   if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
+  measurement.class_names = meter.class_names();
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
   const std::size_t draws = photography.draws;
   using ViewPointer = typename camouflage::ViewStore<T>::ViewPointer;
@@ -120,6 +126,7 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
     const auto& [view, photograph, result] = examined;
     measurement.found.push_back(result.found);
     measurement.best_confidence.push_back(result.best_confidence);
+    measurement.outcomes.push_back(result.outcome);
     for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
       found_in_sweep[k].push_back(result.found_in_sweep[k]);
     visit(MeasuredPicture<T>{name, photograph.picture, *view, photograph.target, result});

@@ -10,6 +10,7 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <utility>
@@ -29,6 +30,7 @@ struct MeterSettings {
 struct ViewResult {
   std::vector<detect::Detection> detections{};  ///< above the confidence, most confident first
   bool found = false;
+  ViewOutcome outcome{};               ///< found, renamed, lost, …, of those detections
   std::vector<bool> found_in_sweep{};  ///< at each threshold of the sweep
   double found_confidence = 0;  ///< the car is found at every threshold below it, down to the least of the
                                 ///< sweep's and the meter's own; 0 if at none of them
@@ -47,7 +49,10 @@ class Meter {
   /// \param class_index  of the car
   /// \throws DomainError if the detector has no such class
   Meter(const detect::Detector<T>& detector, std::size_t class_index, MeterSettings settings = {})
-      : detector_(detector), class_index_(class_index), settings_(std::move(settings)) {
+      : detector_(detector),
+        class_index_(class_index),
+        related_(related_classes(detector.names(), class_index)),
+        settings_(std::move(settings)) {
     detect::require_class("Meter", detector.heads(), class_index);
   }
 
@@ -69,6 +74,8 @@ class Meter {
   }
 
   [[nodiscard]] const MeterSettings& settings() const { return settings_; }
+  /// Names of the detector's classes; empty where it has none.
+  [[nodiscard]] const std::vector<std::string>& class_names() const { return detector_.names(); }
 
  private:
   /// Of detections in order of confidence, those above a threshold.
@@ -77,6 +84,7 @@ class Meter {
 
   const detect::Detector<T>& detector_;
   std::size_t class_index_;
+  std::vector<std::size_t> related_;  ///< classes
   MeterSettings settings_;
   detect::PassPool<T> passes_;
 };

@@ -6,6 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/views.hpp>
@@ -24,6 +25,8 @@ enum class FrameState : std::uint8_t {
 struct ProtocolOutcomes {
   Array<std::uint8_t, 1> state;       ///< [frame], a FrameState
   Array<std::uint8_t, 2> found;       ///< [frame, texture], 0 or 1
+  Array<std::uint8_t, 2> fate;        ///< [frame, texture], a Fate
+  Array<std::uint16_t, 2> named;      ///< [frame, texture], class of the box that decides it; 0 for lost
   Array<double, 2> best_confidence;   ///< [frame, texture], see best_confidence()
   Array<double, 2> found_confidence;  ///< [frame, texture], see ViewResult
   Array<double, 2> attention;         ///< [frame, texture], share of a heat map on the car; 0 without maps
@@ -34,6 +37,8 @@ struct ProtocolOutcomes {
   ProtocolOutcomes(std::size_t frames, std::size_t textures)
       : state(zeros<std::uint8_t, 1>({frames})),
         found(zeros<std::uint8_t, 2>({frames, textures})),
+        fate(zeros<std::uint8_t, 2>({frames, textures})),
+        named(zeros<std::uint16_t, 2>({frames, textures})),
         best_confidence(zeros<double, 2>({frames, textures})),
         found_confidence(zeros<double, 2>({frames, textures})),
         attention(zeros<double, 2>({frames, textures})),
@@ -50,6 +55,7 @@ struct TextureCell {
   DetectionRate rate{};             ///< P@0.5 over the measured frames
   double mean_best_confidence = 0;  ///< over them, 0 without any
   AttackSuccess success{};  ///< of those found with the clean texture; nothing is hidden for that itself
+  FateCounts fates{};       ///< of the measured frames
 };
 
 /// Some frames of a protocol.
@@ -68,11 +74,14 @@ template <std::predicate<std::size_t> Belongs>
                            std::size_t pictures_a_view = 1) {
   const std::size_t frames = outcomes.frame_count(), textures = outcomes.texture_count();
   require_shape("cell_of", "state", outcomes.state, {frames});
+  require_shape("cell_of", "fate", outcomes.fate, {frames, textures});
+  require_shape("cell_of", "named", outcomes.named, {frames, textures});
   require_shape("cell_of", "best_confidence", outcomes.best_confidence, {frames, textures});
   require_shape("cell_of", "hidden_share", outcomes.hidden_share, {frames});
   if (textures == 0) throw ShapeError("cell_of: outcomes of no texture");
   Cell cell;
   std::vector<std::vector<bool>> found(textures);
+  std::vector<std::vector<ViewOutcome>> fates(textures);
   std::vector<double> confidence(textures, 0.0);
   double hidden = 0;
   for (std::size_t frame = 0; frame < frames; ++frame) {
@@ -85,6 +94,7 @@ template <std::predicate<std::size_t> Belongs>
     hidden += outcomes.hidden_share(frame);
     for (std::size_t k = 0; k < textures; ++k) {
       found[k].push_back(outcomes.found(frame, k) != 0);
+      fates[k].push_back({static_cast<Fate>(outcomes.fate(frame, k)), outcomes.named(frame, k)});
       confidence[k] += outcomes.best_confidence(frame, k);
     }
   }
@@ -94,7 +104,8 @@ template <std::predicate<std::size_t> Belongs>
   cell.mean_hidden_share = mean(hidden);
   for (std::size_t k = 0; k < textures; ++k)
     cell.textures.push_back({detection_rate(found[k], pictures_a_view), mean(confidence[k]),
-                             attack_success_rate(found[0], found[k], pictures_a_view)});
+                             attack_success_rate(found[0], found[k], pictures_a_view),
+                             fate_counts(fates[k])});
   return cell;
 }
 

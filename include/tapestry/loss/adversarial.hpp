@@ -27,15 +27,18 @@ namespace tapestry::loss {
 ///            raw class logit, cut at 0. Matching is that of box_assignment.hpp; boxes are decoded as the
 ///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
+/// vanish     a soft maximum of max_score over all classes, see vanish(); its value is the term max_score.
+/// The others ask
+///            that the target is not found as what it is, and are content with another name for it.
 ///
 /// The objectness of a head that has none, of the decode families distance and decoded, is its score of the
 /// target's class: paper and as_coded take that for their objectness term, too, while in the score of a
 /// candidate, by which paper and max_score choose, it counts once. Of exclusive classes (YOLOv2) paper and
 /// max_score take the softmax for the probability of a class, while as_coded, which takes none, keeps to the
 /// raw logit.
-enum class AdversarialLoss { paper, as_coded, max_score };
+enum class AdversarialLoss { paper, as_coded, max_score, vanish };
 
-/// \throws DomainError for any other name than paper, as_coded or max_score
+/// \throws DomainError for any other name than paper, as_coded, max_score or vanish
 [[nodiscard]] AdversarialLoss adversarial_loss_by_name(const std::string& name);
 
 /// The name that adversarial_loss_by_name() takes.
@@ -70,10 +73,10 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
 
 /// The loss to minimise so that one image's target is not found, on the raw logits of the heads.
 ///
-/// Defined throughout: 0 exactly when no box meets the target (paper, max_score); a box that is degenerate
-/// or too large to be measured has IoU 0 and no gradient; logits of ±100 give finite values; NaN logits
-/// give a NaN total, whichever candidate they belong to (as_coded: those of box and class only at matched
-/// candidates, since it reads no others). The target may reach over the border of the picture, or lie
+/// Defined throughout: 0 exactly when no box meets the target (paper, max_score, vanish); a box that is
+/// degenerate or too large to be measured has IoU 0 and no gradient; logits of ±100 give finite values; NaN
+/// logits give a NaN total, whichever candidate they belong to (as_coded: those of box and class only at
+/// matched candidates, since it reads no others). The target may reach over the border of the picture, or lie
 /// outside: boxes are compared whole, and as_coded then has no match. Sums are in double whatever T is.
 ///
 /// \throws ShapeError if logits and heads do not fit each other; DomainError if there is no such image or

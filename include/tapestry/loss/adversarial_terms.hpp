@@ -120,4 +120,20 @@ template <std::floating_point T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
                        const LogitsAdjoint<T>& logits_adjoint);
 
+/// What asks that nothing at all is found over the target, whatever its name: a soft maximum of max_score()
+/// over all classes k,
+///
+///     log(1 + Σ_k m_k / (1 − m_k)),   m_k = 1 − e^(−max_score of class k),
+///
+/// the log of one plus the odds of every name. Of one class it is max_score(); a name takes its share of the
+/// gradient, (m_k / (1 − m_k)) / (1 + Σ), so that no other name is left to take the place of the first. Kinks
+/// and NaN as max_score(). \param box  of the target, pixels of the input
+template <std::floating_point T>
+[[nodiscard]] double vanish(const Predictions<T>& predictions, const detect::Box& box);
+
+/// Adds loss_adjoint times the derivative of vanish().
+template <std::floating_point T>
+void vanish_adjoint(const Predictions<T>& predictions, const detect::Box& box, double loss_adjoint,
+                    const LogitsAdjoint<T>& logits_adjoint);
+
 }  // namespace tapestry::loss

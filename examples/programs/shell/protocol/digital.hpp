@@ -70,8 +70,8 @@ inline Figure texture_figure(const Protocol&, const ProtocolResult& result) {
   Figure figure{"How often detectors find the car in photographs", {}, {490, 64, ""}, 2};
   for (const auto& section : result.sections) {
     std::vector<TextureBar> bars;
-    for (const auto& [rate, confidence, success] : section.cell.textures)
-      bars.push_back({rate.p_at_50, rate.interval, confidence});
+    for (const auto& texture : section.cell.textures)
+      bars.push_back({texture.rate.p_at_50, texture.rate.interval, texture.mean_best_confidence});
     figure.panels.push_back(texture_panel(result, section.name, bars));
   }
   figure.legend.svg =

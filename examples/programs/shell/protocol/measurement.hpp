@@ -36,6 +36,8 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
   evaluate::ProtocolOutcomes outcomes;
   outcomes.state = file.array<std::uint8_t, 1>("state");
   outcomes.found = file.array<std::uint8_t, 2>("found");
+  outcomes.fate = file.array<std::uint8_t, 2>("fate");
+  outcomes.named = file.array<std::uint16_t, 2>("named");
   outcomes.best_confidence = file.array<double, 2>("best_confidence");
   outcomes.found_confidence = file.array<double, 2>("found_confidence");
   outcomes.attention = file.array<double, 2>("attention");
@@ -43,6 +45,7 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
   outcomes.car_share = file.array<double, 1>("car_share");
   const evaluate::ProtocolOutcomes expected(frames, textures);
   if (outcomes.state.shape() != expected.state.shape() || outcomes.found.shape() != expected.found.shape() ||
+      outcomes.fate.shape() != expected.fate.shape() || outcomes.named.shape() != expected.named.shape() ||
       outcomes.best_confidence.shape() != expected.best_confidence.shape() ||
       outcomes.found_confidence.shape() != expected.found_confidence.shape() ||
       outcomes.attention.shape() != expected.attention.shape() ||
@@ -55,9 +58,11 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
   const auto at_most = [](std::uint8_t most) { return [=](std::uint8_t value) { return value <= most; }; };
   const auto are_shares = [&](const auto& values) { return std::ranges::all_of(values.storage(), is_share); };
   if (!std::ranges::all_of(outcomes.state.storage(), at_most(2)) ||
-      !std::ranges::all_of(outcomes.found.storage(), at_most(1)) || !are_shares(outcomes.best_confidence) ||
-      !are_shares(outcomes.found_confidence) || !are_shares(outcomes.attention) ||
-      !are_shares(outcomes.hidden_share) || !are_shares(outcomes.car_share))
+      !std::ranges::all_of(outcomes.found.storage(), at_most(1)) ||
+      !std::ranges::all_of(outcomes.fate.storage(), at_most(evaluate::fate_names.size() - 1)) ||
+      !are_shares(outcomes.best_confidence) || !are_shares(outcomes.found_confidence) ||
+      !are_shares(outcomes.attention) || !are_shares(outcomes.hidden_share) ||
+      !are_shares(outcomes.car_share))
     throw FileError(ErrorKind::malformed, {path, "", "values that no measurement has"});
   return outcomes;
 }
@@ -66,6 +71,8 @@ inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutc
   io::NpzWriter file;
   file.add("state", outcomes.state);
   file.add("found", outcomes.found);
+  file.add("fate", outcomes.fate);
+  file.add("named", outcomes.named);
   file.add("best_confidence", outcomes.best_confidence);
   file.add("found_confidence", outcomes.found_confidence);
   file.add("attention", outcomes.attention);
@@ -79,6 +86,8 @@ inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
   const auto share = [](auto& array) { Ranks::all().share(std::span(array.data(), array.size())); };
   share(outcomes.state);
   share(outcomes.found);
+  share(outcomes.fate);
+  share(outcomes.named);
   share(outcomes.best_confidence);
   share(outcomes.found_confidence);
   share(outcomes.attention);
@@ -185,6 +194,8 @@ class ProtocolMeasurement {
       if (change) change->apply(picture);
       const auto result = meter.examine(picture, view.name, target);
       outcomes_.found(frame, k) = result.found ? 1 : 0;
+      outcomes_.fate(frame, k) = static_cast<std::uint8_t>(result.outcome.fate);
+      outcomes_.named(frame, k) = static_cast<std::uint16_t>(result.outcome.class_index);
       outcomes_.best_confidence(frame, k) = result.best_confidence;
       outcomes_.found_confidence(frame, k) = result.found_confidence;
       if (source.attention) outcomes_.attention(frame, k) = source.attention(picture, view, frame);
@@ -197,7 +208,7 @@ class ProtocolMeasurement {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;
     const std::size_t textures = textures_.size();
-    std::vector<double> row(3 + 4 * textures);
+    std::vector<double> row(3 + 6 * textures);
     const auto copy = [&](std::size_t frame, double* values, auto assign) {
       assign(outcomes_.state(frame), values[0]);
       assign(outcomes_.hidden_share(frame), values[1]);
@@ -207,6 +218,8 @@ class ProtocolMeasurement {
         assign(outcomes_.best_confidence(frame, k), values[3 + textures + k]);
         assign(outcomes_.found_confidence(frame, k), values[3 + 2 * textures + k]);
         assign(outcomes_.attention(frame, k), values[3 + 3 * textures + k]);
+        assign(outcomes_.fate(frame, k), values[3 + 4 * textures + k]);
+        assign(outcomes_.named(frame, k), values[3 + 5 * textures + k]);
       }
     };
     if (ranks.index() < frames.size())

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -52,10 +53,19 @@ struct ProtocolResult {
   bool has_bare = false;              ///< whether the last of the textures is none, see Protocol::bare_name
   std::vector<evaluate::Cell> cells;  ///< of the table, row by row
   std::vector<ProtocolSection> sections;
+  std::vector<std::vector<std::string>> class_names{};  ///< of each detector, empty where it has none
   /// The effect of the first section as a share of that of the second, see Protocol::parts.
   std::optional<evaluate::PairedRatio> effect_kept{};
   std::vector<std::pair<std::string, std::string>>
       pictures{};  ///< what they show, and their PNG files' bytes
+
+  /// A class of the detector that looked at a section.
+  [[nodiscard]] std::string class_name(std::size_t section, std::size_t index) const {
+    if (!class_names.empty())
+      if (const auto& names = class_names[std::min(section, class_names.size() - 1)]; index < names.size())
+        return names[index];
+    return "class " + std::to_string(index);
+  }
 
   [[nodiscard]] bool is_bare(std::size_t texture) const { return has_bare && texture + 1 == textures.size(); }
   /// Whether a texture can hide the car, which the clean one and none cannot.

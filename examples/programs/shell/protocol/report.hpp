@@ -26,6 +26,7 @@ inline std::vector<WordTable> section_tables(const Protocol& protocol, const Pro
   for (const auto& section : result.sections)
     if (!section.attention.empty()) tables.push_back(attention_table(result, section));
   for (const auto& section : result.sections) tables.push_back(summary_table(protocol, result, section));
+  for (std::size_t i = 0; i < result.sections.size(); ++i) tables.push_back(fates_table(result, i));
   if (const WordTable effects = effect_table(result); !effects.rows.empty()) tables.push_back(effects);
   for (const auto& section : result.sections) tables.push_back(sweep_table(result, section));
   return tables;
@@ -74,27 +75,34 @@ inline std::string protocol_markdown(const Protocol& protocol, const ProtocolRes
 namespace detail {
 inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const ProtocolResult& result,
                            std::size_t k) {
-  const auto& [rate, confidence, success] = cell.textures[k];
+  const auto& [rate, confidence, success, fates] = cell.textures[k];
   std::array<char, 400> text{};
   std::snprintf(text.data(), text.size(), "%s,%s,%zu,%zu,%.9g,%zu,%.9g,%.9g,%.9g,%.9g,%zu,", name.c_str(),
                 result.textures[k].c_str(), cell.measured, cell.left_out, cell.mean_hidden_share,
                 rate.detected, rate.p_at_50, rate.interval[0], rate.interval[1], confidence, success.views);
   std::string row = text.data();
-  if (!result.is_attack(k) || success.views == 0) return row + ",,,\n";
-  std::snprintf(text.data(), text.size(), "%zu,%.9g,%.9g,%.9g\n", success.hidden, success.rate,
-                success.interval[0], success.interval[1]);
-  return row + text.data();
+  if (result.is_attack(k) && success.views > 0)
+    std::snprintf(text.data(), text.size(), "%zu,%.9g,%.9g,%.9g", success.hidden, success.rate,
+                  success.interval[0], success.interval[1]);
+  else
+    std::snprintf(text.data(), text.size(), ",,,");
+  row += text.data();
+  for (std::size_t fate = 1; fate < fates.pictures.size(); ++fate)
+    row += "," + std::to_string(fates.pictures[fate]);
+  return row + "\n";
 }
 
 inline Json cell_json(const evaluate::Cell& cell, const ProtocolResult& result) {
   Json json = {
       {"frames", cell.measured}, {"left_out", cell.left_out}, {"mean_hidden_share", cell.mean_hidden_share}};
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
-    const auto& [rate, confidence, success] = cell.textures[k];
+    const auto& [rate, confidence, success, fates] = cell.textures[k];
     Json texture = {{"detected", rate.detected},
                     {"p_at_50", rate.views > 0 ? Json(rate.p_at_50) : Json()},
                     {"interval", rate.interval},
                     {"mean_best_confidence", confidence}};
+    for (std::size_t i = 0; i < fates.pictures.size(); ++i)
+      texture["fates"][evaluate::fate_names[i]] = fates.pictures[i];
     if (result.is_attack(k))
       texture["attack_success"] = {{"views", success.views},
                                    {"hidden", success.hidden},
@@ -128,7 +136,8 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
   const auto& table = protocol.table;
   std::string text = table.row_title + "," + table.column_title +
                      ",texture,frames,left_out,mean_hidden_share,detected,p_at_50,p_at_50_low,p_at_50_high,"
-                     "mean_best_confidence,detected_in_clean,hidden,asr,asr_low,asr_high\n";
+                     "mean_best_confidence,detected_in_clean,hidden,asr,asr_low,asr_high,related,renamed,"
+                     "misplaced,lost\n";
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell)
     for (std::size_t k = 0; k < result.textures.size(); ++k)
       text += detail::csv_row(

@@ -186,15 +186,20 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
 /// Each photograph with each detector and texture.
 inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
                                    const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
-  std::string text = "detector,texture,found,best_confidence,attention,frame\n";
+  std::string text = "detector,texture,found,best_confidence,attention,fate,named,frame\n";
   for (std::size_t frame = 0; frame < protocol.frames.size(); ++frame) {
     if (outcomes.state_of(frame) != evaluate::FrameState::measured) continue;
+    const std::size_t column = protocol.frames[frame].column;
     for (std::size_t k = 0; k < result.textures.size(); ++k) {
       std::array<char, 64> numbers{};
       std::snprintf(numbers.data(), numbers.size(), ",%d,%.9g,%.9g,", outcomes.found(frame, k),
                     outcomes.best_confidence(frame, k), outcomes.attention(frame, k));
-      text += protocol.table.columns[protocol.frames[frame].column] + "," + result.textures[k] +
-              numbers.data() + csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n";
+      const auto fate = static_cast<evaluate::Fate>(outcomes.fate(frame, k));
+      const std::string named =
+          fate == evaluate::Fate::lost ? "" : csv_field(result.class_name(column, outcomes.named(frame, k)));
+      text += protocol.table.columns[column] + "," + result.textures[k] + numbers.data() +
+              evaluate::fate_names[outcomes.fate(frame, k)] + "," + named + "," +
+              csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n";
     }
   }
   return text;
@@ -289,6 +294,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   if (!detail::has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
   if (!is_first) return 0;
   ProtocolResult result = detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
+  for (const auto& meter : meters) result.class_names.push_back(meter.class_names());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
   if (protocol.maps_attention && !folder.empty())

@@ -89,13 +89,33 @@ inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& r
       protocol.title + ": " + section.name,
       {"texture", "found in", "P@0.5, %", "95 %", "mean best confidence", "attack success, %", "95 %"}};
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
-    const auto& [rate, confidence, success] = section.cell.textures[k];
+    const auto& [rate, confidence, success, fates] = section.cell.textures[k];
     const bool is_attack = result.is_attack(k) && success.views > 0;
     table.rows.push_back(
         {result.textures[k], std::to_string(rate.detected) + " of " + std::to_string(rate.views),
          rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),
          detail::fixed(confidence, 3), is_attack ? detail::fixed(100 * success.rate, 1) : "-",
          is_attack ? interval_text(success.interval) : "-"});
+  }
+  return table;
+}
+
+/// What became of the car with each texture: found, called something else, or lost.
+inline WordTable fates_table(const ProtocolResult& result, std::size_t section) {
+  const auto& [name, cell, effect, sweep, attention, car_share] = result.sections[section];
+  WordTable table{"what the car is to the detector, frames: " + name, {"texture"}};
+  table.header.insert(table.header.end(), evaluate::fate_names.begin(), evaluate::fate_names.end());
+  table.header.push_back("renamed to");
+  for (std::size_t k = 0; k < result.textures.size(); ++k) {
+    const evaluate::FateCounts& fates = cell.textures[k].fates;
+    std::vector<std::string> words{result.textures[k]};
+    for (const std::size_t frames : fates.pictures) words.push_back(std::to_string(frames));
+    std::string names;
+    for (const std::size_t index : fates.commonest_names(3))
+      names += (names.empty() ? "" : ", ") + result.class_name(section, index) + " " +
+               std::to_string(fates.renamed_to[index]);
+    words.push_back(names.empty() ? "-" : names);
+    table.rows.push_back(words);
   }
   return table;
 }

@@ -26,6 +26,7 @@
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
@@ -138,6 +139,7 @@ ViewResult Meter<T>::examine(const Array<T, 3>& picture, const std::string& name
       settings_.nms, true, detector_.suppression_measure());
   ViewResult result;
   result.detections = above(settings_.confidence, kept);
+  result.outcome = outcome_of(result.detections, {class_index_, target}, related_);
   const auto surest =
       std::ranges::find_if(kept, [&](const auto& detection) { return shows_car({detection}, target); });
   if (surest != kept.end()) result.found_confidence = surest->confidence;

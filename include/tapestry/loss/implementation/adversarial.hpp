@@ -21,13 +21,14 @@ AdversarialLoss adversarial_loss_by_name(const std::string& name) {
   if (name == "paper") return AdversarialLoss::paper;
   if (name == "as_coded") return AdversarialLoss::as_coded;
   if (name == "max_score") return AdversarialLoss::max_score;
-  throw DomainError("no adversarial loss is called '" + name + "'; there are paper, as_coded and max_score");
+  if (name == "vanish") return AdversarialLoss::vanish;
+  throw DomainError("no adversarial loss is called '" + name +
+                    "'; there are paper, as_coded, max_score and vanish");
 }
 
 std::string name_of(AdversarialLoss kind) {
-  return kind == AdversarialLoss::paper      ? "paper"
-         : kind == AdversarialLoss::as_coded ? "as_coded"
-                                             : "max_score";
+  constexpr const char* names[] = {"paper", "as_coded", "max_score", "vanish"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace tapestry::loss
@@ -109,6 +110,8 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
   if (kind == AdversarialLoss::as_coded) as_coded_terms_adjoint(predictions, target, adjoint, logits_adjoint);
   if (kind == AdversarialLoss::max_score)
     max_score_adjoint(predictions, target, adjoint.max_score, logits_adjoint);
+  if (kind == AdversarialLoss::vanish)
+    vanish_adjoint(predictions, target.box, adjoint.max_score, logits_adjoint);
 }
 
 }  // namespace tapestry::loss::detail
@@ -124,6 +127,7 @@ AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target&
   if (kind == AdversarialLoss::paper) sums = detail::paper_terms(predictions, target);
   if (kind == AdversarialLoss::as_coded) sums = detail::as_coded_terms(predictions, target);
   if (kind == AdversarialLoss::max_score) sums.max_score = max_score(predictions, target);
+  if (kind == AdversarialLoss::vanish) sums.max_score = vanish(predictions, target.box);
   const double total = weights.iou * sums.iou + weights.objectness * sums.objectness +
                        weights.classification * sums.classification + weights.max_score * sums.max_score;
   return {static_cast<T>(sums.iou), static_cast<T>(sums.objectness), static_cast<T>(sums.classification),

@@ -157,6 +157,51 @@ void max_score_adjoint(const Predictions<T>& predictions, const Target& target, 
 
 namespace tapestry::loss::detail {
 
+/// max_score() of every class that some head has.
+template <std::floating_point T>
+std::vector<double> score_of_each_class(const Predictions<T>& predictions, const detect::Box& box) {
+  std::size_t classes = predictions.heads.empty() ? 0 : predictions.heads.front().classes;
+  for (const auto& head : predictions.heads) classes = std::min(classes, head.classes);
+  std::vector<double> losses(classes);
+  for (std::size_t k = 0; k < classes; ++k) losses[k] = max_score(predictions, {k, box});
+  return losses;
+}
+
+/// log(1 + Σ (e^l − 1)), which neither overflows nor cancels.
+[[nodiscard]] inline double log_of_odds(const std::vector<double>& losses) {
+  double largest = 0, sum = 0;
+  for (const double loss : losses) largest = loss > largest || std::isnan(loss) ? loss : largest;
+  if (!(largest > 1)) {
+    for (const double loss : losses) sum += std::expm1(loss);
+    return std::log1p(sum);
+  }
+  for (const double loss : losses) sum += std::exp(loss - largest) - std::exp(-largest);
+  return largest + std::log(sum + std::exp(-largest));
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+
+template <std::floating_point T>
+double vanish(const Predictions<T>& predictions, const detect::Box& box) {
+  return detail::log_of_odds(detail::score_of_each_class(predictions, box));
+}
+
+template <std::floating_point T>
+void vanish_adjoint(const Predictions<T>& predictions, const detect::Box& box, double loss_adjoint,
+                    const LogitsAdjoint<T>& logits_adjoint) {
+  const std::vector<double> losses = detail::score_of_each_class(predictions, box);
+  const double together = detail::log_of_odds(losses);
+  for (std::size_t k = 0; k < losses.size(); ++k)
+    if (losses[k] != 0)
+      max_score_adjoint(predictions, {k, box}, loss_adjoint * std::exp(losses[k] - together), logits_adjoint);
+}
+
+}  // namespace tapestry::loss
+
+namespace tapestry::loss::detail {
+
 template decltype(miss<float>) miss<float>;
 template decltype(miss<double>) miss<double>;
 
@@ -164,6 +209,10 @@ template decltype(miss<double>) miss<double>;
 
 namespace tapestry::loss {
 
+template decltype(vanish<float>) vanish<float>;
+template decltype(vanish<double>) vanish<double>;
+template decltype(vanish_adjoint<float>) vanish_adjoint<float>;
+template decltype(vanish_adjoint<double>) vanish_adjoint<double>;
 template decltype(max_score<float>) max_score<float>;
 template decltype(max_score<double>) max_score<double>;
 template decltype(max_score_adjoint<float>) max_score_adjoint<float>;

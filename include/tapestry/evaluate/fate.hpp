@@ -1,0 +1,60 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/compiled.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_decode.hpp>  // Detection
+#include <tapestry/loss/prediction.hpp>    // Target
+#include <vector>
+
+/// How a car fares in a picture. A detector that calls it an umbrella has not lost it: P@0.5 and the paper's
+/// attack success ("not detected or false detected") count that as a success, and these five tell it apart
+/// from a picture in which no box covers the car. As Bolya et al., TIDE (ECCV 2020), separate kinds of error.
+namespace tapestry::evaluate {
+
+/// In this order of precedence: the first that holds for some detection.
+///
+///     found      the target's class,               IoU ≥ .5
+///     related    a class like it, see related_classes(), IoU ≥ .5
+///     renamed    any other class,                  IoU ≥ .5
+///     misplaced  the target's class,               .1 ≤ IoU < .5
+///     lost       none of these: no box covers the car
+enum class Fate : std::uint8_t { found, related, renamed, misplaced, lost };
+
+inline constexpr std::array fate_names{"found", "related", "renamed", "misplaced", "lost"};
+
+/// What became of a target in one picture.
+struct ViewOutcome {
+  Fate fate = Fate::lost;
+  std::size_t class_index = 0;  ///< of the surest detection that decides; meaningless for lost
+  double confidence = 0;        ///< of that detection; 0 for lost
+  bool operator==(const ViewOutcome&) const = default;
+};
+
+/// \param detections  as they come out of suppression
+/// \param related     classes that count as like the target's own
+[[nodiscard]] ViewOutcome outcome_of(const std::vector<detect::Detection>& detections,
+                                     const loss::Target& target, const std::vector<std::size_t>& related);
+
+/// Classes that a road user is called by mistake without much harm: of a car, a truck, a bus, a train or a
+/// van the others of these that the detector knows by name. None for any other class, or for a detector
+/// without names. \param names  of the detector's classes
+[[nodiscard]] std::vector<std::size_t> related_classes(const std::vector<std::string>& names,
+                                                       std::size_t class_index);
+
+/// Pictures of each fate, and what the renamed are called.
+struct FateCounts {
+  std::array<std::size_t, fate_names.size()> pictures{};  ///< by Fate
+  std::vector<std::size_t> renamed_to{};                  ///< pictures of each class, those renamed
+
+  [[nodiscard]] std::size_t of(Fate fate) const { return pictures[static_cast<std::size_t>(fate)]; }
+  [[nodiscard]] std::size_t all() const;
+  /// Classes of the renamed, the commonest first, at most so many; of equals the lower index first.
+  [[nodiscard]] std::vector<std::size_t> commonest_names(std::size_t most) const;
+};
+
+[[nodiscard]] FateCounts fate_counts(const std::vector<ViewOutcome>& outcomes);
+
+}  // namespace tapestry::evaluate
