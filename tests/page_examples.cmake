@@ -72,7 +72,7 @@ if(NOT cited_version STREQUAL "version: ${PROJECT_VERSION}")
 endif()
 
 # What a page links to is there.
-foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/CONTRIBUTING.md docs/EMBEDDING.md docs/GLOSSARY.md docs/SECURITY.md
+foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/CONTRIBUTING.md docs/EMBEDDING.md docs/GLOSSARY.md docs/OWN_CAR.md docs/SECURITY.md
                       docs/TUTORIAL.md)
   read_page(${page} text)
   get_filename_component(folder ${PROJECT_SOURCE_DIR}/${page} DIRECTORY)

@@ -19,6 +19,7 @@
 #include "../scenes/drawn_frames.hpp"
 #include "../scenes/photograph.hpp"
 #include "../scenes/vehicle.hpp"
+#include "shell/command_line.hpp"
 #include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/program.hpp"
@@ -283,6 +284,22 @@ void write_frames(const Options& options, const scenes::Vehicle& vehicle, bool h
   });
 }
 
+/// The command that optimises on what was written.
+std::string next_command(const Options& options) {
+  std::vector<std::string> words{"camouflage", "--frames", options.output};
+  const auto add = [&](const std::string& name, const std::string& value, const std::string& left_out) {
+    if (value != left_out) words.insert(words.end(), {name, value});
+  };
+  add("--mesh", options.mesh, BundledAssets().mesh());
+  add("--up", options.axes.up, geometry::MeshAxes{}.up);
+  add("--forward", options.axes.forward, geometry::MeshAxes{}.forward);
+  add("--faces", options.faces, "");
+  if (!options.material.empty()) words.push_back("--material");
+  words.insert(words.end(), options.material.begin(), options.material.end());
+  words.insert(words.end(), {"--output", "run"});
+  return shell_line(words);
+}
+
 int make_dataset(const CLI::App& app, const Options& options) {
   require_ranges(options);
   std::vector<std::string> inputs;
@@ -300,6 +317,7 @@ int make_dataset(const CLI::App& app, const Options& options) {
   write_frames(options, vehicle, true);
   remark("wrote " + std::to_string(options.train) + " frames to optimise on and " +
          std::to_string(options.test) + " held out to " + options.output);
+  remark("next: " + next_command(options));
   return 0;
 }
 }  // namespace
