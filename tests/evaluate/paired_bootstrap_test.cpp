@@ -210,3 +210,73 @@ TEST_CASE("a paired bootstrap refuses what does not fit", "[evaluate][paired_boo
   CHECK_THROWS_WITH(evaluate::paired_bootstrap({1}, {1}, {10, 1, 1.0}),
                     "paired_bootstrap: level is 1.000000, not in (0, 1)");
 }
+
+namespace {
+
+/// Outcomes of pairs: both, the first alone, the second alone, neither.
+std::array<std::vector<bool>, 2> pairs_of(const std::array<std::size_t, 4>& counts) {
+  std::array<std::vector<bool>, 2> pairs;
+  for (std::size_t k = 0; k < 4; ++k) {
+    pairs[0].insert(pairs[0].end(), counts[k], k < 2);
+    pairs[1].insert(pairs[1].end(), counts[k], k % 2 == 0);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("the difference of two rates has Newcombe's interval", "[evaluate][paired_bootstrap]") {
+  // Worked out by the formulas of the paper in another language.
+  const auto check = [](const std::array<std::size_t, 4>& counts, double mean, double low, double high) {
+    const auto [first, second] = pairs_of(counts);
+    const auto found = evaluate::rate_difference(first, second);
+    CHECK(found.pairs == first.size());
+    CHECK(found.mean == Approx(mean).margin(1e-12));
+    CHECK(found.interval[0] == Approx(low).epsilon(1e-9));
+    CHECK(found.interval[1] == Approx(high).epsilon(1e-9));
+  };
+  check({20, 12, 2, 16}, 0.2, 0.056156424841748265, 0.3292069954001405);
+  check({14, 5, 0, 22}, 5.0 / 41, 0.01148324138303325, 0.2264926843512112);
+  check({0, 0, 0, 20}, 0, -0.16112515805281938, 0.16112515805281938);  // nothing differs: not [0, 0]
+  check({0, 20, 0, 0}, 1, 0.7721346162421944, 1);
+  const auto [first, second] = pairs_of({20, 12, 2, 16});
+  std::array<std::vector<bool>, 2> twice;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    twice[0].insert(twice[0].end(), 2, first[i]);
+    twice[1].insert(twice[1].end(), 2, second[i]);
+  }
+  const auto of_views = evaluate::rate_difference(twice[0], twice[1], 2);
+  CHECK(of_views.pairs == 50);
+  CHECK(of_views.interval[0] == Approx(0.056156424841748265));
+  CHECK(std::isinf(evaluate::rate_difference({}, {}).interval[1]));
+  CHECK_THROWS_WITH(evaluate::rate_difference({true}, {}),
+                    "rate_difference: second has 0 pictures, expected 1");
+}
+
+TEST_CASE("the interval of two rates' difference holds the truth as often as it says",
+          "[evaluate][paired_bootstrap]") {
+  const std::size_t trials = 3000;
+  for (const std::size_t views : {20, 80, 400})
+    for (const auto& [both, first_alone, second_alone] :
+         {std::array{0.05, 0.3, 0.02}, std::array{0.4, 0.2, 0.1}, std::array{0.1, 0.8, 0.01}}) {
+      std::size_t covered = 0;
+      for (std::size_t trial = 0; trial < trials; ++trial) {
+        Random random = Random(7).fork(trial);
+        std::array<std::size_t, 4> counts{};
+        for (std::size_t i = 0; i < views; ++i) {
+          const double u = random.uniform();
+          ++counts[u < both                                ? 0U
+                   : u < both + first_alone                ? 1U
+                   : u < both + first_alone + second_alone ? 2U
+                                                           : 3U];
+        }
+        const auto [first, second] = pairs_of(counts);
+        const auto [low, high] = evaluate::rate_difference(first, second).interval;
+        covered += low <= first_alone - second_alone && first_alone - second_alone <= high ? 1U : 0U;
+      }
+      const double share = static_cast<double>(covered) / static_cast<double>(trials);
+      CAPTURE(views, both, first_alone, second_alone, share);
+      CHECK(share >= 0.93);
+      CHECK(share <= 0.975);
+    }
+}

@@ -53,7 +53,7 @@ inline const evaluate::Measurement& row_of(const DetectorFindings& detector, con
 }
 
 /// Points of P@0.5 that the hardened detector finds more under its adaptive attack than the undefended one
-/// under its own, and the same of clean renders; intervals by paired bootstrap over the views.
+/// under its own, and the same of clean renders; intervals of the views, see evaluate::effect_beyond().
 struct HardeningGain {
   evaluate::Effect adaptive, clean;
 };
@@ -131,7 +131,7 @@ inline WordTable hardening_table(const HardeningReport& report) {
 
 /// What the table means, sentence by sentence.
 inline std::vector<std::string> hardening_findings(const HardeningReport& report) {
-  std::vector<std::string> sentences{gain_text(report) + " (paired bootstrap over the views)."};
+  std::vector<std::string> sentences{gain_text(report) + " (Newcombe's interval over the views)."};
   if (const auto precision = precision_text(report); !precision.empty()) sentences.push_back(precision + ".");
   return sentences;
 }

@@ -132,7 +132,7 @@ std::string effect_text(const evaluate::Effect& effect) {
 std::string effect_note(const evaluate::Effect& effect) {
   return effect.control + " minus adversarial; 95 % by paired bootstrap (BCa, " +
          std::to_string(evaluate::BootstrapSettings{}.resamples) + " resamples) over " +
-         std::to_string(effect.best_confidence.pairs) + " views";
+         std::to_string(effect.best_confidence.pairs) + " views, of P@0.5 by Newcombe's method";
 }
 
 namespace {

@@ -137,7 +137,8 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
 }
 
 /// What a camouflage does beyond a control: the control's figures minus its own, over the same views. The
-/// intervals are those of the views; another draw of a control that is random moves the means as well.
+/// intervals are those of the views, by paired_bootstrap() and rate_difference(); another draw of a control
+/// that is random moves the means as well.
 struct Effect {
   std::string control;                 ///< its name
   PairedDifference best_confidence{};  ///< of the means of best_confidence()

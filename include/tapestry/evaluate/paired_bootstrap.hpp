@@ -90,6 +90,24 @@ double corrected_probability(double z, double bias, double acceleration);
                                                 const std::vector<double>& second,
                                                 const BootstrapSettings& settings = {});
 
+/// The difference of two shares of the same views, with its 95 % interval by Newcombe's method 10: the Wilson
+/// intervals of both, put together by the correlation φ of what happens in the same view,
+///
+///     [d − √(a² − 2φ·a·b + b²), d + √(a'² − 2φ·a'·b' + b'²)],   a = p₁ − l₁, b = u₂ − p₂, a' = u₁ − p₁, b' =
+///     p₂ − l₂.
+///
+/// Unlike a bootstrap's it never has length 0: twenty views in which nothing differs do not show that nothing
+/// would. Source: Newcombe, "Improved confidence intervals for the difference between binomial proportions
+/// based on paired data" (Statistics in Medicine 17, 1998).
+///
+/// \param first, second    one entry a picture, in the same order
+/// \param pictures_a_view  as for detection_rate()
+/// \returns  without pictures an interval from −∞ to ∞
+/// \throws ShapeError if there are not as many of both
+[[nodiscard]] PairedDifference rate_difference(const std::vector<bool>& first,
+                                               const std::vector<bool>& second,
+                                               std::size_t pictures_a_view = 1);
+
 /// Σ first / Σ second over pairs, with a bootstrap interval as of paired_bootstrap(): pairs are drawn with
 /// both their numbers, so that what is common to them does not widen it. The skewness is that of the
 /// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, for its ratio

@@ -165,11 +165,15 @@ template <class Values, std::predicate<std::size_t> Belongs>
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Effect effect_of(const ProtocolOutcomes& outcomes, const std::string& name, std::size_t control,
                                std::size_t texture, Belongs belongs, std::size_t pictures_a_view = 1) {
-  const auto compare = [&](const auto& values) {
-    return paired_bootstrap(view_means(outcomes, values, control, belongs, pictures_a_view),
-                            view_means(outcomes, values, texture, belongs, pictures_a_view));
+  const auto means = [&](std::size_t k) {
+    return view_means(outcomes, outcomes.best_confidence, k, belongs, pictures_a_view);
   };
-  return {name, compare(outcomes.best_confidence), compare(outcomes.found)};
+  const auto found = [&](std::size_t k) {
+    const auto values = measured_values(outcomes, outcomes.found, k, belongs);
+    return std::vector<bool>(values.begin(), values.end());
+  };
+  return {name, paired_bootstrap(means(control), means(texture)),
+          rate_difference(found(control), found(texture), pictures_a_view)};
 }
 
 /// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in

@@ -68,7 +68,8 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
     notes.push_back(
         "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by "
         "paired bootstrap (BCa, " +
-        std::to_string(evaluate::BootstrapSettings{}.resamples) + " resamples) over frames.");
+        std::to_string(evaluate::BootstrapSettings{}.resamples) +
+        " resamples) over frames, those of P@0.5 by Newcombe's method for paired shares.");
   const auto has_few = [](const auto& section) {
     return section.cell.measured > 0 && section.cell.measured < 20;
   };

@@ -118,12 +118,10 @@ template decltype(photograph_of<double>) photograph_of<double>;
 
 Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
                      const BootstrapSettings& settings) {
-  const auto compare = [&](const auto& of_control, const auto& of_adversarial) {
-    return paired_bootstrap(detail::means_of_views(of_control, control.draws),
-                            detail::means_of_views(of_adversarial, adversarial.draws), settings);
-  };
-  return {control.name, compare(control.best_confidence, adversarial.best_confidence),
-          compare(control.found, adversarial.found)};
+  return {control.name,
+          paired_bootstrap(detail::means_of_views(control.best_confidence, control.draws),
+                           detail::means_of_views(adversarial.best_confidence, adversarial.draws), settings),
+          rate_difference(control.found, adversarial.found, control.draws)};
 }
 
 template <std::floating_point T>

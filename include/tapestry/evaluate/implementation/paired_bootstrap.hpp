@@ -10,6 +10,7 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <vector>
 
@@ -125,6 +126,33 @@ PairedRatio paired_ratio(const std::vector<double>& first, const std::vector<dou
   result.interval = detail::bca_interval(detail::resampled(first.size(), settings, ratio_of), result.ratio,
                                          detail::acceleration(influences, 0), settings.level);
   return result;
+}
+
+PairedDifference rate_difference(const std::vector<bool>& first, const std::vector<bool>& second,
+                                 std::size_t pictures_a_view) {
+  if (first.size() != second.size())
+    throw ShapeError("rate_difference: second has " + std::to_string(second.size()) + " pictures, expected " +
+                     std::to_string(first.size()));
+  PairedDifference difference;
+  if (first.empty()) return difference;
+  std::array<std::size_t, 4> counts{};  // both, the first alone, the second alone, none
+  for (std::size_t i = 0; i < first.size(); ++i) ++counts[(first[i] ? 0U : 2U) + (second[i] ? 0U : 1U)];
+  const double pictures = static_cast<double>(pictures_a_view),
+               n = static_cast<double>(first.size()) / pictures;
+  const auto views = [&](std::size_t k) { return static_cast<double>(counts[k]) / pictures; };
+  const double e = views(0), f = views(1), g = views(2), h = views(3);
+  const auto [l1, u1] = wilson_interval(counts[0] + counts[1], first.size(), pictures_a_view);
+  const auto [l2, u2] = wilson_interval(counts[0] + counts[2], first.size(), pictures_a_view);
+  const double p1 = (e + f) / n, p2 = (e + g) / n;
+  const double margins = (e + f) * (g + h) * (e + g) * (f + h), together = e * h - f * g;
+  const double phi =
+      margins > 0 ? (together > 0 ? std::max(together - n / 2, 0.0) : together) / std::sqrt(margins) : 0;
+  const auto reach = [&](double a, double b) { return std::sqrt(a * a - 2 * phi * a * b + b * b); };
+  difference.pairs = first.size() / pictures_a_view;
+  difference.mean = (f - g) / n;
+  difference.interval = {difference.mean - reach(p1 - l1, u2 - p2),
+                         difference.mean + reach(u1 - p1, p2 - l2)};
+  return difference;
 }
 
 }  // namespace tapestry::evaluate
