@@ -175,6 +175,7 @@
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/cropped.hpp>
+#include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/face_weights.hpp>
