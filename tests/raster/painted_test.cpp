@@ -68,6 +68,26 @@ TEST_CASE("painted() refuses an unknown material by the names there are", "[rast
   CHECK_THROWS_AS(raster::painted(geometry::Mesh{}, {.material = "body"}), tapestry::Error);
 }
 
+TEST_CASE("painted() refuses an atlas without end", "[raster][painted][bad_input]") {
+  auto mesh = two_materials();
+  for (const double u : {65.0, 1e30, std::numeric_limits<double>::infinity()}) {
+    mesh.uvs[0][0] = u;
+    CHECK_THROWS_AS(raster::painted(mesh), tapestry::DomainError);
+    CHECK(raster::painted(mesh, {.material = "glass"}).layout.u_extent == 3);
+  }
+  mesh.uvs[0][0] = 65;
+  CHECK_THROWS_WITH(raster::painted(mesh),
+                    "painted: u of the painted faces goes up to 65.000000, expected at most 64");
+  CHECK_THROWS_AS(raster::painted(two_materials(), {.rows = 0, .filter = raster::TextureFilter::trilinear}),
+                  tapestry::Error);
+}
+
+TEST_CASE("painted() takes u that a file has rounded up for a whole number", "[raster][painted]") {
+  auto mesh = two_materials();
+  mesh.uvs[1][0] = 2.000001;
+  CHECK(raster::painted(mesh, {.material = "body"}).layout.u_extent == 2);
+}
+
 TEST_CASE("painted() of a mesh with NaN or without uvs has an atlas one unit wide", "[raster][painted]") {
   auto mesh = two_materials();
   for (auto& uv : mesh.uvs) uv[0] = std::numeric_limits<double>::quiet_NaN();

@@ -127,6 +127,8 @@ struct Rasterised {
   ArrayVariable<T, 2> positions;    ///< [V, 3]; of extent 0: the mesh's own
 };
 
+/// pixel_faces() and barycentrics() on the tape, by positions.
+///
 /// \param mesh       copied
 /// \param positions  [V, 3], instead of the mesh's own; of extent 0: the mesh's own
 /// \throws ShapeError if positions do not fit; otherwise as pixel_faces()
@@ -149,7 +151,8 @@ template <std::floating_point T>
   return interpolate(rasterised, attributes, rasterised.pixels->mesh->faces);
 }
 
-/// interpolate() of the mesh's uvs, [H, W, 2]. \throws Error (mismatch) if a face that shows has none
+/// interpolate() of the mesh's uvs, [H, W, 2].
+/// \throws ShapeError if the mesh has no uvs; Error (mismatch) if a face that shows has none
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> texture_coordinates(const Rasterised<T>& rasterised);
 

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
@@ -27,16 +28,23 @@ struct PaintChoice {
 };
 
 namespace detail {
-/// Largest u of the painted faces, rounded up to a whole number, at least 1: what an atlas spans.
+/// Widest atlas that painted() lays out, in units of u. The uvs of a texture that repeats reach further.
+inline constexpr double widest_atlas = 64;
+
+/// Largest u of the painted faces, rounded up to a whole number but for a file's rounding, at least 1.
+/// \throws DomainError if it is above widest_atlas
 [[nodiscard]] inline double u_extent_of(const PaintedMesh& body) {
   double extent = 1;
   const auto& mesh = body.mesh;
-  for (std::size_t face = 0; face < mesh.face_uvs.size(); ++face) {
+  for (std::size_t face = 0; face < std::min(mesh.face_uvs.size(), body.painted.size()); ++face) {
     if (body.painted[face] == 0) continue;
     for (const auto corner : mesh.face_uvs[face])
       if (corner >= 0 && static_cast<std::size_t>(corner) < mesh.uvs.size())
-        extent = std::max(extent, std::ceil(mesh.uvs[static_cast<std::size_t>(corner)][0] - 1e-9));
+        extent = std::max(extent, std::ceil(mesh.uvs[static_cast<std::size_t>(corner)][0] - 1e-5));
   }
+  if (extent > widest_atlas)
+    throw DomainError("painted: u of the painted faces goes up to " + std::to_string(extent) +
+                      ", expected at most 64");
   return extent;
 }
 }  // namespace detail
@@ -49,7 +57,7 @@ namespace detail {
 /// in [0, 2) it has twice as many columns as rows. A filtered atlas comes with its pyramid.
 ///
 /// \throws Error (mismatch) if the mesh has no material of that name
-/// \throws DomainError for a filtered atlas without rows
+/// \throws DomainError if painted faces have u above 64
 [[nodiscard]] inline PaintedMesh painted(geometry::Mesh mesh, const PaintChoice& choice = {}) {
   PaintedMesh body{std::move(mesh), {}, {}};
   if (choice.material.empty())
