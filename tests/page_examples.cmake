@@ -53,8 +53,29 @@ function(require_excerpt page file)
   endif()
 endfunction()
 
+# require_short_blocks(<page> <most>): the blocks of a page have at most so many lines beside blank ones and closing braces,
+# but those that include headers and main().
+function(require_short_blocks page most)
+  read_page(${page} text)
+  take_block(text "```cpp\n" found block)
+  while(found)
+    if(NOT block MATCHES "#include|int main")
+      string(REGEX REPLACE "[][;]" "." lines "${block}")  # they would join or end the items of a list
+      string(REPLACE "\n" ";" lines "${lines}")
+      list(FILTER lines EXCLUDE REGEX "^ *}?$")
+      list(LENGTH lines count)
+      if(count GREATER most)
+        message(FATAL_ERROR "${page} has a block of ${count} lines, expected at most ${most}:\n${block}")
+      endif()
+    endif()
+    take_block(text "```cpp\n" found block)
+  endwhile()
+endfunction()
+
 add_page_program(README.md readme_example "<!-- compiled by the tests -->\n```cpp\n")
 require_excerpt(README.md examples/tour/paint_a_car.cpp)
+add_page_program(docs/COOKBOOK.md cookbook "```cpp\n")
+require_short_blocks(docs/COOKBOOK.md 15)
 add_page_program(docs/TUTORIAL.md tutorial_example "```cpp\n")
 add_page_program(docs/TUTORIAL.md tutorial_method "```cpp method\n")
 # The tutorial's section about a network from a file gets a small one with random weights.
@@ -72,7 +93,8 @@ if(NOT cited_version STREQUAL "version: ${PROJECT_VERSION}")
 endif()
 
 # What a page links to is there.
-foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/CONTRIBUTING.md docs/EMBEDDING.md docs/GLOSSARY.md docs/OWN_CAR.md docs/SECURITY.md
+foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/CONTRIBUTING.md docs/COOKBOOK.md
+                      docs/EMBEDDING.md docs/GLOSSARY.md docs/OWN_CAR.md docs/SECURITY.md
                       docs/TUTORIAL.md)
   read_page(${page} text)
   get_filename_component(folder ${PROJECT_SOURCE_DIR}/${page} DIRECTORY)

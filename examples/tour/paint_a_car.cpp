@@ -5,7 +5,6 @@
 #include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
@@ -15,6 +14,7 @@
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/optim/adam.hpp>
+#include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 
@@ -24,10 +24,7 @@ int main() {
   const std::string assets = TAPESTRY_ASSETS "/";
   const auto detector =
       io::read_detector<float>({.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
-  raster::PaintedMesh car{io::read_obj(assets + "car_sedan.obj").mesh, {}, {}};
-  car.painted = geometry::faces_by_material(car.mesh, {"body"});
-  car.layout = {raster::TextureKind::atlas, 64, 128, 2};
-  car.space = image::ColourSpace::linear;  // light adds up, the numbers of a picture do not
+  const auto car = raster::painted(io::read_obj(assets + "car_sedan.obj").mesh, {.material = "body"});
 
   // What does not change: for each photograph the map from paint to picture, what lies behind, where the car
   // is.
@@ -39,8 +36,7 @@ int main() {
     views.push_back(std::make_shared<const raster::TextureOperator<float>>(
         raster::texture_operator<float>(car, *frame.camera, detector.input_height(), detector.input_width(),
                                         io::frame_light(frame, car.space))));
-    backdrops.push_back({std::make_shared<const Array<float, 3>>(image::from_bytes<float>(frame.image)),
-                         {views.back(), &views.back()->coverage}});
+    backdrops.emplace_back(image::from_bytes<float>(frame.image), views.back());
     targets.push_back({frame.label->class_index, frame.label->box});
   }
 

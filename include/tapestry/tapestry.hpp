@@ -108,6 +108,7 @@
 #include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
+#include <tapestry/image/transform/own_transformation.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
@@ -174,10 +175,12 @@
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/cropped.hpp>
+#include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/face_weights.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
+#include <tapestry/raster/fitted_camera.hpp>
 #include <tapestry/raster/footprint.hpp>
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
@@ -189,6 +192,7 @@
 #include <tapestry/raster/mip_levels.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
+#include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/pixel_rays.hpp>
 #include <tapestry/raster/render_textured.hpp>

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
+#include <type_traits>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -223,4 +224,137 @@ TEST_CASE("adjoint vectors name what does not fit", "[autodiff][jacobian]") {
   tape.rewind(tape.mark());
   CHECK_THROWS_AS(adjoints.of(x), DomainError);
   CHECK_THROWS_AS(tapestry::jacobian(tape, std::vector{x}, std::vector{stranger}), DomainError);
+}
+
+namespace {
+/// y[i] = x[i % n]² · x[(i + 1) % n] + sin(Σ x), of which the sum is computed once: [m] from [n].
+auto curved(std::size_t m) {
+  return [m](const auto& x) {
+    using S = std::remove_cvref_t<decltype(x[0])>;
+    S total = 0;
+    for (const auto& entry : x) total += entry;
+    const S shared = sin(total);
+    std::vector<S> y;
+    for (std::size_t i = 0; i < m; ++i)
+      y.push_back(x[i % x.size()] * x[i % x.size()] * x[(i + 1) % x.size()] + shared);
+    return y;
+  };
+}
+
+/// The closed form, row by row; n > 1.
+std::vector<double> slopes_of_curved(std::size_t m, const std::vector<double>& x) {
+  const std::size_t n = x.size();
+  double total = 0;
+  for (const double entry : x) total += entry;
+  std::vector<double> rows(m * n, std::cos(total));
+  for (std::size_t i = 0; i < m; ++i) {
+    rows[i * n + i % n] += 2 * x[i % n] * x[(i + 1) % n];
+    rows[i * n + (i + 1) % n] += x[i % n] * x[i % n];
+  }
+  return rows;
+}
+
+std::vector<double> points(std::size_t n) {
+  std::vector<double> x(n);
+  for (std::size_t i = 0; i < n; ++i) x[i] = std::cos(static_cast<double>(2 * i + 1));
+  return x;
+}
+}  // namespace
+
+TEST_CASE("jacobian(f, x) equals closed form, dual numbers and central differences, whatever its shape",
+          "[autodiff][jacobian]") {
+  const auto [m, n] = GENERATE(table<std::size_t, std::size_t>(
+      {{1, 2}, {2, 2}, {8, 8}, {30, 3}, {1, 20}, {3, 11}, {11, 11}, {12, 11}, {40, 17}}));
+  INFO(m << " results of " << n << " inputs");
+  const auto f = curved(m);
+  const auto x = points(n);
+  const auto found = tapestry::jacobian(f, x);
+  REQUIRE(found.rows == m);
+  REQUIRE(found.columns == n);
+  REQUIRE(found.values.size() == m);
+  const auto expected = slopes_of_curved(m, x);
+  const auto by_duals = tapestry::forward_jacobian(f, x);
+  const double h = 0x1p-17;  // truncation h²·f'''/6 and rounding ε·f/h are below 1e-10 both
+  for (std::size_t j = 0; j < n; ++j) {
+    auto ahead = x, behind = x;
+    ahead[j] += h;
+    behind[j] -= h;
+    const auto far = tapestry::jacobian(f, ahead).values, near = tapestry::jacobian(f, behind).values;
+    for (std::size_t i = 0; i < m; ++i) {
+      CHECK(std::abs(found(i, j) - expected[i * n + j]) <= 1e-14);  // of terms up to 3
+      CHECK(std::abs(found(i, j) - by_duals[i * n + j]) <= 1e-14);
+      CHECK(std::abs(found(i, j) - (far[i] - near[i]) / (2 * h)) <= 1e-9);
+    }
+  }
+}
+
+TEST_CASE("jacobian(f, x) has a shape where there is no result or no input", "[autodiff][jacobian]") {
+  const auto nothing = [](const auto& x) { return std::vector<std::remove_cvref_t<decltype(x[0])>>(); };
+  for (const std::size_t n : {0U, 3U, 12U}) {
+    const auto none = tapestry::jacobian(nothing, points(n));
+    CHECK(none.rows == 0);
+    CHECK(none.columns == n);
+    CHECK((none.entries.empty() && none.values.empty()));
+  }
+  const auto constant = [](const auto& x) {
+    using S = std::remove_cvref_t<decltype(x[0])>;
+    return std::array<S, 2>{S(3), S(4)};
+  };
+  const auto passive = tapestry::jacobian(constant, std::vector<double>{});
+  CHECK(passive.rows == 2);
+  CHECK(passive.columns == 0);
+  CHECK(passive.values == std::vector<double>{3, 4});
+}
+
+TEST_CASE("a passive result has a row of zeros in either direction", "[autodiff][jacobian]") {
+  const auto f = [](const auto& x) {
+    using S = std::remove_cvref_t<decltype(x[0])>;
+    return std::vector<S>{x[0] * x[1], S(7), x[1]};
+  };
+  for (const std::size_t n : {2U, 9U}) {  // duals; a tape
+    const auto x = points(n);
+    const auto found = tapestry::jacobian(f, x);
+    CHECK(found.values == std::vector<double>{x[0] * x[1], 7, x[1]});
+    CHECK(found(0, 0) == x[1]);
+    CHECK(found(0, 1) == x[0]);
+    CHECK(found(2, 1) == 1);
+    for (std::size_t j = 0; j < n; ++j) CHECK(found(1, j) == 0);
+  }
+}
+
+TEST_CASE("jacobian(f, x) takes floats, numbers in braces, and functions of variables alone",
+          "[autodiff][jacobian]") {
+  const auto f = [](const auto& x) {
+    return std::array<std::remove_cvref_t<decltype(x[0])>, 2>{x[0] * x[1], x[0] + 2 * x[1]};
+  };
+  CHECK(tapestry::jacobian(f, {3., 5.}).entries == std::vector<double>{5, 3, 1, 2});
+  CHECK(tapestry::jacobian<float>(f, {3.F, 5.F}).entries == std::vector<float>{5, 3, 1, 2});
+  const auto product = [](const auto& x) { return x[0] * x[1]; };  // one number: one row
+  const auto row = tapestry::jacobian(product, {3., 5.});
+  CHECK((row.rows == 1 && row.columns == 2));
+  CHECK(row.entries == std::vector<double>{5, 3});
+  const auto on_tape = [](std::span<const Variable<double>> x) {
+    const auto pullback = [value = x[0].value()](double adjoint, double* x_adjoint) {
+      *x_adjoint += adjoint * 2 * value;
+    };
+    const Variable<double> squared = tapestry::record_scalar(x[0].value() * x[0].value(), pullback, x[0]);
+    return std::vector<Variable<double>>{squared, squared * x[1], x[1]};  // more results than inputs
+  };
+  CHECK(tapestry::jacobian(on_tape, {3., 5.}).entries == std::vector<double>{6, 0, 30, 9, 0, 1});
+}
+
+TEST_CASE("jacobian(f, x) refuses results whose number changes, and variables of another tape",
+          "[autodiff][jacobian]") {
+  int calls = 0;
+  const auto growing = [&](const auto& x) {
+    return std::vector<std::remove_cvref_t<decltype(x[0])>>(static_cast<std::size_t>(++calls) + 20, x[0]);
+  };
+  CHECK_THROWS_AS(tapestry::jacobian(growing, points(9)), DomainError);
+  calls = 0;
+  CHECK_THROWS_WITH(tapestry::jacobian(growing, points(9)),
+                    "jacobian: 23 entries of the result in a later call, expected 22");
+  Tape<double> other;
+  const auto stranger = [scope = other.activate(), &other] { return other.input(1.0); }();
+  const auto captures = [&](std::span<const Variable<double>>) { return std::vector{stranger}; };
+  CHECK_THROWS_AS(tapestry::jacobian(captures, {1.}), DomainError);
 }

@@ -89,3 +89,32 @@ TEST_CASE("one picture over two backdrops receives both adjoints", "[image][over
   for (std::size_t i = 0; i < front.size(); ++i)
     REQUIRE(front.adjoint().data()[i] == seed.data()[i] + seed.data()[front.size() + i]);
 }
+
+namespace {
+struct ViewWithCoverage {
+  Array<double, 2> coverage;
+};
+}  // namespace
+
+TEST_CASE("a backdrop takes plain arrays, or a photograph and a view that it keeps", "[image][over]") {
+  const auto photo = random_array<double>({6, 7, 3}, 1);
+  const auto coverage = random_array<double>({2, 3}, 2);
+  const image::Backdrop<double> plain(photo, coverage, 1, 2);
+  CHECK((*plain.background == photo));
+  CHECK((*plain.coverage == coverage));
+  CHECK((plain.top == 1 && plain.left == 2));
+  auto view = std::make_shared<const ViewWithCoverage>(ViewWithCoverage{coverage});
+  const auto* const place = &view->coverage;
+  std::vector<image::Backdrop<double>> backdrops;
+  backdrops.emplace_back(photo, view, 4, 3);
+  view.reset();
+  CHECK(backdrops[0].coverage.get() == place);  // not copied
+  CHECK((*backdrops[0].coverage == coverage));
+  CHECK((backdrops[0].top == 4 && backdrops[0].left == 3));
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Fronts front{tape.input(random_array<double>({2, 3, 3}, 5))};
+  CHECK((image::over(front, backdrops).value() ==
+         image::over(front, {image::Backdrop<double>(photo, coverage, 4, 3)}).value()));
+  CHECK_THROWS_AS(image::over(front, {image::Backdrop<double>(photo, coverage, 5, 3)}), tapestry::ShapeError);
+}

@@ -6,7 +6,6 @@
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/tape/spare_tape.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -114,23 +113,17 @@ template <std::floating_point T, int M, int N>
   return detail::as_matrix<M, N>(found, results.size(), variables.size());
 }
 
-/// The Jacobian, [M, N], of a function from Eigen vectors, [N], to Eigen vectors, [M]: in reverse mode, or in
-/// forward mode if it has more results than inputs.
+/// The Jacobian, [M, N], of a function from Eigen vectors, [N], to Eigen vectors, [M]; forwards or backwards
+/// as that of jacobian.hpp.
 template <class Function, detail::EigenPoint X>
 [[nodiscard]] auto jacobian(const Function& f, const X& x) {
   using T = typename X::Scalar;
   constexpr int columns = X::RowsAtCompileTime;
   const detail::OfEigenVector<Function, columns, true> of_span{f};
   const auto at = detail::plain_vector(x);
-  detail::SpareTape<T> tape;
-  const auto scope = tape->activate();
-  const std::span<const Variable<T>> inputs = tape.input(detail::as_span(at));
-  const std::vector<Variable<T>> results = of_span(inputs);
-  const std::vector<T> found = results.size() <= inputs.size()
-                                   ? jacobian(*tape, results, inputs)
-                                   : forward_jacobian<T>(of_span, detail::as_span(at));
+  const DenseJacobian<T> found = jacobian<T>(of_span, detail::as_span(at));
   constexpr int rows = decltype(of_span)::template rows_of_results<T>;
-  return detail::as_matrix<rows, columns>(found, static_cast<Eigen::Index>(results.size()), x.size());
+  return detail::as_matrix<rows, columns>(found.entries, static_cast<Eigen::Index>(found.rows), x.size());
 }
 
 }  // namespace tapestry

@@ -60,11 +60,6 @@ template <std::floating_point T>
 using ViewSpan = std::span<const std::shared_ptr<const View<T>>>;
 
 namespace detail {
-/// The camera that sees the frame in its place: the field of view grows by what is beside the frame, and a
-/// frame that is not in the middle shears the view along its axis, see geometry::pinhole_camera().
-geometry::Camera placed(geometry::Camera camera, const image::Placement& place, std::size_t height,
-                        std::size_t width);
-
 /// Which pixels are covered wholly, as are those right of and below them: steps between them are steps of the
 /// paint, not of its outline.
 template <std::floating_point T>

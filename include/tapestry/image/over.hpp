@@ -9,6 +9,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/pixel_window.hpp>
+#include <utility>
 #include <vector>
 
 /// A picture that is multiplied by its coverage, laid over a background of the same or a larger size:
@@ -147,12 +148,35 @@ template <std::floating_point T>
                                        const ArrayVariable<T, 3>& background, std::size_t top = 0,
                                        std::size_t left = 0, ColourSpace space = ColourSpace::encoded);
 
-/// What a picture is laid over: a photograph, and where and how far it is covered. Neither changes.
+/// Background and coverage that a picture is laid over, neither of which changes. Made of plain arrays, or of
+/// a photograph and a rendered view:
+///
+///   const image::Backdrop<float> backdrop(image::from_bytes<float>(frame.image), view);
 template <std::floating_point T>
 struct Backdrop {
-  std::shared_ptr<const Array<T, 3>> background;  ///< [H, W, C]
-  std::shared_ptr<const Array<T, 2>> coverage;    ///< [h, w] in [0, 1]
-  std::size_t top = 0, left = 0;                  ///< of the coverage's first pixel in the background
+  std::shared_ptr<const Array<T, 3>> background{};  ///< [H, W, C]
+  std::shared_ptr<const Array<T, 2>> coverage{};    ///< [h, w] in [0, 1]
+  std::size_t top = 0, left = 0;                    ///< of the coverage's first pixel in the background
+
+  Backdrop() = default;
+  Backdrop(std::shared_ptr<const Array<T, 3>> background_of, std::shared_ptr<const Array<T, 2>> coverage_of,
+           std::size_t top_px = 0, std::size_t left_px = 0)
+      : background(std::move(background_of)), coverage(std::move(coverage_of)), top(top_px), left(left_px) {}
+
+  /// \param photo      [H, W, C], encoded, RGB in [0, 1]
+  /// \param covered    [h, w] in [0, 1]
+  Backdrop(Array<T, 3> photo, Array<T, 2> covered, std::size_t top_px = 0, std::size_t left_px = 0)
+      : Backdrop(std::make_shared<const Array<T, 3>>(std::move(photo)),
+                 std::make_shared<const Array<T, 2>>(std::move(covered)), top_px, left_px) {}
+
+  /// \param view  a rendered view with its `coverage`, such as raster::TextureOperator, kept alive and not
+  ///              copied
+  template <class RenderedView>
+  requires std::same_as<decltype(RenderedView::coverage), Array<T, 2>> Backdrop(
+      Array<T, 3> photo, const std::shared_ptr<const RenderedView>& view, std::size_t top_px = 0,
+      std::size_t left_px = 0)
+      : Backdrop(std::make_shared<const Array<T, 3>>(std::move(photo)), {view, &view->coverage}, top_px,
+                 left_px) {}
 };
 
 /// Pictures laid over as many backgrounds of one size, as the batch that a network takes, in one operation.

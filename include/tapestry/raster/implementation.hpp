@@ -1,9 +1,12 @@
 #pragma once
 /// \file
 /// The compiled part of raster/, for one source file of a program; see tapestry/implementation.hpp.
+#include <tapestry/raster/implementation/deferred.hpp>
 #include <tapestry/raster/implementation/estimated_light.hpp>
 #include <tapestry/raster/implementation/face_field.hpp>
+#include <tapestry/raster/implementation/look_up.hpp>
 #include <tapestry/raster/implementation/mesh_edges.hpp>
+#include <tapestry/raster/implementation/outline_crossings.hpp>
 #include <tapestry/raster/implementation/raster_kernels.hpp>
 #include <tapestry/raster/implementation/texture.hpp>
 #include <tapestry/raster/implementation/texture_charts.hpp>

@@ -25,29 +25,13 @@
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/cropped.hpp>
+#include <tapestry/raster/fitted_camera.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <utility>
 #include <vector>
 
 namespace tapestry::camouflage::detail {
-
-geometry::Camera placed(geometry::Camera camera, const image::Placement& place, std::size_t height,
-                        std::size_t width) {
-  const auto place_axis = [&](std::size_t axis, double& tan_half_fov, std::size_t extent, std::size_t placed,
-                              std::size_t before) {
-    const auto whole = static_cast<double>(extent);
-    tan_half_fov *= whole / static_cast<double>(placed);
-    const double shift = 2 * static_cast<double>(before) + static_cast<double>(placed) - whole;
-    if (shift == 0) return;
-    const double shear = tan_half_fov * shift / whole;
-    for (std::size_t i = 0; i < 3; ++i) camera.rotation[axis][i] += shear * camera.rotation[2][i];
-    camera.translation[axis] += shear * camera.translation[2];
-  };
-  place_axis(0, camera.tan_half_fov_x, width, place.width, place.left);
-  place_axis(1, camera.tan_half_fov_y, height, place.height, place.top);
-  return camera;
-}
 
 /// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
 /// published data set, whose masks are slightly dilated silhouettes. Beside the frame it is 0.
@@ -106,7 +90,7 @@ template <std::floating_point T>
 Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height, std::size_t width,
                   std::size_t samples_per_axis, image::FitKind fit) {
   const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit);
-  return {detail::placed(io::camera_of(frame), place, height, width), io::frame_light(frame, space),
+  return {raster::fitted_camera(io::camera_of(frame), place, height, width), io::frame_light(frame, space),
           detail::mask_of<T>(frame, height, width, fit), samples_per_axis};
 }
 

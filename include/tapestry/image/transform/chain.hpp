@@ -8,14 +8,17 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
+#include <tapestry/image/transform/own_transformation.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <variant>
 #include <vector>
 
 namespace tapestry::image {
 
-/// Something that happens to a picture between the scene and the detector, with its settings.
-using Transformation = std::variant<Warp, LightChange, ColourChange, Blur, SensorNoise, JpegCompression>;
+/// A change of a picture between the scene and the detector, with its settings: one of ours, or any type of a
+/// user's that TransformsPictures.
+using Transformation =
+    std::variant<Warp, LightChange, ColourChange, Blur, SensorNoise, JpegCompression, OwnTransformation>;
 
 /// What happens to one picture, in this order; nothing when empty.
 using TransformationChain = std::vector<Transformation>;
