@@ -29,6 +29,10 @@ open_page() {
   cat "alone/$1.html" - >alone/page.html <<END
 <script>setTimeout(() => {
   document.body.dataset.rows = document.querySelectorAll('#views tbody tr').length;
+  const cut = table => table.getBoundingClientRect().right > table.parentNode.getBoundingClientRect().right + 1;
+  document.body.dataset.cut = [...document.querySelectorAll('table')].filter(table => cut(table) &&
+    getComputedStyle(table.parentNode).overflowX !== 'auto').length;
+  document.body.dataset.whole = cut(document.getElementById('views')) ? 'no' : 'yes';
   document.body.dataset.beyond = document.documentElement.scrollWidth - document.documentElement.clientWidth;
   const search = document.getElementById('search'); search.value = '$4'; search.oninput();
   document.body.dataset.searched = document.getElementById('count').textContent;
@@ -50,10 +54,12 @@ END
     fail "$name: '$(attribute cells)' cells under '$(attribute headings)' headings"
   [ "$(attribute sorted)" = ascending ] && pass || fail "$name: the heading does not sort"
   [ "$(attribute beyond)" = 0 ] && pass || fail "$name: the page is wider by '$(attribute beyond)' px"
+  [ "$(attribute cut)" = 0 ] && pass || fail "$name: '$(attribute cut)' tables are cut and do not scroll"
+  [ "$2" -lt 1280 ] || [ "$(attribute whole)" = yes ] && pass || fail "$name: the list of views is not whole"
   grep -E 'CONSOLE.*(rror|arning)' log && fail "$name: errors in the browser" || pass
   [ "$1" != protocol ] || return 0 # which has tables and figures alone
   [ "$(attribute drawn || echo 0)" -gt 1000 ] && pass || fail "$name: the car covers '$(attribute drawn)' pixels"
-  grep -q 'id="below"[^>]*src="data:image/png' dom && pass || fail "$name: no picture of a view"
+  grep -q 'id="below"[^>]*src="data:image/jpeg' dom && pass || fail "$name: no picture of a view"
 }
 for page in alone/*.html; do
   page=$(basename "$page" .html)

@@ -69,6 +69,7 @@ class Meter {
   }
 
   [[nodiscard]] const MeterSettings& settings() const { return settings_; }
+  [[nodiscard]] const detect::Detector<T>& detector() const { return detector_; }
 
  private:
   /// Of detections in order of confidence, those above a threshold.
