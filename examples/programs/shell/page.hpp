@@ -20,7 +20,7 @@ pre { background: var(--shade); padding: .8em; overflow: auto }
   linear-gradient(to right, var(--paper) 40%, transparent) left / var(--end),
   linear-gradient(to left, var(--paper) 40%, transparent) right / var(--end),
   linear-gradient(to right, var(--line), transparent) left / var(--more),
-  linear-gradient(to left, var(--line), transparent) right / var(--more) }
+  linear-gradient(to left, var(--line), transparent) right 1px top / var(--more) }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .4em 0 .8em }
 td, th { padding: .2em .8em .2em 0; text-align: right; white-space: nowrap }
 th { white-space: normal; vertical-align: bottom }
