@@ -19,12 +19,13 @@
 #include <utility>
 #include <vector>
 
-#include "shell/contact_sheet.hpp"
+#include "shell/drawn_boxes.hpp"
 #include "shell/heat_map_picture.hpp"
 #include "shell/inputs.hpp"
 #include "shell/network_profile.hpp"
 #include "shell/picture_detections.hpp"
 #include "shell/picture_list.hpp"
+#include "shell/picture_sheet.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
 
@@ -37,6 +38,7 @@ struct Options {
   int threads = 0;
   bool json = false;
   std::string annotate;
+  std::string sheet;
   std::string heat_map;
   std::string layer;
   std::string heat_map_kind = heat_maps.front().first;
@@ -48,10 +50,18 @@ void describe(CLI::App& app, Options& options) {
   add_options(app, options.detector, {"class"});
   app.option_defaults()->group("Output");
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
-  app.add_flag("--json", options.json,
-               "print a JSON array; boxes in pixels of the image, x and y the top left corner");
-  app.add_option("--annotate", options.annotate,
-                 "folder for copies of the pictures with the boxes drawn in; none when left out");
+  app.add_flag(
+      "--json", options.json,
+      "print a JSON array; boxes in pixels of the image, cut at its edge, x and y the top left corner");
+  app.add_option(
+      "--annotate", options.annotate,
+      "folder for copies of the pictures with the boxes drawn in, each in the colour of its class with "
+      "name and confidence; none when left out");
+  app.add_option(
+      "--sheet", options.sheet,
+      "PNG of all pictures side by side with the boxes drawn in, each under its name, at most 640 pixels "
+      "wide, or 320 if there are more than 12; of more than 160, evenly spread ones; none when left "
+      "out");
   app.add_option(
       "--heat-map", options.heat_map,
       "folder for copies of the pictures that show where in a layer the score of the surest detection "
@@ -129,6 +139,17 @@ void require_own_names(const std::string& folder, const std::vector<std::string>
   }
 }
 
+/// \throws Error (usage) if the sheet is no PNG, or is one of the pictures
+void require_sound_sheet(const std::string& sheet, const std::vector<std::string>& pictures) {
+  if (sheet.empty()) return;
+  if (!sheet.ends_with(".png")) throw Error(ErrorKind::usage, "--sheet takes a name that ends with .png");
+  for (const auto& picture : pictures) {
+    std::error_code absent;
+    if (std::filesystem::equivalent(sheet, picture, absent))
+      throw Error(ErrorKind::usage, "--sheet: " + sheet + " is one of the pictures; give another name");
+  }
+}
+
 /// Detects in pictures, some at a time, and goes on after one that cannot be read or detected in.
 class Detection {
  public:
@@ -138,9 +159,15 @@ class Detection {
   /// \throws Error (write) when a copy cannot be written
   void detect_in(const std::vector<std::string>& paths) {
     const auto start = std::chrono::steady_clock::now();
+    PictureSheet sheet(options_.sheet.empty() ? 0 : paths.size());
     for_each_in_order(
-        paths.size(), [&](std::size_t i) { return examine(paths[i]); },
-        [&](std::size_t i, const Examined& examined) { tell(paths[i], examined); });
+        paths.size(), [&](std::size_t i) { return examine(paths[i], sheet.shows(i) ? sheet.side() : 0); },
+        [&](std::size_t i, Examined examined) {
+          if (!examined.error && sheet.shows(i))
+            sheet.add(std::filesystem::path(paths[i]).filename().string(), std::move(examined.small));
+          tell(paths[i], examined);
+        });
+    if (!options_.sheet.empty() && sheet.count() > 0) io::write_image(options_.sheet, sheet.bitmap());
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
@@ -168,13 +195,16 @@ class Detection {
     std::vector<detect::Detection> found{};
     std::optional<Error> error{};
     nn::PassTimes times{};
+    MarkedPicture small{};  ///< for the sheet
   };
 
-  Examined examine(const std::string& path) {
+  /// \param side  of the picture on the sheet at most; 0 if it is not to be there
+  Examined examine(const std::string& path, std::size_t side) {
     try {
       auto picture = io::read_picture(path);
       const auto pass = passes_.take();
-      Examined examined{detections_in(path, picture, options_.detector, detector_, *pass)};
+      Examined examined{cut_at_picture(detections_in(path, picture, options_.detector, detector_, *pass),
+                                       picture.shape(0), picture.shape(1))};
       const auto& found = examined.found;
       if (options_.profile)
         examined.times =
@@ -184,14 +214,14 @@ class Detection {
                         found.empty()
                             ? picture
                             : heat_map_picture(picture, detector_, found.front().class_index, heat_map_));
-      if (!options_.annotate.empty()) {
-        for (const auto& detection : found) draw_box(picture, detection.box, {40, 220, 60});
-        io::write_image(annotated_path(options_.annotate, path, annotated_ending), picture);
-      }
+      const auto with_boxes = marked(std::move(picture), found, detector_.names());
+      if (!options_.annotate.empty())
+        io::write_image(annotated_path(options_.annotate, path, annotated_ending), drawn(with_boxes));
+      if (side > 0) examined.small = fitted_within(with_boxes, side);
       return examined;
     } catch (const Error& error) {
       if (error.kind() == ErrorKind::write) throw;
-      return {{}, error};
+      return {.error = error};
     }
   }
 
@@ -238,6 +268,7 @@ int run(const CLI::App& app, Options& options) {
       settings, warnings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
   print_warnings(warnings);
   const auto pictures = pictures_named(options.images);
+  require_sound_sheet(options.sheet, pictures);
   std::list<RunFolder> claims;  // two processes in one folder would mix their copies
   for (const auto& [folder, ending] :
        {std::pair(options.annotate, annotated_ending), std::pair(options.heat_map, heat_map_ending)}) {
@@ -259,6 +290,7 @@ int main(int argc, char** argv) {
   describe(app, options);
   app.footer(
       "  detect street.png\n"
-      "  detect --weights yolox_nano.onnx --json --annotate boxes pictures/");
+      "  detect --weights yolox_nano.onnx --json --annotate boxes pictures/\n"
+      "  detect --weights yolox_nano.onnx --sheet all.png pictures/");
   return run_program(app, argc, argv, [&] { return run(app, options); });
 }

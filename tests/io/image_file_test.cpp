@@ -1,7 +1,9 @@
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/jpeg_file.hpp>
 #include <tapestry/io/plain_pictures.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -239,6 +241,28 @@ TEST_CASE("a picture comes back", "[io][image]") {
   io::write_mask(folder.path("m.png"), mask);
   const auto again = io::read_mask(folder.path("m.png"));
   CHECK(std::vector<float>{again.begin(), again.end()} == std::vector<float>{0, 0, 128.0F / 255.0F, 1});
+}
+
+TEST_CASE("a picture becomes a JPEG", "[io][image]") {
+  // A level picture loses what rounding its frequency of zero loses: half a step of quantisation, of which
+  // quality 100 has one level, and half a level in each conversion of colours.
+  Array<std::uint8_t, 3> level(tapestry::Extents<3>{20, 30, 3});
+  for (std::size_t i = 0; i < level.size(); ++i)
+    level.data()[i] = std::array<std::uint8_t, 3>{200, 90, 40}[i % 3];
+  const std::string file = io::jpeg_file("level", level, 100);
+  CHECK(io::is_jpeg(file));
+  const auto header = io::scan_jpeg(file, "level");
+  CHECK(header.height == 20);
+  CHECK(header.width == 30);
+#if defined(TAPESTRY_JPEG)
+  const auto again = io::parse_jpeg(file, "level");
+  for (std::size_t i = 0; i < level.size(); ++i) CHECK(std::abs(again.data()[i] - level.data()[i]) <= 3);
+#endif
+  CHECK(io::jpeg_file("small", small_image(), 40).size() < io::jpeg_file("small", small_image(), 100).size());
+  CHECK_THROWS_WITH(io::jpeg_file("level", level, 0), "jpeg_file: quality is 0, expected 1 to 100");
+  CHECK_THROWS_AS(io::jpeg_file("level", level, 101), tapestry::DomainError);
+  CHECK_THROWS_AS(io::jpeg_file("none", Array<std::uint8_t, 3>(tapestry::Extents<3>{0, 4, 3}), 90),
+                  tapestry::ShapeError);
 }
 
 TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {

@@ -34,6 +34,9 @@ awk -F, 'NR > 1 && ($8 != $3 || $8 + $9 + $10 + $11 + $12 != $2)' two/metrics.cs
 [ "$(sed -n 's/^  \(.*[^ ]\) *found in.*mean best confidence [01]\.[0-9]*$/\1/p' command.out | tr ' ' _ | listed)" = "$rows" ] &&
   pass || fail "the rows of the printed table"
 [ "$(sed -n 's/^<tr><td>\([^<]*\)<.*$/\1/p' two/report.html | tr ' ' _ | listed)" = "$rows" ] && pass || fail "the rows of report.html"
+# Every table lies in a part of the page that scrolls.
+[ "$(grep -c '<table' two/report.html)" = "$(grep -cE 'class="wide[^<]*><table' two/report.html)" ] && pass ||
+  fail "a table that does not scroll"
 effect='effect beyond matched noise: mean best confidence -?[0-9.]+ \[-?[0-9.]+, -?[0-9.]+\], P@0.5 -?[0-9.]+ points \[-?[0-9.]+, -?[0-9.]+\]'
 for file in command.out two/report.html; do
   grep -Eq "$effect" "$file" && pass || fail "no effect beyond matched noise in $file"
@@ -65,6 +68,9 @@ expect_exit 3 "an ensemble that is not there" "$camouflage" --ensemble none.onnx
 
 expect_exit 0 "cubes have matched controls, too" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 --output cubes
 grep -q '^matched noise,80,' cubes/metrics.csv && pass || fail "no matched noise of cubes"
+# A page of all 80 views, each with two pictures.
+[ "$(wc -c <cubes/report.html)" -le 4000000 ] && pass || fail "the page of 80 views has $(wc -c <cubes/report.html) bytes"
+[ "$(grep -o '/9j/4AAQ' cubes/report.html | wc -l)" -eq 160 ] && pass || fail "not two JPEGs a view in the page"
 expect_exit 0 "evaluate draws the run's scenes again" "$programs/evaluate" --run cubes --threads 1 --output cubes_again
 expect_same cubes_again/metrics.csv cubes/metrics.csv
 expect_same cubes_again/views.csv cubes/views.csv

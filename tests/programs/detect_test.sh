@@ -36,6 +36,50 @@ expect_exit 3 "a page instead of weights" "$detect" --cfg "$assets/detector.cfg"
 expect_error_line 'page.weights.*HTML'
 
 
+# Boxes with labels in the colours of their classes, cut at the edge of the picture; several pictures on one sheet.
+copy="drawn/$(basename "$frame" .npz)-detections.png"
+expect_exit 0 "nothing drawn" "$detect" --confidence 1 --annotate bare "$frame"
+cmp -s "$copy" "bare/$(basename "$copy")" && fail "no box is drawn" || pass
+expect_exit 0 "boxes of every size" "$detect" --json --confidence 0.01 --nms 1 "$assets"/frames/test/00?.npz
+awk -F '[:,]' '/"x"/ { x = $2 } /"y"/ { y = $2 } /"width"/ { w = $2 }
+  /"height"/ { n++; if (x < 0 || y < 0 || x + w > 256.001 || y + $2 > 256.001) bad++; if (x == 0 || y == 0) cut++ }
+  END { exit !(n > 20 && !bad && cut) }' command.out && pass || fail "boxes are not cut at the edge of the picture"
+expect_exit 0 "a sheet" "$detect" --sheet sheet.png "$assets"/frames/test/00[0-3].npz
+side_of() { od -An -j"$2" -N4 -tu1 "$1" | awk '{ print $1 * 16777216 + $2 * 65536 + $3 * 256 + $4 }'; }
+[ "$(side_of sheet.png 16)" = $((3 * 260 + 4)) ] && [ "$(side_of sheet.png 20)" = $((2 * 273 + 4)) ] && pass ||
+  fail "the sheet is $(side_of sheet.png 16) x $(side_of sheet.png 20)"
+for threads in 1 3; do
+  expect_exit 0 "a sheet by $threads threads" "$detect" --threads $threads --sheet by-$threads.png "$assets"/frames/test/0[01]?.npz
+done
+expect_same by-1.png by-3.png
+expect_exit 3 "a sheet without a broken picture" "$detect" --sheet of-sound.png absent.png "$assets"/frames/test/00[0-3].npz
+expect_same of-sound.png sheet.png
+expect_exit 2 "a sheet that is no PNG" "$detect" --sheet sheet.jpg "$frame"
+expect_error_line '--sheet takes a name that ends with .png'
+expect_exit 2 "a sheet over a picture" "$detect" --sheet "./$copy" "$copy"
+expect_error_line '^error: --sheet: ./drawn/.* is one of the pictures'
+expect_exit 5 "a sheet that cannot be written" "$detect" --sheet nowhere/sheet.png "$frame"
+
+# A network of 80 classes without names has COCO's, and that is said; else classes are numbers.
+for classes in 80 79; do
+  sed "s/^classes=.*/classes=$classes/" "$assets/detector.cfg" |
+    awk -v filters=$((3 * (classes + 5))) '{ lines[NR] = $0 } /^filters=/ { last = NR } /^\[yolo\]/ { lines[last] = "filters=" filters }
+      END { for (i = 1; i <= NR; i++) print lines[i] }' >classes$classes.cfg
+  zeros() { { head -c 20 "$assets/detector.weights"; head -c "$1" /dev/zero; } >classes$classes.weights; }
+  zeros 3000000  # too many: the error counts them
+  "$detect" --cfg classes$classes.cfg --weights classes$classes.weights "$frame" 2>command.err >command.out
+  zeros $((4 * $(sed -n 's/.*expected \([0-9]*\) floats.*/\1/p' command.err)))
+  expect_exit 0 "a network of $classes classes" "$detect" --cfg classes$classes.cfg --weights classes$classes.weights \
+    --size 32 --confidence 0.2 --nms 0 "$frame"
+  cp command.out classes$classes.out
+  cp command.err classes$classes.err
+done
+grep -q '^warning: classes80.weights: 80 classes and no --names; they are taken for those of COCO' classes80.err && pass ||
+  fail "it is not said whose names are taken"
+grep -q '^  person ' classes80.out && pass || fail "COCO's names are not taken"
+grep -q 'COCO' classes79.err && fail "79 classes are taken for COCO's" || pass
+grep -q '^  0 ' classes79.out && pass || fail "classes without names are not numbers"
+
 # How a picture goes into the network: as --fit says, or letter_box of the cfg, or in a letterbox.
 wide=$sources/examples/assets/result.png
 weights=(--weights "$assets/detector.weights")

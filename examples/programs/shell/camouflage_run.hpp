@@ -226,8 +226,8 @@ class CamouflageRun {
     }
     evaluate::Meter<float> meter(inputs_.detector, inputs_.class_index,
                                  {options_.detector.confidence, options_.detector.nms});
-    std::vector<Bitmap> before;
-    std::vector<Bitmap> after;
+    std::vector<MarkedPicture> before;
+    std::vector<MarkedPicture> after;
     const auto& network = inputs_.detector;
     SurveyWatch watch(meter, textures.pictures_a_view() * usable.size(),
                       std::max(network.input_height(), network.input_width()));
@@ -247,7 +247,7 @@ class CamouflageRun {
     write_report(report, list_of(report, watch.views()), textures, std::move(before), std::move(after));
   }
 
-  void write_sheets(const std::vector<Bitmap>& before, const std::vector<Bitmap>& after) const {
+  void write_sheets(const std::vector<MarkedPicture>& before, const std::vector<MarkedPicture>& after) const {
     const std::size_t columns = sheet_columns(before.size());
     StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
     io::write_image(path("before.png"), contact_sheet(before, columns));
@@ -257,7 +257,7 @@ class CamouflageRun {
   }
 
   void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures<float>& textures,
-                    std::vector<Bitmap> before, std::vector<Bitmap> after) const {
+                    std::vector<MarkedPicture> before, std::vector<MarkedPicture> after) const {
     write_text(path("views.csv"), views_csv(list));
     auto page = page_of(report, "Camouflage run",
                         repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),

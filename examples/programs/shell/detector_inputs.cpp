@@ -1,9 +1,58 @@
 #include "detector_inputs.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <utility>
 
 namespace tapestry::shell {
+namespace {
+
+/// The classes of COCO 2017, in the order of the categories of its annotations.
+constexpr std::array<const char*, 80> coco_names{"person",        "bicycle",      "car",
+                                                 "motorcycle",    "airplane",     "bus",
+                                                 "train",         "truck",        "boat",
+                                                 "traffic light", "fire hydrant", "stop sign",
+                                                 "parking meter", "bench",        "bird",
+                                                 "cat",           "dog",          "horse",
+                                                 "sheep",         "cow",          "elephant",
+                                                 "bear",          "zebra",        "giraffe",
+                                                 "backpack",      "umbrella",     "handbag",
+                                                 "tie",           "suitcase",     "frisbee",
+                                                 "skis",          "snowboard",    "sports ball",
+                                                 "kite",          "baseball bat", "baseball glove",
+                                                 "skateboard",    "surfboard",    "tennis racket",
+                                                 "bottle",        "wine glass",   "cup",
+                                                 "fork",          "knife",        "spoon",
+                                                 "bowl",          "banana",       "apple",
+                                                 "sandwich",      "orange",       "broccoli",
+                                                 "carrot",        "hot dog",      "pizza",
+                                                 "donut",         "cake",         "chair",
+                                                 "couch",         "potted plant", "bed",
+                                                 "dining table",  "toilet",       "tv",
+                                                 "laptop",        "mouse",        "remote",
+                                                 "keyboard",      "cell phone",   "microwave",
+                                                 "oven",          "toaster",      "sink",
+                                                 "refrigerator",  "book",         "clock",
+                                                 "vase",          "scissors",     "teddy bear",
+                                                 "hair drier",    "toothbrush"};
+
+/// Names the classes of a detector without names that can only be COCO's, unless settings count them.
+void name_coco_classes(const DetectorSettings& settings, detect::Detector<float>& detector,
+                       std::vector<std::string>& warnings) {
+  const bool is_counted =
+      !settings.class_name.empty() &&
+      std::ranges::all_of(settings.class_name, [](unsigned char c) { return std::isdigit(c); });
+  if (!detector.names().empty() || is_counted || detector.heads().empty() ||
+      detector.heads().front().classes != coco_names.size())
+    return;
+  detector.set_names({coco_names.begin(), coco_names.end()});
+  warnings.push_back(settings.weights +
+                     ": 80 classes and no --names; they are taken for those of COCO, in its order");
+}
+
+}  // namespace
 
 detect::Detector<float> load_detector(const DetectorSettings& settings, std::vector<std::string>& warnings,
                                       const std::vector<std::string>& layers) {
@@ -19,16 +68,18 @@ detect::Detector<float> load_detector(const DetectorSettings& settings, std::vec
   if (!is_onnx && settings.cfg.empty() && !io::is_safetensors(settings.weights))
     throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights +
                                       " needs; only weights that convert_weights made hold their own");
-  return io::read_detector<float>({.weights = settings.weights,
-                                   .config = settings.cfg,
-                                   .names = settings.names,
-                                   .description = settings.detector,
-                                   .decode = settings.decode,
-                                   .size = settings.size,
-                                   .precision = settings.precision,
-                                   .fit = settings.fit,
-                                   .layers = layers},
-                                  &warnings);
+  auto detector = io::read_detector<float>({.weights = settings.weights,
+                                            .config = settings.cfg,
+                                            .names = settings.names,
+                                            .description = settings.detector,
+                                            .decode = settings.decode,
+                                            .size = settings.size,
+                                            .precision = settings.precision,
+                                            .fit = settings.fit,
+                                            .layers = layers},
+                                           &warnings);
+  name_coco_classes(settings, detector, warnings);
+  return detector;
 }
 
 }  // namespace tapestry::shell

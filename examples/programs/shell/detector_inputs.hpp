@@ -8,10 +8,9 @@
 
 namespace tapestry::shell {
 
-/// io::read_detector() of the files that options name.
-/// \param warnings  takes remarks on these
-/// \param layers    as DetectorFiles::layers
-/// \throws Error (usage) for options that do not go together
+/// io::read_detector() of the files that options name. Of 80 classes without names it takes the names of
+/// COCO, and says so, unless --class is a number. \param warnings  takes remarks on these \param layers    as
+/// DetectorFiles::layers \throws Error (usage) for options that do not go together
 [[nodiscard]] detect::Detector<float> load_detector(const DetectorSettings& settings,
                                                     std::vector<std::string>& warnings,
                                                     const std::vector<std::string>& layers = {});

@@ -189,7 +189,7 @@ class HardeningRun {
   struct Examined {
     DetectorFindings found;
     std::vector<ViewFacts> views;
-    std::vector<Bitmap> attacked;
+    std::vector<MarkedPicture> attacked;
   };
 
   [[nodiscard]] Examined examined(const std::string& name, const detect::Detector<float>& detector,

@@ -5,7 +5,8 @@
 
 namespace tapestry::shell {
 
-/// How every page looks: light and dark by what the reader's system says.
+/// How every page looks: light and dark by what the reader's system says. What is `wide` scrolls sideways,
+/// with a shade at each side where there is more.
 inline constexpr const char* page_style = R"(:root { color-scheme: light dark;
   --paper: #fff; --ink: #24292f; --muted: #57606a; --line: #d8dee4; --mark: #2f81c7; --shade: #f3f5f7 }
 @media (prefers-color-scheme: dark) { :root {
@@ -14,12 +15,18 @@ body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding:
   background: var(--paper); color: var(--ink) }
 a { color: var(--mark) } img { max-width: 100%; height: auto }
 pre { background: var(--shade); padding: .8em; overflow: auto }
-.wide { overflow-x: auto } .muted { color: var(--muted) }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .8em 0 }
-caption { text-align: left; padding: .3em 0; color: var(--muted) }
+.muted, figcaption { color: var(--muted) } figure.table { margin: .8em 0 }
+.wide { overflow-x: auto; width: fit-content; max-width: 100%; --end: 2.5em 100% no-repeat local; --more: .8em 100% no-repeat scroll; background:
+  linear-gradient(to right, var(--paper) 40%, transparent) left / var(--end),
+  linear-gradient(to left, var(--paper) 40%, transparent) right / var(--end),
+  linear-gradient(to right, var(--line), transparent) left / var(--more),
+  linear-gradient(to left, var(--line), transparent) right 1px top / var(--more) }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .4em 0 .8em }
 td, th { padding: .2em .8em .2em 0; text-align: right; white-space: nowrap }
-td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 7em }
+th { white-space: normal; vertical-align: bottom }
+td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 6em }
 tr + tr, tbody tr { border-top: 1px solid var(--line) }
+@media (max-width: 40em) { table { font-size: 13px } td, th { padding-right: .6em } }
 )";
 
 /// A page up to its heading.

@@ -4,11 +4,14 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/image/colour_space.hpp>
+#include <utility>
 #include <vector>
 
 #include "detector_inputs.hpp"
+#include "drawn_boxes.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
@@ -27,9 +30,34 @@ inline std::vector<detect::Detection> detections_in(const std::string& name,
                                 picture.shape(0), picture.shape(1));
 }
 
+/// Detections with their boxes cut at the edge of a picture of these extents; those beyond it are left out.
+inline std::vector<detect::Detection> cut_at_picture(std::vector<detect::Detection> detections,
+                                                     std::size_t height, std::size_t width) {
+  const auto picture =
+      detect::box_from_corners(0, 0, static_cast<double>(width), static_cast<double>(height));
+  std::erase_if(detections, [&](const auto& d) { return detect::intersection(d.box, picture) == 0; });
+  for (auto& detection : detections) {
+    detect::Box& box = detection.box;
+    if (box.left() < picture.left() || box.top() < picture.top() || box.right() > picture.right() ||
+        box.bottom() > picture.bottom())
+      box = detect::clipped(box, picture);
+  }
+  return detections;
+}
+
 /// The name of a class, or its number where there is none.
 inline std::string class_name(std::size_t class_index, const std::vector<std::string>& names) {
   return class_index < names.size() ? names[class_index] : std::to_string(class_index);
+}
+
+/// A picture with boxes in the colours of their classes, each with name and score.
+inline MarkedPicture marked(Bitmap picture, const std::vector<detect::Detection>& detections,
+                            const std::vector<std::string>& names) {
+  MarkedPicture result{std::move(picture)};
+  for (const auto& d : detections)
+    result.boxes.push_back(
+        {d.box, label_of(class_name(d.class_index, names), d.confidence), class_colour(d.class_index)});
+  return result;
 }
 
 }  // namespace tapestry::shell

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
+#include <optional>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/io/image_file.hpp>
@@ -66,31 +68,52 @@ std::string curve_svg(const Curve& curve) {
          "<polyline class=\"curve\" points=\"" + points + "\"/></svg>\n";
 }
 
-/// The mean of every 2 × 2 pixels.
-Bitmap halved(const Bitmap& picture) {
-  Bitmap small(Extents<3>{picture.shape(0) / 2, picture.shape(1) / 2, 3});
-  for (std::size_t y = 0; y < small.shape(0); ++y)
-    for (std::size_t x = 0; x < small.shape(1); ++x)
-      for (std::size_t c = 0; c < 3; ++c)
-        small(y, x, c) =
-            static_cast<std::uint8_t>((picture(2 * y, 2 * x, c) + picture(2 * y + 1, 2 * x, c) +
-                                       picture(2 * y, 2 * x + 1, c) + picture(2 * y + 1, 2 * x + 1, c) + 2) /
-                                      4);
-  return small;
+/// An atlas of at most 2^16 pixels as a PNG in letters.
+std::string atlas_letters(Bitmap atlas) {
+  while (atlas.size() > 3 * 65536 && std::min(atlas.shape(0), atlas.shape(1)) > 1) atlas = halved(atlas);
+  return base64(io::png_file("report.html", atlas));
 }
 
-std::string png_letters(const Bitmap& picture) { return base64(io::png_file("report.html", picture)); }
-
-/// Pictures as letters, halved until all of them have at most `most` pixels.
-Json pictures_json(const std::vector<Bitmap>& pictures, std::size_t most) {
+/// The pictures of one side of the pairs as JPEGs in letters; takes off what they need.
+/// \returns nothing if they need more than there is
+std::optional<Json> jpegs_within(std::size_t& letters, const std::vector<MarkedPicture>& pictures,
+                                 int quality) {
   Json json = Json::array();
-  for (Bitmap picture : pictures) {
-    while (picture.shape(0) > 64 && pictures.size() * picture.shape(0) * picture.shape(1) > most)
-      picture = halved(picture);
-    json.push_back(png_letters(picture));
+  for (const auto& picture : pictures) {
+    std::string jpeg = base64(io::jpeg_file("report.html", drawn(picture), quality));
+    if (jpeg.size() > letters) return std::nullopt;
+    letters -= jpeg.size();
+    json.push_back(std::move(jpeg));
   }
   return json;
 }
+
+/// Adds the pictures, in the best quality and then the greatest size in which they take at most so many
+/// letters.
+void add_pictures(Json& data, PicturePairs pairs, std::size_t most_letters) {
+  constexpr std::size_t smallest_side = 64;
+  constexpr int worst_quality = 60;
+  for (;;) {
+    const auto& first = pairs.below.empty() ? pairs.above : pairs.below;
+    const bool is_smallest = first.empty() || std::min(first.front().picture.shape(0),
+                                                       first.front().picture.shape(1)) <= smallest_side;
+    for (int quality = 90; quality >= worst_quality; quality -= 10) {
+      std::size_t letters =
+          is_smallest && quality == worst_quality ? std::numeric_limits<std::size_t>::max() : most_letters;
+      auto below = jpegs_within(letters, pairs.below, quality);
+      auto above = below ? jpegs_within(letters, pairs.above, quality) : std::nullopt;
+      if (!above) continue;
+      data["below"] = std::move(*below);
+      data["above"] = std::move(*above);
+      return;
+    }
+    for (auto* side : {&pairs.below, &pairs.above})
+      for (auto& picture : *side) picture = halved(picture);
+  }
+}
+
+/// Bytes of a car that a page holds at most.
+constexpr std::size_t most_of_a_car = 1'500'000;
 
 /// Of a view's pictures, the index among `shown` evenly spread ones of the first that is there, or −1.
 std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t pictures, std::size_t shown) {
@@ -100,18 +123,52 @@ std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t 
   return -1;
 }
 
-/// What the page's script reads: the list, with the picture of each view, pictures and the car.
-Json page_data(const ReportPage& page) {
+/// What the page's script reads: the list, with the picture of each view, the car and pictures.
+/// \param bytes  that the page has beside these
+Json page_data(const ReportPage& page, std::size_t bytes) {
+  constexpr std::size_t least_of_pictures = 400'000;
   Json data = list_json(page.list);
   const std::size_t shown = std::min(page.pairs.below.size(), page.pairs.above.size());
   const std::size_t pictures = page.list.views.size(), views = data["views"].size();
   for (std::size_t i = 0; i < views; ++i)
     data["views"][i]["picture"] = picture_of_view(i, pictures / views, pictures, shown);
-  constexpr std::size_t most_pixels = 6'000'000;
-  data["below"] = pictures_json(page.pairs.below, most_pixels);
-  data["above"] = pictures_json(page.pairs.above, most_pixels);
-  data["glb"] = base64(page.glb);
+  data["glb"] = page.glb.size() <= most_of_a_car ? base64(page.glb) : "";
+  constexpr std::size_t of_punctuation = 1000;
+  bytes += data.dump().size() + 3 * 2 * shown + of_punctuation;
+  const std::size_t left = most_bytes_of_a_page - std::min(bytes, most_bytes_of_a_page);
+  add_pictures(data, page.pairs, std::max(least_of_pictures, left));
   return data;
+}
+
+/// The car to turn, or where it is.
+std::string car_html(const ReportPage& page) {
+  if (page.glb.empty()) return {};
+  if (page.glb.size() > most_of_a_car)
+    return "<h2>The car</h2>\n<p>It is too large for this page: open its .glb file, see below, in a "
+           "viewer.</p>\n";
+  return "<h2>The car</h2>\n<canvas id=\"car\" tabindex=\"0\" aria-label=\"the painted car; drag it or use "
+         "the arrow keys to turn it\"></canvas>\n";
+}
+
+std::string pairs_html(const PicturePairs& pairs) {
+  if (pairs.below.empty() || pairs.above.empty()) return {};
+  return "<h2>Two pictures of a view</h2>\n<p>Left of the line: " + escaped(pairs.above_words) +
+         ". Right of it: " + escaped(pairs.below_words) +
+         ". Green: the car, found. Other colours: any other box, by its class. View: <span "
+         "id=\"chosen\"></span></p>\n<div class=\"pair\" id=\"pair\"><img id=\"below\" alt=\"" +
+         escaped(pairs.below_words) + "\"><img class=\"over\" id=\"above\" alt=\"" +
+         escaped(pairs.above_words) +
+         "\"></div>\n<input class=\"hands\" id=\"cut\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
+         "aria-label=\"how far the line is to the right\">\n";
+}
+
+std::string atlases_html(const ReportPage& page) {
+  if (page.atlases.empty()) return {};
+  std::string html = "<h2>Paint</h2>\n<div class=\"atlases\">\n";
+  for (const auto& [words, atlas] : page.atlases)
+    html += "<figure><img alt=\"" + escaped(words) + "\" src=\"data:image/png;base64," +
+            atlas_letters(atlas) + "\"><figcaption>" + escaped(words) + "</figcaption></figure>\n";
+  return html + "</div>\n";
 }
 
 }  // namespace
@@ -121,27 +178,8 @@ std::string page_html(const ReportPage& page) {
                      escaped(computed_by_text()) + ", seed " + std::to_string(page.seed) + ", " +
                      std::to_string(static_cast<long>(page.seconds + 0.5)) + " s. Repeated by:</p>\n<pre>" +
                      escaped(page.command) + "</pre>\n" + page.findings;
-  if (!page.pairs.below.empty() && !page.pairs.above.empty())
-    html += "<h2>Two pictures of a view</h2>\n<p>Left of the line: " + escaped(page.pairs.above_words) +
-            ". Right of it: " + escaped(page.pairs.below_words) +
-            ". Green: the car, found. Orange: any other box. View: <span id=\"chosen\"></span></p>\n"
-            "<div class=\"pair\" id=\"pair\"><img id=\"below\" alt=\"" +
-            escaped(page.pairs.below_words) + "\"><img class=\"over\" id=\"above\" alt=\"" +
-            escaped(page.pairs.above_words) +
-            "\"></div>\n<input class=\"hands\" id=\"cut\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
-            "aria-label=\"how far the line is to the right\">\n";
-  html += list_html(page.list, ", a row shows its pictures");
-  if (!page.glb.empty())
-    html +=
-        "<h2>The car</h2>\n<canvas id=\"car\" tabindex=\"0\" aria-label=\"the painted car; drag it or use "
-        "the arrow keys to turn it\"></canvas>\n";
-  if (!page.atlases.empty()) {
-    html += "<h2>Paint</h2>\n<div class=\"atlases\">\n";
-    for (const auto& [words, atlas] : page.atlases)
-      html += "<figure><img alt=\"" + escaped(words) + "\" src=\"data:image/png;base64," +
-              png_letters(atlas) + "\"><figcaption>" + escaped(words) + "</figcaption></figure>\n";
-    html += "</div>\n";
-  }
+  html += pairs_html(page.pairs) + list_html(page.list, ", a row shows its pictures") + car_html(page) +
+          atlases_html(page);
   std::string curves;
   for (const Curve& curve : page.curves) curves += curve_svg(curve);
   if (!curves.empty()) html += "<h2>Loss</h2>\n<div class=\"curves\">\n" + curves + "</div>\n";
@@ -151,8 +189,9 @@ std::string page_html(const ReportPage& page) {
       html += "<a href=\"" + escaped(file) + "\">" + escaped(file) + "</a> ";
     html += "</p>\n";
   }
-  return html + "<h2>Options</h2>\n<pre>" + escaped(report_text(page.options)) + "</pre>\n" +
-         page_end(page_data(page));
+  html += "<h2>Options</h2>\n<pre>" + escaped(report_text(page.options)) + "</pre>\n";
+  const std::size_t of_script = page_end(Json()).size();
+  return html + page_end(page_data(page, html.size() + of_script));
 }
 
 }  // namespace tapestry::shell

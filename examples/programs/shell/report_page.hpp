@@ -31,7 +31,7 @@ struct Curve {
 /// Two pictures of each of some views, evenly spread over all pictures of all views.
 struct PicturePairs {
   std::string below_words, above_words;  ///< what they show
-  std::vector<Bitmap> below{}, above{};
+  std::vector<MarkedPicture> below{}, above{};
 };
 
 /// A page about pictures of views that were measured. What is empty is left out.
@@ -54,9 +54,13 @@ struct ReportPage {
 /// \param left_out  of a run without options
 std::string repeating_line(const std::string& program, const Json& settings, const Json& left_out);
 
+/// Bytes of a page at most, but for one of thousands of views. Pictures take what other parts leave: their
+/// JPEGs get coarser and, where that does not do, smaller, and their labels are drawn in that size.
+inline constexpr std::size_t most_bytes_of_a_page = 4'000'000;
+
 /// A page that needs nothing else, no file and no network: findings, two pictures of a view over each other,
 /// each view in a list that sorts and filters, the car to turn, the paint, curves, links to the files beside
-/// it, and the options.
+/// it, and the options. A car of over 1.5 MB is linked instead.
 std::string page_html(const ReportPage& page);
 
 }  // namespace tapestry::shell

@@ -13,7 +13,11 @@ inline constexpr const char* list_style =
     R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
 #views th[aria-sort=descending]::after { content: " \2193" }
 #views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .lost { color: #b35900 }
-.list { max-height: 30em; overflow: auto }
+.list { max-height: 30em; overflow: auto } .list table { font-size: 13px; margin: 0 }
+.list td, .list th { padding-right: .6em } .list td:first-child, .list th:first-child { min-width: 3em }
+.list th { position: sticky; top: 0; background: var(--paper); z-index: 1 }
+.list th:first-child, .list td:first-child { position: sticky; left: 0; background: var(--paper) }
+.list th:first-child { z-index: 2 } .list tr.chosen td:first-child { background: var(--shade) }
 @media (prefers-color-scheme: dark) { .lost { color: #ffa657 } }
 @media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
 )";
@@ -85,9 +89,9 @@ function listViews() {
 // Two pictures of one view, the second uncovered from the left.
 function choose(view) {
   if (view.picture < 0) return;
-  const png = 'data:image/png;base64,';
-  document.getElementById('below').src = png + data.below[view.picture];
-  document.getElementById('above').src = png + data.above[view.picture];
+  const jpeg = 'data:image/jpeg;base64,';
+  document.getElementById('below').src = jpeg + data.below[view.picture];
+  document.getElementById('above').src = jpeg + data.above[view.picture];
   document.getElementById('chosen').textContent = view.name;
 }
 const cut = document.getElementById('cut');

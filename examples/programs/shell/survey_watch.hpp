@@ -1,8 +1,6 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <string>
 #include <tapestry/camouflage/view_store.hpp>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "contact_sheet.hpp"
+#include "picture_detections.hpp"
 #include "progress.hpp"
 #include "stop_signal.hpp"
 #include "view_list.hpp"
@@ -28,16 +27,17 @@ inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& sto
   return std::move(usable.indices);
 }
 
-/// A picture with its detections drawn: green the car where it should be, orange everything else.
-inline Bitmap annotated(const evaluate::MeasuredPicture<float>& measured,
-                        const evaluate::Meter<float>& meter) {
-  Bitmap bitmap = image::to_bytes(measured.picture);
-  for (const auto& detection : measured.result.detections) {
-    const bool counts = meter.shows_car({detection}, measured.target);
-    draw_box(bitmap, detection.box,
-             counts ? std::array<std::uint8_t, 3>{40, 220, 60} : std::array<std::uint8_t, 3>{255, 150, 0});
-  }
-  return bitmap;
+/// A picture with its detections, each with its class and score: in found_colour the car where it should be,
+/// others in the colours of their classes.
+inline MarkedPicture annotated(const evaluate::MeasuredPicture<float>& measured,
+                               const evaluate::Meter<float>& meter) {
+  MarkedPicture marked{image::to_bytes(measured.picture)};
+  const auto& names = meter.detector().names();
+  for (const auto& detection : measured.result.detections)
+    marked.boxes.push_back(
+        {detection.box, label_of(class_name(detection.class_index, names), detection.confidence),
+         meter.shows_car({detection}, measured.target) ? found_colour : class_colour(detection.class_index)});
+  return marked;
 }
 
 /// Follows a survey: says how far it is, keeps the annotated pictures of some textures, and throws Stopped
@@ -51,7 +51,7 @@ class SurveyWatch {
 
   /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
   /// outlive the watch; of many those that are evenly spread.
-  void collect(const std::string& texture, std::vector<Bitmap>& sheet, std::size_t pictures) {
+  void collect(const std::string& texture, std::vector<MarkedPicture>& sheet, std::size_t pictures) {
     sheets_[texture] = {&sheet, pictures, std::min(pictures, most_on_a_sheet(side_)), 0};
   }
 
@@ -69,7 +69,7 @@ class SurveyWatch {
 
  private:
   struct Collected {
-    std::vector<Bitmap>* sheet;
+    std::vector<MarkedPicture>* sheet;
     std::size_t pictures;  ///< of the texture
     std::size_t most;      ///< of them on the sheet
     std::size_t seen;

@@ -89,7 +89,7 @@ std::string list_html(const ViewList& list, const std::string& remarks) {
          "id=\"only\"><option value=\"\">all</option></select></label> <span id=\"count\"></span></p>\n<div "
          "class=\"wide list" +
          std::string(list.views.size() > most_on_paper ? " hands" : "") +
-         "\"><table id=\"views\"></table></div>\n";
+         "\" tabindex=\"0\"><table id=\"views\"></table></div>\n";
 }
 
 }  // namespace tapestry::shell

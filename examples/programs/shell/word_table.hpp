@@ -49,8 +49,10 @@ inline std::string markdown_of(const WordTable& table) {
   return text + "\n";
 }
 
+/// In a part of the page that scrolls sideways where the page is narrower; the title does not.
 inline std::string html_of(const WordTable& table) {
-  std::string text = "<div class=\"wide\"><table><caption>" + escaped(table.title) + "</caption>\n";
+  std::string text = "<figure class=\"table\"><figcaption>" + escaped(table.title) +
+                     "</figcaption>\n<div class=\"wide\" tabindex=\"0\"><table>\n";
   const auto add = [&](const std::vector<std::string>& row, const std::string& tag) {
     text += "<tr>";
     for (const auto& word : row) text += "<" + tag + ">" + escaped(word) + "</" + tag + ">";
@@ -60,7 +62,7 @@ inline std::string html_of(const WordTable& table) {
   add(table.header, "th");
   text += "</thead><tbody>\n";
   for (const auto& row : table.rows) add(row, "td");
-  return text + "</tbody></table></div>\n";
+  return text + "</tbody></table></div></figure>\n";
 }
 
 }  // namespace tapestry::shell

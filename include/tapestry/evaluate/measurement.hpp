@@ -98,7 +98,7 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
                                   Visit&& visit, const Photography& photography = {}) {
   if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
-  measurement.class_names = meter.class_names();
+  measurement.class_names = meter.detector().names();
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
   const std::size_t draws = photography.draws;
   using ViewPointer = typename camouflage::ViewStore<T>::ViewPointer;

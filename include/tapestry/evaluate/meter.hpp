@@ -74,8 +74,7 @@ class Meter {
   }
 
   [[nodiscard]] const MeterSettings& settings() const { return settings_; }
-  /// Names of the detector's classes; empty where it has none.
-  [[nodiscard]] const std::vector<std::string>& class_names() const { return detector_.names(); }
+  [[nodiscard]] const detect::Detector<T>& detector() const { return detector_; }
 
  private:
   /// Of detections in order of confidence, those above a threshold.

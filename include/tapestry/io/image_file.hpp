@@ -61,6 +61,7 @@ inline void require_picture_size(std::uint64_t width, std::uint64_t height, cons
 std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels);
 std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels);
 std::string encode_png(const std::uint8_t* pixels, std::size_t height, std::size_t width, int channels);
+std::string encode_jpeg(const std::uint8_t* pixels, std::size_t height, std::size_t width, int quality);
 
 /// Nearest of 256 levels to a value that is cut to [0, 1].
 template <std::floating_point T>
@@ -109,6 +110,14 @@ void write_image(const std::string& path, const Array<T, 3>& image);
 /// RGB in [0, 1], [H, W, 3], as the bytes of a PNG file; `path` is for messages. Errors as above.
 template <std::floating_point T>
 [[nodiscard]] std::string png_file(const std::string& path, const Array<T, 3>& image);
+
+/// RGB, [H, W, 3], as the bytes of a baseline JPEG file: a fraction of a PNG's size for photographs, at a loss.
+///
+/// \param path     for messages
+/// \param quality  1 to 100; at most 90 halves the resolution of colours in both directions
+/// \throws DomainError for another quality; otherwise as write_image()
+[[nodiscard]] std::string jpeg_file(const std::string& path, const Array<std::uint8_t, 3>& image,
+                                    int quality);
 
 /// Writes a grey picture in [0, 1], [H, W]; otherwise as above.
 template <std::floating_point T>

@@ -188,7 +188,7 @@ inline std::string picture_html(const std::vector<std::pair<std::string, std::st
 
 inline constexpr const char* protocol_style = R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
 svg, img { max-width: 100%; height: auto; display: block }
-caption { font-weight: bold; color: inherit }
+figcaption { font-weight: bold; color: inherit }
 )";
 
 /// A page with figure, tables and each frame, that needs nothing else.

@@ -294,7 +294,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   if (!detail::has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
   if (!is_first) return 0;
   ProtocolResult result = detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
-  for (const auto& meter : meters) result.class_names.push_back(meter.class_names());
+  for (const auto& meter : meters) result.class_names.push_back(meter.detector().names());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
   if (protocol.maps_attention && !folder.empty())

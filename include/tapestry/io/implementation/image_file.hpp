@@ -43,15 +43,22 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
   return result;
 }
 
-inline std::string checked_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,
-                               std::size_t width, int channels) {
+inline void require_writable_size(const std::string& path, std::size_t height, std::size_t width) {
   if (height == 0 || width == 0 || height > png_side_limit || width > png_side_limit)
     throw ShapeError(path + ": cannot write a picture of " + std::to_string(height) + " x " +
                      std::to_string(width));
-  const std::string file = encode_png(pixels, height, width, channels);
+}
+
+inline std::string require_encoded(const std::string& path, std::string file) {
   if (file.empty())
     throw FileError(ErrorKind::limit, {.path = path, .what = "picture is too large to encode"});
   return file;
+}
+
+inline std::string checked_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,
+                               std::size_t width, int channels) {
+  require_writable_size(path, height, width);
+  return require_encoded(path, encode_png(pixels, height, width, channels));
 }
 
 inline void write_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,
@@ -113,6 +120,15 @@ std::string png_file(const std::string& path, const Array<T, 3>& image) {
   require_shape("png_file", "image", image, {image.shape(0), image.shape(1), 3});
   const auto pixels = detail::levels(image.data(), image.size(), image.shape(1), 3, path);
   return detail::checked_png(path, pixels.data(), image.shape(0), image.shape(1), 3);
+}
+
+std::string jpeg_file(const std::string& path, const Array<std::uint8_t, 3>& image, int quality) {
+  require_shape("jpeg_file", "image", image, {image.shape(0), image.shape(1), 3});
+  if (quality < 1 || quality > 100)
+    throw DomainError("jpeg_file: quality is " + std::to_string(quality) + ", expected 1 to 100");
+  detail::require_writable_size(path, image.shape(0), image.shape(1));
+  return detail::require_encoded(path,
+                                 detail::encode_jpeg(image.data(), image.shape(0), image.shape(1), quality));
 }
 
 template <std::floating_point T>

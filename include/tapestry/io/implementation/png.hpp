@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// The compiled part of image_file.hpp: stb's PNG reader and writer, with internal linkage, so that a program
-/// may carry another copy of them.
+/// The compiled part of image_file.hpp: stb's PNG reader and its writers of PNG and JPEG, with internal
+/// linkage, so that a program may carry another copy of them.
 #if defined(INCLUDE_STB_IMAGE_H) || defined(INCLUDE_STB_IMAGE_WRITE_H)
 #error "include tapestry/implementation.hpp before any header of stb"
 #endif
@@ -99,13 +99,23 @@ std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels) {
   return result;
 }
 
+/// Takes what stb's writers write.
+inline void append_to_file(void* file, void* bytes, int count) {
+  static_cast<std::string*>(file)->append(static_cast<const char*>(bytes), static_cast<std::size_t>(count));
+}
+
 std::string encode_png(const std::uint8_t* pixels, std::size_t height, std::size_t width, int channels) {
   std::string file;
-  const auto append = [](void* to, void* bytes, int count) {
-    static_cast<std::string*>(to)->append(static_cast<const char*>(bytes), static_cast<std::size_t>(count));
-  };
-  const int written = stbi_write_png_to_func(append, &file, static_cast<int>(width), static_cast<int>(height),
-                                             channels, pixels, static_cast<int>(width) * channels);
+  const int written =
+      stbi_write_png_to_func(append_to_file, &file, static_cast<int>(width), static_cast<int>(height),
+                             channels, pixels, static_cast<int>(width) * channels);
+  return written != 0 ? file : std::string();
+}
+
+std::string encode_jpeg(const std::uint8_t* pixels, std::size_t height, std::size_t width, int quality) {
+  std::string file;
+  const int written = stbi_write_jpg_to_func(append_to_file, &file, static_cast<int>(width),
+                                             static_cast<int>(height), 3, pixels, quality);
   return written != 0 ? file : std::string();
 }
 

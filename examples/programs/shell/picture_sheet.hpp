@@ -1,0 +1,102 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/resize.hpp>
+#include <utility>
+#include <vector>
+
+#include "contact_sheet.hpp"
+#include "drawn_boxes.hpp"
+
+namespace tapestry::shell {
+
+/// No larger than `side` pixels, boxes with it; the boxes of a picture that is small enough stay as they are.
+inline MarkedPicture fitted_within(MarkedPicture marked, std::size_t side) {
+  const auto longer = [&] { return std::max(marked.picture.shape(0), marked.picture.shape(1)); };
+  const auto shorter = [&] { return std::min(marked.picture.shape(0), marked.picture.shape(1)); };
+  while (longer() >= 2 * side && shorter() >= 2) marked = halved(marked);
+  if (longer() <= side) return marked;
+  const double rows = static_cast<double>(marked.picture.shape(0));
+  const double columns = static_cast<double>(marked.picture.shape(1));
+  const auto shrunk = [scale = static_cast<double>(side) / static_cast<double>(longer())](double extent) {
+    return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(scale * extent)));
+  };
+  marked.picture = image::to_bytes(
+      image::resize_bilinear(image::from_bytes<float>(marked.picture), shrunk(rows), shrunk(columns)));
+  const double down = static_cast<double>(marked.picture.shape(0)) / rows;
+  const double across = static_cast<double>(marked.picture.shape(1)) / columns;
+  for (auto& [box, label, colour] : marked.boxes)
+    box = {across * box.cx, down * box.cy, across * box.w, down * box.h};
+  return marked;
+}
+
+/// Pictures of any extents with their boxes on one sheet, each under its name.
+class PictureSheet {
+ public:
+  /// \param pictures  to choose from; of many, evenly spread ones are shown
+  explicit PictureSheet(std::size_t pictures)
+      : pictures_(pictures),
+        shown_(std::min(pictures, most_)),
+        side_(sheet_columns(shown_) > 3 ? 320 : 640) {}
+
+  [[nodiscard]] bool shows(std::size_t index) const {
+    return shown_ > 0 && (index + 1) * shown_ / pictures_ > index * shown_ / pictures_;
+  }
+  [[nodiscard]] std::size_t side() const { return side_; }
+
+  /// \param marked  of fitted_within(…, side())
+  void add(std::string name, MarkedPicture marked) {
+    cells_.emplace_back(std::move(name), std::move(marked));
+  }
+  [[nodiscard]] std::size_t count() const { return cells_.size(); }
+
+  /// White where there is no picture; rows are as high as their highest.
+  [[nodiscard]] Bitmap bitmap() const {
+    const std::size_t columns = std::max<std::size_t>(1, std::min(sheet_columns(shown_), cells_.size()));
+    std::size_t width = 1, height = gap_;
+    for (const auto& [name, marked] : cells_) width = std::max(width, marked.picture.shape(1));
+    for (std::size_t row = 0; row * columns < cells_.size(); ++row) height += row_height(row, columns);
+    auto sheet = filled<std::uint8_t, 3>({height, columns * (width + gap_) + gap_, 3}, std::uint8_t(255));
+    std::size_t top = gap_;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (i > 0 && i % columns == 0) top += row_height(i / columns - 1, columns);
+      const std::size_t left = gap_ + i % columns * (width + gap_);
+      put(sheet, cells_[i], top, left, width);
+    }
+    return sheet;
+  }
+
+ private:
+  using Cell = std::pair<std::string, MarkedPicture>;
+
+  /// With the names above and the gap below.
+  [[nodiscard]] std::size_t row_height(std::size_t row, std::size_t columns) const {
+    std::size_t highest = 0;
+    for (std::size_t i = row * columns; i < std::min((row + 1) * columns, cells_.size()); ++i)
+      highest = std::max(highest, cells_[i].second.picture.shape(0));
+    return name_height_ + highest + gap_;
+  }
+
+  /// \param width  of the column
+  static void put(Bitmap& sheet, const Cell& cell, std::size_t top, std::size_t left, std::size_t width) {
+    const auto& [name, marked] = cell;
+    const Bitmap picture = drawn(marked);
+    const std::size_t characters = std::max<std::size_t>(1, width / static_cast<std::size_t>(glyph_advance));
+    draw_text(sheet, static_cast<long>(left), static_cast<long>(top) + 2, name.substr(0, characters), 1,
+              {0, 0, 0});
+    for (std::size_t y = 0; y < picture.shape(0); ++y)
+      std::copy_n(&picture(y, 0, 0), 3 * picture.shape(1), &sheet(top + name_height_ + y, left, 0));
+  }
+
+  static constexpr std::size_t gap_ = 4, name_height_ = glyph_height + 4;
+  static constexpr std::size_t most_ = 160;
+  std::size_t pictures_, shown_, side_;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace tapestry::shell
