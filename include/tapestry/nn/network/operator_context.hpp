@@ -18,7 +18,7 @@ namespace tapestry::nn {
 /// Where axis i of an [N, C, H, W] tensor lies when it is stored channels last, [N, H, W, C].
 inline constexpr std::array<std::size_t, 4> stored_axis{0, 3, 1, 2};
 
-/// An operand as the maker of an operation sees it.
+/// An operand as those see it who make an operation.
 struct Operand {
   Shape shape{};  ///< as stored
   ElementType type = ElementType::floating;
@@ -26,16 +26,16 @@ struct Operand {
   bool is_there = false;
 };
 
-/// A node with the extents of its operands, from which an operation is made. Attributes are read by name. An
-/// attribute that is never read is an error, so that none is overlooked.
+/// A node with its operands' extents, for those who make an operation of it. Attributes are asked for by
+/// name; one that nobody has asked for is an error, so that none is overlooked.
 class OperatorContext {
  public:
-  /// \param channels_last  tensors of four axes among the data operands are stored as [N, H, W, C]; results of
-  ///                      four axes must be, too
+  /// \param channels_last  tensors of four axes among the data operands are stored as [N, H, W, C], and so
+  ///                       must the results of four axes be
   OperatorContext(const Node& node, std::int64_t opset, std::vector<Operand> operands, bool channels_last)
       : inputs(std::move(operands)), node_(node), opset_(opset), channels_last_(channels_last) {}
 
-  std::vector<Operand> inputs;  ///< in the node's order; empty places are dropped
+  std::vector<Operand> inputs;  ///< in the node's order; those left out are not there
 
   [[nodiscard]] const Node& node() const { return node_; }
   [[nodiscard]] std::int64_t opset() const { return opset_; }
@@ -48,8 +48,8 @@ class OperatorContext {
     if (!has_input(i)) throw DomainError("input " + std::to_string(i) + " is missing");
     return inputs[i];
   }
-  /// Integers of an operand that must be known beforehand, such as axes and extents. Integers out of range
-  /// are clipped.
+  /// Integers of an operand that must be known beforehand, as axes and extents must; out of range ones are
+  /// cut. \throws DomainError if it is missing, of another type or depends on what the network is given;
   /// ShapeError for more than no node needs
   [[nodiscard]] std::vector<std::int64_t> integers(std::size_t i) const {
     constexpr std::size_t most = 1024;

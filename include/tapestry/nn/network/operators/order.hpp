@@ -130,8 +130,7 @@ class TopK : public Operation<T> {
   bool is_largest_;
 };
 
-/// Running sums: of the elements up to each one, or behind each one if reversed; without the element itself
-/// if exclusive.
+/// Sums of the elements up to each, or behind each if reversed; without the element itself if exclusive.
 template <std::floating_point T>
 class CumSum : public Operation<T> {
  public:
