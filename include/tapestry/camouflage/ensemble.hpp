@@ -23,9 +23,9 @@ namespace tapestry::camouflage {
 /// a share of .18, the mean over the bundled views, a run takes the same time and twice the memory.
 inline constexpr double least_share_kept = 0.25;
 
-/// What a detector keeps of views while a texture is optimised, up to a memory limit: of its layers what the
-/// car cannot reach, for views where that is worth it. Views go by their names; of one that has changed
-/// everything is computed anew.
+/// Kept layers of a detector for views while a texture is optimised, up to a memory limit: the parts of its
+/// layers that the car cannot reach, for views where that is worth it. Views are told apart by name; a view
+/// that has changed is computed anew.
 template <class T>
 class KeptLayers {
  public:
@@ -34,7 +34,7 @@ class KeptLayers {
   /// Kept layers of each view, for detect::forward_within(); null for views that are not worth it or
   /// beyond the memory, nothing if all are.
   ///
-  /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); asked when a view comes first
+  /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); read when a view is new
   [[nodiscard]] std::vector<detect::KeptPicture<T>*> of(const detect::Detector<T>& detector, Views views,
                                                         double least_share);
 

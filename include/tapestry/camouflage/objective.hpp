@@ -74,7 +74,7 @@ class Objective {
   void keep_layers(std::size_t bytes, double least_share = least_share_kept) {
     ensemble_.keep_layers(bytes, least_share);
   }
-  /// What is kept for a detector, of which the objective's own is 0.
+  /// Kept layers of a detector; number 0 is the objective's own.
   [[nodiscard]] const KeptLayers<T>& kept_layers(std::size_t member) const {
     return ensemble_.kept_layers(member);
   }

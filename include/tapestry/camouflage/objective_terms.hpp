@@ -20,8 +20,8 @@ struct ObjectiveOptions {
   loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
   loss::AdversarialWeights weights{};  ///< α, β, γ of the paper
   double smoothness = 1;               ///< μ, in units of smoothness_unit
-  double printability = 1;      ///< of the non-printability score, once print_by() says of which printer
-  std::size_t class_index = 0;  ///< the class that the car should no longer be found as
+  double printability = 1;             ///< of the non-printability score, once print_by() has set a printer
+  std::size_t class_index = 0;         ///< the class that the car should no longer be found as
 };
 
 /// The terms of one minibatch, before their weights, averaged over its views.
@@ -34,7 +34,7 @@ struct ObjectiveTerms {
   double printability = 0;  ///< non-printability score of the paint, 0 where no printer is known
   double total = 0;         ///< with weights: what is minimised
 
-  /// Of each its name and its place, in this order.
+  /// Name and member of each term, in this order.
   static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> all;
 };
 inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> ObjectiveTerms::all{

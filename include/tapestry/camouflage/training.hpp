@@ -29,8 +29,8 @@ struct TrainingOptions {
   image::Conditions conditions{};  ///< what every step photographs its views under; none: as they are
 };
 
-/// Which views of every step a process looks at where several train one texture together, and how they tell
-/// each other what they found.
+/// Which views of every step a process computes where several train one texture together, and how they
+/// exchange their results.
 struct SharedSteps {
   std::size_t processes = 1;
   std::size_t own = 0;  ///< of the processes, from 0
@@ -50,9 +50,9 @@ struct TrainingState {
 
 /// Minimises the objective over the texture by Adam, in shuffled minibatches over views.
 ///
-/// The order of an epoch's views depends on the seed and the epoch's number only, and what they are
-/// photographed under on the step's, so the state needs no sampler: the step's number says where it stands.
-/// Source: FCA (AAAI 2022), Algorithm 1.
+/// The order of an epoch's views depends only on the seed and the epoch's number, and their photographs'
+/// conditions only on the step's number, so the state needs no sampler: the step's number is enough. Source:
+/// FCA (AAAI 2022), Algorithm 1.
 template <class T>
 class Training {
  public:
@@ -69,7 +69,7 @@ class Training {
   [[nodiscard]] bool finished() const { return state_.step >= step_count(); }
   /// Steps so far, also those of a run that this one resumes.
   [[nodiscard]] std::uint64_t steps_taken() const { return state_.step; }
-  /// What is trained, [texel, 3] or a row for each of the method's; see method_colours().
+  /// The trained parameter, [texel, 3] or a row for each of the method's; see method_colours().
   [[nodiscard]] const Array<T, 2>& parameter() const { return state_.parameter; }
   /// The terms of every step so far.
   [[nodiscard]] const std::vector<ObjectiveTerms>& history() const { return state_.history; }

@@ -18,7 +18,7 @@
 
 namespace tapestry::camouflage {
 
-/// What a view is drawn by, when its car changes its shape and it has to be drawn anew.
+/// Inputs of a view's drawing, needed again when its car changes its shape.
 template <class T>
 struct Sight {
   geometry::Camera camera;           ///< that sees the frame in the network's input
@@ -29,8 +29,8 @@ struct Sight {
 
 /// A frame prepared for one detector: everything that does not change with the texture.
 ///
-/// H and W are those of the network's input; image::Fit says how a frame of another aspect ratio lies in it.
-/// The car is drawn in the window around what shows of it, h × w pixels.
+/// H and W are those of the network's input; image::Fit defines where a frame of another aspect ratio lies in
+/// it. The car is drawn in the window around its visible part, h × w pixels.
 template <class T>
 struct View {
   std::string name;
@@ -43,14 +43,14 @@ struct View {
   detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels in which the car shows
   double hidden_share = 0;         ///< of the car's silhouette in the picture, by the frame's mask
-  /// Of the camera around the middle of the car, whose longest half is the unit of distance; all 0 for a
-  /// camera right there.
+  /// Position of the camera around the middle of the car, in units of half the car's longest side; all 0 for
+  /// a camera right there.
   geometry::Orbit orbit{};
   image::ColourSpace space =
       image::ColourSpace::encoded;                      ///< in which the car is lit and laid over the frame
   std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< of a filtered atlas, else null
-  /// Of the photograph, without the shadow and occlusion it was drawn with; null where the frame's light was
-  /// taken.
+  /// Light estimated from the photograph, without the shadow and occlusion it was drawn with; null where the
+  /// frame's own light was used.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
@@ -71,7 +71,7 @@ Array<T, 2> interior_of(const Array<T, 2>& coverage);
 
 }  // namespace detail
 
-/// What a frame is drawn by; parameters as for make_view().
+/// Inputs of a frame's drawing; parameters as for make_view().
 /// \throws DomainError as io::camera_of()
 template <class T>
 [[nodiscard]] Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height,

@@ -24,7 +24,7 @@ template <class T>
 /// after the first rasterises nothing as long as the frames fit, and 12,500 frames still run. Frames that
 /// have the size of the network's input are kept as bytes, a quarter of what they are as numbers.
 ///
-/// What a view holds does not depend on whether it was kept, so neither does any result.
+/// A view is the same whether it was kept or not, and so is every result.
 template <class T>
 class ViewStore {
  public:
@@ -49,7 +49,7 @@ class ViewStore {
   [[nodiscard]] std::size_t size() const { return loaders_.size(); }
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
-  /// View number `index`; throws what its loader throws. Threads may ask at once.
+  /// View number `index`; throws what its loader throws. Several threads may call it at once.
   [[nodiscard]] ViewPointer view(std::size_t index);
 
   /// Calls visit(index, view) for every view in order, preparing some at a time in parallel.
@@ -61,7 +61,7 @@ class ViewStore {
   }
 
  private:
-  /// A view, without its background where bytes say the same.
+  /// A view; its background is left out where bytes hold the same.
   struct Kept {
     ViewPointer view{};
     Array<std::uint8_t, 3> background{};
@@ -99,8 +99,7 @@ struct UsableViews {
 
 /// Prepares every view of a store once and sorts out those in which the car is hidden; errors as its loaders.
 ///
-/// \param visit  called with each view in order, so that a program can say how far it is, or give up by an
-///               exception
+/// \param visit  called with each view in order; may report progress, or throw to give up
 template <class T, std::invocable<const View<T>&> Visit>
 [[nodiscard]] UsableViews usable_views(ViewStore<T>& store, Visit visit) {
   UsableViews usable;

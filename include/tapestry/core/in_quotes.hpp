@@ -37,8 +37,8 @@ namespace detail {
   return clean;
 }
 
-/// A message of at most `most` bytes and what says how many are left out of its middle: a name or a value in
-/// it may be as long as its file.
+/// Cuts a message to at most `most` bytes: its middle is replaced by the number of bytes left out. A name or
+/// a value in a message may be as long as its file.
 [[nodiscard]] inline std::string shortened(std::string_view text, std::size_t most = 2000) {
   if (text.size() <= most) return std::string(text);
   const auto is_inside = [&](std::size_t at) {

@@ -7,7 +7,7 @@
 
 namespace tapestry {
 
-/// What kernels are compiled for; each includes the ones before it.
+/// Instruction sets that kernels are compiled for; each includes the ones before it.
 enum class InstructionSet { portable, avx2, avx512 };
 
 /// The best instruction set of this processor that kernels are compiled for.

@@ -14,7 +14,7 @@
 namespace tapestry {
 namespace detail {
 
-/// What the environment says, or else the processors that this process may run on.
+/// Reads TAPESTRY_THREADS, then OMP_NUM_THREADS; else counts the processors that this process may run on.
 [[nodiscard]] inline int default_thread_count() {
   for (const char* name : {"TAPESTRY_THREADS", "OMP_NUM_THREADS"})
     if (const char* const text = std::getenv(name); text != nullptr)
@@ -23,7 +23,7 @@ namespace detail {
   return static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
-/// Of the calling thread.
+/// The thread limit of the calling thread.
 [[nodiscard]] inline int& thread_limit() {
   static const int otherwise = default_thread_count();
   static thread_local int limit = otherwise;
@@ -31,9 +31,9 @@ namespace detail {
 }
 }  // namespace detail
 
-/// Threads that parallel_for() will use, the caller included: what limit_threads() has said on this thread,
-/// else TAPESTRY_THREADS or OMP_NUM_THREADS in the environment, else the processors there are. 1 within a
-/// loop.
+/// Number of threads that parallel_for() will use, the caller included: the last limit_threads() on this
+/// thread, else TAPESTRY_THREADS or OMP_NUM_THREADS in the environment, else the number of processors. 1
+/// within a loop.
 [[nodiscard]] inline int thread_count() {
   return detail::ThreadPool::is_inside() ? 1 : detail::thread_limit();
 }

@@ -110,7 +110,7 @@ class ThreadPool {
 #endif
   }
 
-  /// As many as can be had: without them loops still run, on fewer.
+  /// Starts threads up to `wanted`; where the system refuses one, loops run on fewer.
   void start_threads(std::size_t wanted) {
     while (thread_count_ < wanted) {
       try {

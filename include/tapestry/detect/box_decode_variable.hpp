@@ -11,7 +11,7 @@
 
 namespace tapestry::detect {
 
-/// What a head says of all its candidates, numbered (anchor · H + row) · W + column as Detection has them.
+/// Decoded candidates of a head, numbered (anchor · H + row) · W + column as in Detection.
 template <std::floating_point T>
 struct DecodedHead {
   ArrayVariable<T, 3> boxes;       ///< [N, candidate, 4]: cx, cy, w, h in pixels of the network's input

@@ -9,9 +9,9 @@
 
 namespace tapestry::detect {
 
-/// softmax of the logits of B bins, which says how far a side of a box is from its cell's centre: bin b
-/// stands for b cells. Finite for finite logits of any size; a NaN among them makes everything NaN. Source:
-/// Li et al., "Generalized Focal Loss" (NeurIPS 2020), the general distribution of a box.
+/// Softmax of the logits of B bins, the distribution of the distance of a box's side from its cell's centre:
+/// bin b stands for b cells. Finite for finite logits of any size; a NaN among them makes everything NaN.
+/// Source: Li et al., "Generalized Focal Loss" (NeurIPS 2020), the general distribution of a box.
 class BinDistribution {
  public:
   /// \param count  B, 1 to largest_bin_count
@@ -170,8 +170,8 @@ template <std::invocable<std::size_t> Logits>
           extent_factor(head, logit(w_channel)) * x.unit, extent_factor(head, logit(h_channel)) * y.unit};
 }
 
-/// The pullback of decode_box(): calls add(channel, c) with what box_adjoint asks of each channel of the
-/// candidate. A component of box_adjoint that is 0 asks nothing, however large the box is.
+/// The pullback of decode_box(): calls add(channel, c) with the gradient c of each channel of the candidate.
+/// A component of box_adjoint that is 0 adds nothing, however large the box is.
 template <std::invocable<std::size_t> Logits, std::invocable<std::size_t, double> Add>
 void decode_box_adjoint(const Head& head, const CandidatePlace& place, Logits logit, const Box& box_adjoint,
                         Add add) {
@@ -203,7 +203,7 @@ void decode_box_adjoint(const Head& head, const CandidatePlace& place, Logits lo
   }
 }
 
-/// The channel that says how sure a candidate is that something is there: its objectness; of a head without
+/// The channel that measures how sure a candidate is of an object: its objectness; in a head without
 /// objectness the class of the largest logit, the first of several, or the first that is NaN.
 template <std::invocable<std::size_t> Logits>
 [[nodiscard]] std::size_t surest_channel(const Head& head, Logits logit) {

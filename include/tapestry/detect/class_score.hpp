@@ -24,13 +24,13 @@ class ClassScores {
     for (std::size_t k = 0; k < head.classes; ++k) sum_ += std::exp(logit_of(k) - largest_);
   }
 
-  /// Of class k.
+  /// The score of class k.
   [[nodiscard]] double operator()(std::size_t k) const {
     return head_.exclusive_classes ? std::exp(logit_of(k) - largest_) / sum_
                                    : probability(head_, logit_of(k));
   }
 
-  /// The pullback: calls add(channel, c) with what the adjoints of all scores ask of each class's channel.
+  /// The pullback: calls add(channel, c) with the gradient c of each class's channel.
   /// \param score_adjoint  takes a class
   template <std::invocable<std::size_t> Adjoint, std::invocable<std::size_t, double> Add>
   void adjoint(Adjoint score_adjoint, Add add) const {
@@ -85,7 +85,7 @@ template <std::invocable<std::size_t> Logits>
   return own - (others.largest + std::log(others.sum));
 }
 
-/// The pullback of class_logit(): calls add(channel, c) with what the adjoint asks of each class's channel.
+/// The pullback of class_logit(): calls add(channel, c) with the gradient c of each class's channel.
 template <std::invocable<std::size_t> Logits, std::invocable<std::size_t, double> Add>
 void class_logit_adjoint(const Head& head, std::size_t k, Logits logit, double adjoint, Add add) {
   add(head.class_channel(k), adjoint);

@@ -9,13 +9,13 @@
 
 namespace tapestry::detect {
 
-/// What four numbers of a box say.
+/// Meaning of the four numbers of a box.
 enum class BoxForm {
   centre,     ///< cx, cy, width, height
   corners,    ///< left, top, right, bottom
   corners_yx  ///< top, left, bottom, right, as in TensorFlow
 };
-/// What the numbers of classes are: probabilities, their logits, or logits of one softmax over all classes.
+/// Meaning of the class numbers: probabilities, their logits, or logits of one softmax over all classes.
 enum class ScoreForm { probabilities, logits, softmax };
 /// Which entry among the classes stands for none of them, and is left out.
 enum class Background { none, first, last };
@@ -72,7 +72,7 @@ class DecodedOutputNodes {
   /// Channels `first` to `end`, which counts from behind where it is below 0.
   std::string rows(const std::string& from, std::int64_t first, std::int64_t end);
 
-  /// The classes as they are said, [1, K, N], but of a softmax their probabilities.
+  /// The class numbers of the output, [1, K, N]; probabilities if the form is softmax.
   std::string scores(std::string from);
   std::string probabilities(const std::string& said) {
     return outputs_.score_form == ScoreForm::logits ? node("Sigmoid", {said}, {}) : said;
@@ -80,7 +80,7 @@ class DecodedOutputNodes {
   /// log p − log(1 − p)
   std::string logits(const std::string& from);
 
-  /// The matrix that makes centre and extent in pixels of what a box says.
+  /// The matrix that turns the numbers of a box into centre and extent in pixels.
   std::string to_pixels(std::size_t height, std::size_t width);
 
   nn::NetworkDescription& network_;

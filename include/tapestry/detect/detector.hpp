@@ -25,38 +25,38 @@ namespace tapestry::detect {
 template <std::floating_point T>
 class KeptPicture;
 
-/// What finds objects in pictures: a network whose results are the raw logits of heads, forward and backward,
-/// with how a picture goes in and the names of its classes, whatever file they came from; see
+/// Finds objects in pictures: a network whose results are the raw logits of heads, forward and backward, with
+/// the encoding of its input and the names of its classes, whatever file they came from; see
 /// io::read_detector(). Results are the same bits for any number of threads.
 ///
 /// The heads of an export are read before the logistic function that it ends with, so that losses get raw
-/// logits, but for those of boxes_and_scores, see DecodedOutputs. Pictures of a batch run one after another
-/// on all threads, those of a small network side by side: a batch costs no more a picture than one. Only
-/// where the network takes the statistics of a batch they train together.
+/// logits; boxes_and_scores is the exception, see DecodedOutputs. Pictures of a batch run one after another
+/// on all threads, those of a small network side by side: a batch costs no more a picture than one. Only a
+/// network that takes the statistics of a batch computes its pictures together.
 template <std::floating_point T>
 class Detector {
  public:
   /// \param network  of one input [1, 3, H, W]
   /// \param kind     how pictures go in and what the outputs mean
-  /// \param size     side of the square input, pixels; 0: as the network says
-  /// \param layers   names of values within the network that layer_values() and layer_adjoint() give
-  /// \param simplifies  as of nn::Network; without, weights have the names of the file's values
+  /// \param size     side of the square input, pixels; 0: the network's own
+  /// \param layers   names of values within the network, for layer_values() and layer_adjoint()
+  /// \param simplifies  as in nn::Network; without, weights have the names of the file's values
   /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind, or a
-  /// layer is
-  ///         not one of its maps
+  ///         layer is not one of its maps
   Detector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0,
            const std::vector<std::string>& layers = {}, bool simplifies = true);
 
   /// A network of pictures in RGB from 0 to 1, whose first outputs are the raw logits of these heads, in
-  /// their order. Without heads its first output, [1, C, H, W], is handed out in the place of logits. \throws
-  /// FileError as above; ShapeError unless the outputs have the heads' extents
+  /// their order. Without heads its first output, [1, C, H, W], takes the place of logits.
+  /// \throws FileError as above; ShapeError unless the outputs have the heads' extents
   Detector(nn::NetworkDescription network, std::vector<Head> heads,
            const std::vector<std::string>& layers = {}, bool simplifies = true);
 
-  /// A model that another library runs, which has no gradients and no layers: who asks for them is refused.
-  /// The engine runs once, to know its outputs. \param kind           of boxes_and_scores \param height,
-  /// width  of the model's input, pixels \throws DomainError for heads of another kind; FileError (mismatch)
-  /// as above
+  /// A model that another library runs. It has no gradients and no layers: calls for them throw. The engine
+  /// runs once here, to find the extents of its outputs.
+  /// \param kind           of boxes_and_scores
+  /// \param height, width  of the model's input, pixels
+  /// \throws DomainError for heads of another kind; FileError (mismatch) as above
   Detector(const ForeignEngine& engine, DetectorDescription kind, std::size_t height, std::size_t width);
 
   Detector(Detector&&) noexcept;
@@ -103,8 +103,8 @@ class Detector {
   /// Logits of every head for a batch of pictures.
   ///
   /// \param images  [N, H, W, 3], RGB in [0, 1], N at least 1: pictures as everywhere else, one behind the
-  ///                other. What else a network wants of its input, it makes of them itself.
-  /// \param pass    takes the logits, and what `mode` says is kept
+  ///                other. The detector itself applies the input encoding of the network.
+  /// \param pass    receives the logits, and what `mode` keeps
   /// \throws ShapeError unless images have the network's extents
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 

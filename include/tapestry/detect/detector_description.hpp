@@ -48,13 +48,13 @@ inline constexpr std::string_view head_kind_names =
   return kind == HeadKind::yolox ? DecodeFamily::yolox : DecodeFamily::distance;
 }
 
-/// What a file of a network's operators leaves open: how a picture goes in, and how its outputs become boxes.
+/// The facts that a network's file leaves open: how a picture goes in, and how its outputs become boxes.
 struct DetectorDescription {
   InputEncoding encoding{};
   image::Fit fit{};
   HeadKind head = HeadKind::darknet;
   std::vector<std::size_t> strides{};  ///< pixels between cells, of each head in the order of the outputs
-  /// Of each head with anchors, those of Head::anchors.
+  /// Anchors of each head that has some, as Head::anchors.
   std::vector<std::vector<std::array<double, 2>>> anchors{};
   DecodedOutputs decoded{};  ///< of boxes_and_scores, which has no strides
 
@@ -90,8 +90,8 @@ struct ForeignOutput {
 
 /// Another library, such as OpenCV, ONNX Runtime or TensorRT, that runs a model which our readers do not
 /// read: everything that measures by forward passes takes it as a Detector. Runs the model on one picture,
-/// [3, H, W] of the input's extents, encoded as the description says, and returns the output with boxes and,
-/// unless it is the same, the one with scores. It is never called by two threads at once.
+/// [3, H, W] of the input's extents, encoded by the description, and returns the output with boxes and,
+/// unless it is the same, the one with scores. Two threads never call it at once.
 using ForeignEngine = std::function<std::vector<ForeignOutput>(const std::vector<float>& picture)>;
 
 }  // namespace tapestry::detect

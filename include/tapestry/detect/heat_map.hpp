@@ -42,8 +42,8 @@ template <std::floating_point T>
                                                           std::size_t image, const CandidateSearch& search,
                                                           std::size_t height, std::size_t width);
 
-/// Grad-CAM: where in a layer a score comes from. What the layer holds, A, is weighted by what the score asks
-/// of it, G = ∂score/∂A: here each channel by the mean of its adjoint.
+/// Grad-CAM: where in a layer a score comes from. The activations A of the layer are weighted by the gradient
+/// of the score, G = ∂score/∂A: here each channel by the mean of its gradient.
 ///
 /// \param values   A, [C, H, W]
 /// \param adjoint  G, [C, H, W]
@@ -86,22 +86,22 @@ template <std::floating_point T>
                                                      std::size_t image, std::size_t class_index,
                                                      const BestCandidate& best);
 
-/// What a detector sees in a batch, and where from.
+/// Logits of a batch, and the heat maps that explain them.
 template <std::floating_point T>
 struct ExplainedLogits {
   std::vector<ArrayVariable<T, 4>> logits;  ///< as forward() gives them
   std::vector<ArrayVariable<T, 2>> heat;    ///< [H, W] of a layer, one an image
 };
 
-/// Logits and, of each picture, the layer_cam() of the surest candidate of a class, over the first layer that
-/// the detector tells, on the tape. The pullback of a map is that of the layer's values; what the score asks
-/// of the layer is taken as constant, as programs with Grad-CAM do it, which is exact, off kinks, where the
-/// network above the layer is piecewise linear.
+/// Logits and, for each picture, the layer_cam() of the surest candidate of a class, over the first observed
+/// layer of the detector, on the tape. The pullback of a map is that of the layer's values; the gradient of
+/// the score in the layer is taken as constant, as programs with Grad-CAM do it. That is exact, off kinks,
+/// where the network above the layer is piecewise linear.
 ///
-/// \param detector  that tells a layer; must outlive the tape's last reverse(), unchanged
+/// \param detector  with an observed layer; must outlive the tape's last reverse(), unchanged
 /// \param images    [N, H, W, 3], RGB in [0, 1]
 /// \param pass      memory to use, as for forward()
-/// \throws as forward(); DomainError if the detector tells no layer, or has no such class
+/// \throws as forward(); DomainError if the detector has no observed layer, or no such class
 template <std::floating_point T>
 [[nodiscard]] ExplainedLogits<T> explained_forward(const Detector<T>& detector,
                                                    const ArrayVariable<T, 4>& images, std::size_t class_index,

@@ -12,7 +12,7 @@ namespace tapestry::detect {
 /// Which colour a network's first input channel is.
 enum class ColourOrder { rgb, bgr };
 
-/// What a network takes for a picture's colours. With a picture in [0, 1] and d_c the deviation,
+/// Encoding of a picture's colours for a network. With a picture in [0, 1] and d_c the deviation,
 ///
 ///   input channel c = (255 · scale · (colour that order puts at c) − mean_c) / d_c
 ///

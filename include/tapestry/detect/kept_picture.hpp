@@ -16,10 +16,10 @@ namespace tapestry::detect {
   return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
 }
 
-/// What a detector keeps of one picture that changes from pass to pass within a window only, as a car's does
-/// while its paint is optimised: of each layer what is next to the part that the window reaches. See
-/// Detector::forward_within(), which fills it and finds out by itself when it no longer holds. Two threads
-/// must not share one.
+/// Kept layers of one picture that changes from pass to pass within a window only, as a car's does while its
+/// paint is optimised: of each layer what is next to the part that the window reaches.
+/// Detector::forward_within() fills it and checks itself whether it still holds. Two threads must not share
+/// one.
 template <std::floating_point T>
 class KeptPicture {
  public:

@@ -19,12 +19,11 @@ void check_decode(const NetworkConfig& config);
 /// The decode family of a network's heads; darknet where there is none.
 [[nodiscard]] DecodeFamily decode_family_of(const NetworkConfig& config);
 
-/// The same network with heads of this decode family. A cfg that says new_coords=1 is scaled and stays so;
-/// one that does not say it leaves the choice open. A [region] is of the family darknet.
+/// The same network with heads of this decode family. A cfg with new_coords=1 is scaled and stays so; one
+/// without that option leaves the choice open. A [region] is of the family darknet.
 ///
 /// \throws FileError (mismatch) for a family that contradicts new_coords=1 or [region] or has no anchors, and
-/// for scaled
-///         unless each head reads a convolution with activation=logistic
+///         for scaled unless each head reads a convolution with activation=logistic
 [[nodiscard]] NetworkConfig with_decode(NetworkConfig config, DecodeFamily family);
 
 /// One remark for each head that puts σ on what has been through it: Darknet computes that, too, but hardly
@@ -86,10 +85,9 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
 }
 }  // namespace detail
 
-/// How pictures go into a network's input: as letter_box says, whose 1 means a letterbox and 0 means that
-/// they are stretched, and where a cfg does not say it, in a letterbox. Source: the option letter_box in
-/// AlexeyAB's Darknet, which stretches where it is left out; the first Darknet has no such option and a
-/// letterbox always.
+/// How pictures go into a network's input. The option letter_box decides: 1 is a letterbox, 0 stretches;
+/// without the option, a letterbox. Source: the option letter_box in AlexeyAB's Darknet, which stretches
+/// where it is left out; the first Darknet has no such option and always uses a letterbox.
 [[nodiscard]] inline image::Fit fit_of(const NetworkConfig& config) {
   return image::fit_by_name(config.letter_box.value_or(true) ? "letterbox" : "stretch");
 }
@@ -103,8 +101,8 @@ inline void check_network(const NetworkConfig& config) {
   detail::check_decode(config);
 }
 
-/// Checks that a description is that of a network without heads, whose last layer is what it tells: a
-/// classifier, or the beginning of a detector.
+/// Checks that a description is a network without heads, whose result is its last layer: a classifier, or the
+/// beginning of a detector.
 /// \throws FileError  as infer_shapes(), and mismatch for a head or where there are no layers
 inline void check_classifier(const NetworkConfig& config) {
   if (config.layers.empty())

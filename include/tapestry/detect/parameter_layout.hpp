@@ -10,7 +10,7 @@
 
 namespace tapestry::detect {
 
-/// What a parameter is for, in the order in which Darknet stores them.
+/// Role of a parameter, in the order in which Darknet stores them.
 enum class ParameterRole { bias, scale, mean, variance, weight };
 
 [[nodiscard]] constexpr std::string_view name_of(ParameterRole role) {

@@ -19,14 +19,14 @@ struct PrecisionSummary {
   std::optional<double> recall{};     ///< AR: the largest recall, mean over the thresholds
 };
 
-/// Of one class.
+/// Average precision of one class.
 struct ClassPrecision {
   std::size_t truths = 0;      ///< that count: no crowds, none ignored
   std::size_t detections = 0;  ///< all that were given
   PrecisionSummary summary{};
 };
 
-/// Of all classes that are looked for.
+/// Average precision over all classes that are looked for.
 struct AveragePrecision {
   PrecisionSummary mean{};  ///< each over the classes that have it
   std::vector<ClassPrecision> classes{};

@@ -58,7 +58,7 @@ struct DetectionRate {
 
 /// ASR: of the views in which the clean target was found, the share in which the painted one was not.
 struct AttackSuccess {
-  std::size_t views = 0;                     ///< found in clean; with 0, nothing can be said: report no rate
+  std::size_t views = 0;                     ///< found in clean; 0: there is no rate to report
   std::size_t hidden = 0;                    ///< of those, not found with the adversarial paint
   double rate = 0;                           ///< hidden / views, 0 without views; a share, not per cent
   std::array<double, 2> interval{0.0, 1.0};  ///< Wilson, 95 %; all of [0, 1] without views

@@ -57,8 +57,8 @@ struct Photograph {
   detect::Box target;
 };
 
-/// The picture of a view in a paint, or the untouched frame when `paint` is null, photographed if asked for:
-/// the same conditions for every paint, the same print of a paint in every view.
+/// The picture of a view in a paint, or the untouched frame when `paint` is null; photographed if
+/// `photography` is on: the same conditions for every paint, the same print of a paint in every view.
 ///
 /// \param view_index, draw  which view and which photograph of it: another one is under other conditions
 template <class T>
@@ -129,8 +129,8 @@ template <class T, std::invocable<const MeasuredPicture<T>&> Visit>
   return measurement;
 }
 
-/// What a camouflage does beyond a control: the control's figures minus its own, over the same views. The
-/// intervals are those of the views; another draw of a control that is random moves the means as well.
+/// Effect of a camouflage beyond a control: the control's figures minus its own, over the same views. The
+/// intervals are those of the views; another draw of a random control moves the means as well.
 struct Effect {
   std::string control;                 ///< its name
   PairedDifference best_confidence{};  ///< of the means of best_confidence()
@@ -155,7 +155,7 @@ std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::s
 [[nodiscard]] Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
                                    const BootstrapSettings& settings = {});
 
-/// What a survey compares.
+/// The textures that a survey compares.
 template <class T>
 struct SurveyedTextures {
   camouflage::Paint<T> clean;                       ///< no paint, the car's own colours

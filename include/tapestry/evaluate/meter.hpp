@@ -17,7 +17,7 @@
 
 namespace tapestry::evaluate {
 
-/// When a detector says that something is there.
+/// Thresholds of a detection.
 struct MeterSettings {
   double confidence = 0.25;     ///< a detection's must be above it
   double nms = 0.45;            ///< IoU above which a weaker detection is suppressed
@@ -71,7 +71,7 @@ class Meter {
   [[nodiscard]] const MeterSettings& settings() const { return settings_; }
 
  private:
-  /// Of detections in order of confidence, those above a threshold.
+  /// The detections above a threshold, of a list in order of confidence.
   static std::vector<detect::Detection> above(double threshold,
                                               const std::vector<detect::Detection>& detections);
 
@@ -104,7 +104,7 @@ struct PhysicalGrid {
   [[nodiscard]] std::size_t frames_a_view() const { return photographs + 1; }
 };
 
-/// What a frame of physical_frames() shows.
+/// Content of one frame of physical_frames().
 struct PhysicalFrame {
   std::size_t view = 0;                     ///< its number in the grid
   std::size_t surroundings = 0;             ///< where the car stands
@@ -119,7 +119,7 @@ struct PhysicalFrame {
 /// \throws DomainError unless the azimuths divide a full turn and there is a photograph
 [[nodiscard]] std::vector<ProtocolFrame> physical_frames(const PhysicalGrid& grid);
 
-/// What the frame-th of physical_frames() shows.
+/// The content of frame number `frame` of physical_frames().
 [[nodiscard]] PhysicalFrame physical_frame(const PhysicalGrid& grid, std::size_t frame);
 
 }  // namespace tapestry::evaluate

@@ -48,7 +48,7 @@ namespace detail {
 /// The quantile of sorted values, linear between them: the least at p = 0, the greatest at p = 1.
 [[nodiscard]] double quantile(const std::vector<double>& sorted, double p);
 
-/// What an estimator makes of resamples, ascending: vectors of as many indices, drawn with replacement.
+/// Values of an estimator on resamples, ascending: vectors of as many indices, drawn with replacement.
 template <class Estimator>
 std::vector<double> resampled(std::size_t count, const BootstrapSettings& settings,
                               const Estimator& estimator) {
@@ -78,9 +78,9 @@ double corrected_probability(double z, double bias, double acceleration);
 ///
 /// The interval is BCa, bias-corrected and accelerated: Efron, "Better bootstrap confidence intervals"
 /// (Journal of the American Statistical Association 82, 1987). Resampled means that equal the mean count half
-/// as below it, since differences of rates are often tied. It tells how far the mean would go with other
+/// as below it, since differences of rates are often tied. It measures how far the mean would move with other
 /// views of the same kind; with few of them, below about 20, intervals are too narrow. Where all differences
-/// are the same, it has no width: then the pairs show no spread to learn from.
+/// are the same, it has no width: the pairs then show no spread.
 ///
 /// \param first, second  one number a pair, in the same order
 /// \returns  with fewer than two pairs an interval from −∞ to ∞
@@ -90,10 +90,10 @@ double corrected_probability(double z, double bias, double acceleration);
                                                 const std::vector<double>& second,
                                                 const BootstrapSettings& settings = {});
 
-/// Σ first / Σ second over pairs, with a bootstrap interval as of paired_bootstrap(): pairs are drawn with
-/// both their numbers, so that what is common to them does not widen it. The skewness is that of the
-/// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, for its ratio
-/// says nothing; so where the second mean is not well above 0, the interval has no upper end.
+/// Σ first / Σ second over pairs, with a bootstrap interval like that of paired_bootstrap(): pairs are drawn
+/// with both their numbers, so that what is common to them does not widen it. The skewness is that of the
+/// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, since its ratio
+/// has no meaning; so where the second mean is not well above 0, the interval has no upper end.
 ///
 /// \param first, second  one number a pair, in the same order; the sum of the second above 0
 /// \returns  with fewer than two pairs an interval from −∞ to ∞

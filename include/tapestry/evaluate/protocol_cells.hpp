@@ -17,10 +17,10 @@ namespace tapestry::evaluate {
 enum class FrameState : std::uint8_t {
   pending = 0,
   measured = 1,
-  left_out = 2,  ///< nothing of the car shows, or it cannot be changed as the protocol asks
+  left_out = 2,  ///< nothing of the car shows, or the protocol's change cannot be made to it
 };
 
-/// What a detector made of every picture of a protocol: each frame with each texture, the clean one first.
+/// Outcomes of a detector on every picture of a protocol: each frame with each texture, the clean one first.
 struct ProtocolOutcomes {
   Array<std::uint8_t, 1> state;       ///< [frame], a FrameState
   Array<std::uint8_t, 2> found;       ///< [frame, texture], 0 or 1
@@ -118,7 +118,7 @@ template <class Value, std::predicate<std::size_t> Belongs>
   return numbers;
 }
 
-/// By how much a texture draws attention from the car: the share of heat maps on it with the clean texture
+/// Attention that a texture draws away from the car: the share of heat maps on the car with the clean texture
 /// minus that with this one, over the measured frames for which belongs(index) holds.
 /// \throws ShapeError as measured_values()
 template <std::predicate<std::size_t> Belongs>
@@ -146,7 +146,7 @@ template <class Values, std::predicate<std::size_t> Belongs>
   return detail::means_of_views(pictures, pictures_a_view);
 }
 
-/// What a texture does beyond a control in the measured frames for which belongs(index) holds, as
+/// Effect of a texture beyond a control in the measured frames for which belongs(index) holds; computed as by
 /// effect_beyond().
 ///
 /// \param control, texture   their numbers in the outcomes
@@ -162,8 +162,8 @@ template <std::predicate<std::size_t> Belongs>
 }
 
 /// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
-/// others which show the same views in the same order; nothing where the latter cannot be told from none, or
-/// frames were left out in one of them alone.
+/// others which show the same views in the same order. Nothing where the latter does not differ from none, or
+/// where frames were left out in one of them alone.
 ///
 /// \param control, texture           their numbers in the outcomes
 /// \param in_part, in_whole          which frames, by their indices

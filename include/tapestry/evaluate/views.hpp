@@ -42,7 +42,7 @@ struct ProtocolTable {
   std::vector<std::string> rows;
   std::string column_title;
   std::vector<std::string> columns;
-  /// Of each row, the frames that are pictures of one view and follow one another; one where it has no entry.
+  /// For each row, the number of consecutive frames that are pictures of one view; 1 for a row without entry.
   std::vector<std::size_t> pictures_a_view{};
 
   [[nodiscard]] std::size_t cell_count() const { return rows.size() * columns.size(); }
@@ -118,8 +118,8 @@ template <std::floating_point T>
 [[nodiscard]] camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::PaintedMesh& car,
                                                 const ProtocolPicture& picture);
 
-// The partly hidden cars of FCA's table 4. The paper does not say how it hides them; here rectangles lie over
-// the picture, and what they hide is measured on the silhouette. Source: Wang et al., FCA (AAAI 2022),
+// The partly hidden cars of FCA's table 4. The paper does not state how it hides them; here rectangles lie
+// over the picture, and what they hide is measured on the silhouette. Source: Wang et al., FCA (AAAI 2022),
 // "Robustness of partial occlusion".
 
 /// How much of the car is hidden.
@@ -164,7 +164,8 @@ class HiddenPixels {
   void hide(const image::PixelWindow& window);
 
  private:
-  /// Of a window in the picture, the pixels within the place, by their row and column there.
+  /// Visits the pixels that a window of the picture shares with the place, by their row and column in the
+  /// place.
   template <class Visit>
   void for_each_pixel(const image::PixelWindow& window, Visit visit) const {
     const std::size_t top = std::max(window.top, place_.top), left = std::max(window.left, place_.left);

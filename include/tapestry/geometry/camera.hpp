@@ -158,7 +158,7 @@ struct Orbit {
   return camera;
 }
 
-/// What a calibrated camera makes of view space, in pixels of one picture:
+/// Intrinsic parameters of a calibrated camera: they map view space to pixels of one picture.
 ///   column = (focal_x · x + skew · y) / z + centre_x,   row = focal_y · y / z + centre_y.
 /// Pixel (row i, column j) covers [j, j+1) × [i, i+1). Tools that put whole numbers at the centres of pixels,
 /// as OpenCV does, state a centre that is smaller by ½.

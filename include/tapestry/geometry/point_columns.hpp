@@ -17,9 +17,9 @@
 
 namespace tapestry::geometry {
 
-/// Points of a plane, to be asked which of them lie in a triangle: n of them in about √n columns of as many
-/// points each, by x, and by y within a column. A triangle is looked for in the columns that it crosses,
-/// between the heights it has there; a thin one takes about √n · log n steps, however the points are spread.
+/// Finds which points of a plane lie in a triangle. The n points stand in about √n columns of as many points
+/// each, by x, and by y within a column. A search visits the columns that the triangle crosses, between the
+/// heights it has there; a thin triangle takes about √n · log n steps, however the points are spread.
 class PointColumns {
  public:
   /// \param points  finite

@@ -11,7 +11,7 @@
 
 namespace tapestry::geometry {
 
-/// What PolygonTriangulator found a polygon to be.
+/// Shape of a polygon, as PolygonTriangulator classifies it.
 enum class PolygonShape {
   fan,        ///< right as a fan around its first corner: convex polygons, and others that all of it sees
   concave,    ///< cut into other triangles
@@ -39,7 +39,7 @@ class PolygonTriangulator {
   /// \param corners  in order, three or more, finite; any unit
   PolygonShape triangulate(std::span<const Vector3> corners);
 
-  /// Of the last polygon where it was concave: positions among its corners, three a triangle.
+  /// Triangles of the last polygon, if it was concave: three positions among its corners each.
   [[nodiscard]] const std::vector<std::array<std::size_t, 3>>& triangles() const { return triangles_; }
 
  private:
@@ -72,7 +72,7 @@ class PolygonTriangulator {
   /// \param loose  also takes corners in a line, and ears whose new edge runs through a corner
   bool is_ear(std::size_t corner, bool loose);
 
-  /// As PointColumns::any_in(), of all that are listed.
+  /// Like PointColumns::any_in(), over the listed blockers.
   template <class Answers>
   [[nodiscard]] bool any_listed_in(const std::array<Vector2, 3>& ear, Answers answers) {
     const auto& [a, b, c] = ear;

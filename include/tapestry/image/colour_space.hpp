@@ -58,8 +58,8 @@ template <std::floating_point T>
 // Beyond 0 to 1 both parts go on as they are.
 namespace tapestry::image {
 
-/// What colours are while they are blended, filtered and lit. What is read, optimised, shown to a detector
-/// and written is always encoded.
+/// Space in which colours are blended, filtered and lit. Colours that are read, optimised, shown to a
+/// detector or written are always encoded.
 enum class ColourSpace {
   encoded,  ///< as in sRGB pictures; so do the FCA paper's program and most differentiable renderers
   linear    ///< in proportion to light, as in front of a camera
@@ -68,7 +68,7 @@ enum class ColourSpace {
 /// All of them.
 inline constexpr std::array colour_spaces{ColourSpace::encoded, ColourSpace::linear};
 
-/// As options and manifests call it.
+/// The name in options and manifests.
 [[nodiscard]] constexpr const char* name_of(ColourSpace space) {
   return space == ColourSpace::encoded ? "encoded" : "linear";
 }

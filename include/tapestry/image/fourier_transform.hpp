@@ -13,9 +13,9 @@ namespace tapestry::image {
 ///
 ///   F[k, l] = Σ f[y, x] · exp(−2πi (k·y/H + l·x/W))
 ///
-/// Of F only the columns l = 0 … W/2 are kept, [H, W/2 + 1]; the others are conj F[−k, −l]. Each transform
-/// keeps its twiddle factors and its memory for the next call, so that threads need one each. By kissfft, as
-/// it comes with Eigen; fast where H and W have no large prime factors, see fourier_extent().
+/// Only the columns l = 0 … W/2 of F are kept, [H, W/2 + 1]; the others are conj F[−k, −l]. Each transform
+/// keeps its twiddle factors and its memory for the next call, so that threads need one each. Uses kissfft,
+/// which comes with Eigen; fast where H and W have no large prime factors, see fourier_extent().
 class FourierTransform {
  public:
   using Plane = std::vector<double>;

@@ -147,7 +147,7 @@ template <std::floating_point T>
                                        const ArrayVariable<T, 3>& background, std::size_t top = 0,
                                        std::size_t left = 0, ColourSpace space = ColourSpace::encoded);
 
-/// What a picture is laid over: a photograph, and where and how far it is covered. Neither changes.
+/// The background of a composite: a photograph, and where and how far it is covered. Neither changes.
 template <std::floating_point T>
 struct Backdrop {
   std::shared_ptr<const Array<T, 3>> background;  ///< [H, W, C]

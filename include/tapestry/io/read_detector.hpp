@@ -16,10 +16,10 @@ struct DetectorFiles {
   std::string names{};        ///< names of the classes, one a line
   std::string description{};  ///< of an ONNX model, see read_detector_description(); left out,
                               ///< description_beside() or what the layers show
-  std::string decode{};       ///< decode family of a Darknet network, where its files do not say it
-  std::size_t size = 0;       ///< side of the square input, pixels; 0: as the files say
+  std::string decode{};       ///< decode family of a Darknet network, where its files leave it open
+  std::size_t size = 0;       ///< side of the square input, pixels; 0: the files' own
   std::string precision = "float";  ///< of products in convolutions: float or bfloat16
-  std::string fit{};  ///< how photographs go in, see image::fit_by_name(); left out, as the files say
+  std::string fit{};  ///< how photographs go in, see image::fit_by_name(); empty: the files' own
   /// Values within an ONNX model, or numbers of a Darknet network's layers, that Detector::layer_values()
   /// gives; an empty one stands for the last that all heads see.
   std::vector<std::string> layers{};

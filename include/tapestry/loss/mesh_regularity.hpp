@@ -8,8 +8,8 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 
-/// What keeps a mesh well shaped while its positions are fitted: values are summed in double, in the order of
-/// the topology; adjoints are added up in the positions' own type.
+/// Terms that keep a mesh well shaped while its positions are fitted. Values are summed in double, in the
+/// order of the topology; adjoints are added up in the positions' own type.
 namespace tapestry::loss {
 namespace detail {
 

@@ -14,7 +14,7 @@
 
 namespace tapestry::loss {
 
-/// What an adversarial loss wants hidden, or what a detector is trained to find.
+/// The object that an adversarial loss hides, or that a detector is trained to find.
 struct Target {
   std::size_t class_index = 0;
   detect::Box box{0, 0, 0, 0};  ///< pixels of the network's input; may reach over the border
@@ -23,8 +23,8 @@ struct Target {
 /// Per image the objects to be found.
 using Truths = std::vector<std::vector<Target>>;
 
-/// Where the logits of every head are, [N, A·D, H, W] as detect::Head says, before any sigmoid or softmax;
-/// none null.
+/// Logits of every head, [N, A·D, H, W] in the layout of detect::Head, before any sigmoid or softmax; none
+/// null.
 template <class T>
 using LogitsView = std::vector<const Array<T, 4>*>;
 
@@ -183,8 +183,8 @@ template <class T>
   return logits_of(predictions, candidate)(channel);
 }
 
-/// The channel of the logit that says how surely a candidate holds something: its objectness, or, where the
-/// head has none, the class that is looked for.
+/// The channel of the logit that measures how surely a candidate holds something: its objectness, or, where
+/// the head has none, the class that is looked for.
 [[nodiscard]] inline std::size_t objectness_channel(const detect::Head& head, std::size_t class_index) {
   return head.objectness_channel().value_or(head.class_channel(class_index));
 }

@@ -8,7 +8,7 @@
 
 namespace tapestry::loss {
 
-/// A candidate together with what it says about the target.
+/// A candidate together with its prediction of the target.
 struct Responsible {
   Candidate candidate;
   double objectness = 0;         ///< σ(objectness logit); of a head without objectness class_probability

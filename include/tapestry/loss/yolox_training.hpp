@@ -17,9 +17,9 @@ struct YoloxTrainingOptions {
   double box = 5.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
 };
 
-/// The loss a YOLOX detector is trained with, of candidates that have been told what to predict. With the
-/// logits t, H(t, p) the cross entropy of σ(t) with p, IoU that of the box with the truth's, and iou the same
-/// when they were matched, a constant,
+/// The loss a YOLOX detector is trained with, for candidates that are matched with truths. With the logits t,
+/// H(t, p) the cross entropy of σ(t) with p, IoU that of the box with the truth's, and iou the same when they
+/// were matched, a constant,
 ///
 ///   box             Σ matched   1 − IoU²
 ///   objectness      Σ all       H(to, [is matched])
@@ -29,7 +29,7 @@ struct YoloxTrainingOptions {
 /// Ge et al., "YOLOX: exceeding YOLO series in 2021" (arXiv 2107.08430), without the L1 loss of its last
 /// epochs.
 ///
-/// Heads of the family distance have no objectness, and a class says how good its box is:
+/// Heads of the family distance have no objectness, and a class score measures how good its box is:
 ///
 ///   classification  Σ all   Σ_k (y − σ(tk))² · H(tk, y),  y = [is matched, and k is it] · iou
 ///

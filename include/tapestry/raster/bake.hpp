@@ -68,7 +68,7 @@ std::array<double, 3> clamped_barycentric(std::array<double, 3> b);
 /// has there, texels just outside a chart that of its rim. Where a chart's own texels and another's rim meet,
 /// the chart's count. Texels farther off take colours of the charts around them, see with_unused_filled().
 ///
-/// \param texels  [texel_count, 3], laid out as body.layout says
+/// \param texels  [texel_count, 3], in body.layout
 /// \param to      layout of the atlas
 /// \returns       [to.height · to.width, 3]; grey of 0.5 if no face is painted
 /// \throws ShapeError, DomainError, Error (mismatch) as texture_operator() does; DomainError unless `to` is

@@ -58,7 +58,7 @@ class CellGrid {
   }
 
   [[nodiscard]] std::size_t size() const { return index(0, rows_); }
-  /// Of a cell, in pixels.
+  /// Side of a cell, in pixels.
   [[nodiscard]] double side() const { return side_; }
 
   [[nodiscard]] std::size_t index(std::int32_t x, std::int32_t y) const {

@@ -43,7 +43,7 @@ namespace tapestry::raster {
                 n_dot_v * std::sqrt(n_dot_l * n_dot_l * (1 - a) + a));
 }
 
-/// What of a distant light a rough mirror shows, see ggx_reflection().
+/// Reflection of a distant light in a rough mirror, see ggx_reflection().
 struct GgxReflection {
   double value = 0;
   double by_alpha = 0;
@@ -175,7 +175,7 @@ struct CoatedPoint {
 /// ClearCoat of one view.
 template <class Base>
 struct PreparedClearCoat {
-  /// What prepare() makes of the light without a coat.
+  /// The type of prepare()'s result for the light without a coat.
   using Inner = decltype(prepare(std::declval<const geometry::Mesh&>(),
                                  std::declval<const geometry::Camera&>(), std::declval<const Base&>()));
 
@@ -207,7 +207,7 @@ struct PreparedClearCoat {
     return inner.at(face, b) * (1 - light.coat * point(face, b).fresnel);
   }
 
-  /// What the coat adds, whatever is painted below it.
+  /// Radiance that the coat adds, whatever is painted below it.
   [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const {
     const CoatedPoint seen = point(face, b);
     const double sun =

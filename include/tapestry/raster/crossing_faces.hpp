@@ -25,7 +25,7 @@ class SeenFaces {
       faces_.push_back(face);
     }
 
-    /// Of all pixels; a face is there once for each pixel.
+    /// The faces of all pixels; a face is there once for each pixel.
     [[nodiscard]] const std::vector<std::int32_t>& faces() const { return faces_; }
 
     /// Those of a pixel: of the band's, or none.
@@ -46,7 +46,7 @@ class SeenFaces {
     std::vector<std::int32_t> faces_;
   };
 
-  /// Of a picture of which nothing is known.
+  /// No seen faces: a picture of which nothing is known.
   SeenFaces() = default;
 
   /// \param width      of the picture
@@ -59,16 +59,16 @@ class SeenFaces {
   [[nodiscard]] Band& band(std::size_t index) { return bands_[index]; }
   [[nodiscard]] const std::vector<Band>& bands() const { return bands_; }
 
-  /// Of the picture.
+  /// Width of the picture, pixels.
   [[nodiscard]] std::size_t width() const { return width_; }
 
-  /// Of the pixel of a point of the picture.
+  /// The faces of the pixel around a point of the picture.
   [[nodiscard]] std::span<const std::int32_t> at(double column, double row) const {
     if (!(column >= 0 && row >= 0 && column < static_cast<double>(width_))) return {};
     return at(static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column));
   }
 
-  /// Of a pixel, row · width + column, also beyond the picture.
+  /// The faces of a pixel, row · width + column; none for one beyond the picture.
   [[nodiscard]] std::span<const std::int32_t> at(std::size_t pixel) const {
     const std::size_t band = width_ == 0 ? 0 : pixel / (band_rows_ * width_);
     if (band >= bands_.size()) return {};

@@ -27,7 +27,7 @@ struct PixelBox {
   std::int32_t first_row, last_row, first_column, last_column;
 };
 
-/// What a triangle's box and a tile share; columns are widened to whole groups of 16.
+/// Intersection of a triangle's box with a tile; columns are widened to whole groups of 16.
 inline PixelBox shared_box(const ScreenTriangle& t, const Tile& tile) {
   constexpr std::int32_t half = subpixel_steps / 2;
   const std::int32_t left = least(least(t.x[0], t.x[1]), t.x[2]), top = least(least(t.y[0], t.y[1]), t.y[2]);
@@ -90,7 +90,7 @@ inline void draw_by_samples(const ScreenTriangle& t, const Tile& tile, const Pix
   }
 }
 
-/// What a triangle's rows are drawn with.
+/// Constants for drawing a triangle's rows.
 struct RowSetup {
   static constexpr std::size_t parts = 16 / lanes;  // vectors of a group
   Ints start[3];                                    // edges at the first row's first vector

@@ -131,7 +131,7 @@ class SkyBasis {
     return equations;
   }
 
-  /// What the weights make of a point.
+  /// Shading of point p for these weights.
   [[nodiscard]] double shading(std::size_t p, const LightWeights& weights, double sun) const {
     double sum = weights[lobe_count] * sun;
     for (std::size_t i = 0; i < lobe_count; ++i) sum += weights[i] * shading_[p][i];
@@ -160,7 +160,7 @@ class SkyBasis {
 
 }  // namespace detail
 
-/// What estimated_light() finds.
+/// Result of estimated_light().
 struct EstimatedLight {
   OutdoorLight light;  ///< for paint of reflectance 1; with the shadow of its sun, without occlusion
   std::array<double, 3> product{0, 0, 0};  ///< of the light's colour and the paint, which is what was seen
@@ -172,9 +172,10 @@ struct EstimatedLight {
 /// for both. For a given sun the sky follows from the normal equations; the sun is searched for over
 /// directions. Points far off, of trim, reflections and dirt, count less and less in four rounds.
 ///
-/// A photograph shows light times paint, and nothing in it tells one from the other. With `paint` the light
-/// is that which makes such paint look so. Without, it is white, and as strong as makes white paint white
-/// where it is brightest (the 99th percentile of the points): the photograph is taken to be well exposed.
+/// A photograph shows light times paint, and nothing in it separates one from the other. With `paint` the
+/// light is that which makes such paint look so. Without, it is white, and as strong as makes white paint
+/// white where it is brightest (the 99th percentile of the points): the photograph is taken to be well
+/// exposed.
 ///
 /// \param mesh          casts the shadows
 /// \param points        of the photograph, of this mesh

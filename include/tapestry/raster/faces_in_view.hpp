@@ -30,8 +30,9 @@ struct MeshEdges {
   std::vector<std::int32_t> welded;  ///< for each position the first one with its coordinates
   std::vector<HalfEdge> half_edges;  ///< edge by edge; in each edge by face
   std::vector<std::uint32_t> begin;  ///< first half-edge of each edge, and the end
-  /// Of an edge of two faces 1 if they run along it in opposite ways, as on a surface with one side outwards,
-  /// −1 if alike, doubled at a seam, where they have positions of their own; 0 for other edges.
+  /// Orientation of an edge of two faces: 1 if they run along it in opposite ways, as on a surface with one
+  /// side outwards, −1 if alike; times 2 at a seam, where the faces have positions of their own. 0 for other
+  /// edges.
   std::vector<std::int8_t> way;
   std::size_t face_count = 0;
   /// Whether each edge has two faces, which run along it in opposite ways, and all faces hang together: one
@@ -51,7 +52,7 @@ struct MeshEdges {
 /// \pre every corner of every face exists, see require_corners()
 [[nodiscard]] MeshEdges mesh_edges(const geometry::Mesh& mesh);
 
-/// The little that is asked of every face of a view: whether it is drawn, which way it turns, and where.
+/// Quick facts about every face of a view: whether it is drawn, which way it turns, and where.
 class FacesInView {
  public:
   /// {column, row} in pixels, rounded to nearest; empty when low > high.
@@ -107,7 +108,7 @@ class FacesInView {
     for (std::int8_t& own : winding_) own = own == winding ? std::int8_t{0} : own;
   }
 
-  /// Worked out each time, for of most faces it is asked once.
+  /// Computed in each call, since most faces need it once.
   [[nodiscard]] Box box(std::size_t face) const {
     const auto place = [&](std::size_t k) -> const Place& {
       return places_[static_cast<std::size_t>(mesh_.faces[face][k])];

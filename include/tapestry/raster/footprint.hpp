@@ -77,8 +77,8 @@ template <class Texels>
   return slope;
 }
 
-/// What a step of a column and of a row in the picture becomes in an atlas, in its texels, rows downwards:
-/// {columns, rows} of the one, then of the other. A pixel's circle becomes an ellipse there, its footprint.
+/// Images in an atlas of a step of a column and of a row in the picture, in texels, rows downwards: {columns,
+/// rows} of the one, then of the other. A pixel's circle becomes an ellipse there, its footprint.
 using AtlasSteps = std::array<double, 4>;
 
 /// Where the points of a face lie in an atlas, and how far a pixel reaches there.

@@ -12,7 +12,7 @@
 
 namespace tapestry::raster {
 
-/// What a pixel shows of one face.
+/// The part of a pixel that shows one face.
 struct Fragment {
   std::size_t pixel;  ///< row · width + column
   std::int32_t face;

@@ -82,7 +82,7 @@ class FragmentBands {
   [[nodiscard]] std::size_t height() const { return height_; }
   [[nodiscard]] std::size_t width() const { return width_; }
   [[nodiscard]] std::size_t samples_per_axis() const { return axis_; }
-  /// Of fragments that are kept, if they are.
+  /// Grain of the kept fragments, if there are any.
   [[nodiscard]] const std::optional<FragmentGrain>& kept_grain() const { return kept_grain_; }
 
   /// Bands of band_rows() pixel rows, the last one maybe of fewer.

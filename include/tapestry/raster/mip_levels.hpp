@@ -56,7 +56,7 @@ struct LookupRule {
   double top_level;
 };
 
-/// What fragments are looked up in.
+/// The levels and texels that fragments are looked up in.
 struct PyramidTexels {
   const MipLevel* levels;  ///< from the atlas itself up
   const float* texels;     ///< [texel_count, 3]

@@ -86,7 +86,7 @@ struct MipStep {
 /// section 3.4.
 class MipPyramid {
  public:
-  /// Of an atlas whose texels all count.
+  /// The pyramid of an atlas whose texels all count.
   explicit MipPyramid(const TextureLayout& layout);
 
   /// \param used  [height, width], 0 where no face refers to a texel, see used_texels()
@@ -165,7 +165,7 @@ class MipPyramid {
     for (std::size_t c = 0; c < 3; ++c) to[c] += weight * from[c];
   }
 
-  /// What the used part of a fine texel counts in that of a coarse one, in equal areas.
+  /// Weight of a fine texel's used part in a coarse texel, in equal areas.
   [[nodiscard]] double part_of(std::size_t fine, std::size_t coarse) const;
 
   TextureLayout layout_;

@@ -19,7 +19,7 @@ namespace tapestry::raster {
 
 /// How much of the sky each corner of a mesh sees, from either side of its face; linear in between.
 struct AmbientOcclusion {
-  /// Of the side to which the corners run counter-clockwise, then of the other, [F][side][corner], in [0, 1].
+  /// Visible share of the sky, [F][side][corner], in [0, 1]; side 0 sees the corners counter-clockwise.
   std::vector<std::array<std::array<float, 3>, 2>> open;
 
   /// At barycentric coordinates of a face, seen from its side 0 or 1.

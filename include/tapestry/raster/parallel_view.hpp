@@ -72,7 +72,7 @@ class ParallelView {
     return 1 - hidden;
   }
 
-  /// Of the mesh that it was made of.
+  /// Number of faces of the mesh that this view was made of.
   [[nodiscard]] std::size_t face_count() const { return planes_.size(); }
 
  private:

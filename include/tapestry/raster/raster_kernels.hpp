@@ -14,7 +14,7 @@ namespace tapestry::raster {
 /// 1.5 · 2⁵²: the low bits of a sum with it are the nearest integer of the other summand.
 inline constexpr double rounding_magic = 6755399441055744.0;
 
-/// What decides which triangles are made, and their tiles.
+/// Options that decide which triangles are made, and their tiles.
 struct SetupOptions {
   std::int32_t columns;  ///< samples of the picture
   std::int32_t rows;

@@ -88,7 +88,7 @@ class FilteredQueue {
   FilteredQueue(const FragmentShader<Lighting>& shader, const float* texels)
       : filter_(*shader.filter), texels_(texels), waiting_(shader) {}
 
-  /// As TexelQueue::add().
+  /// Like TexelQueue::add(), for one pixel and its scale.
   void add(const Fragment& fragment, const std::array<float, 3>& scale, float* pixel) {
     scales_[waiting_.count] = scale;
     pixels_[waiting_.count] = pixel;

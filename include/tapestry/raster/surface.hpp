@@ -19,7 +19,7 @@
 
 namespace tapestry::raster {
 
-/// What the faces of a mesh show: paint, material and light. Refers to its parts, which must outlive it.
+/// Appearance of a mesh's faces: paint, material and light. Refers to its parts, which must outlive it.
 template <std::floating_point T, LightModel Model = Light>
 struct Surface {
   const PaintedMesh& body;

@@ -25,7 +25,7 @@ enum class TextureFilter { bilinear, trilinear, anisotropic };
 inline constexpr std::array texture_filters{TextureFilter::bilinear, TextureFilter::trilinear,
                                             TextureFilter::anisotropic};
 
-/// As options and manifests call it.
+/// The name in options and manifests.
 [[nodiscard]] constexpr const char* name_of(TextureFilter filter) {
   if (filter == TextureFilter::bilinear) return "bilinear";
   return filter == TextureFilter::trilinear ? "trilinear" : "anisotropic";

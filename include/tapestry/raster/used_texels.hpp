@@ -73,7 +73,7 @@ struct TexelRectangle {
 /// beyond the repetition of the atlas that it lies in.
 std::array<double, 2> reach_of_texel(long long index, double size);
 
-/// Bounds the work that faces of many repetitions ask for.
+/// Bounds the work for faces with many repetitions.
 inline constexpr std::uint64_t most_texel_visits = std::uint64_t(1) << 30U;
 
 /// Calls visit(row, column) for the texels that lookups in a uv triangle take from.

@@ -26,9 +26,9 @@ namespace tapestry::raster {
 /// integral over all visible outlines, creases between colours and lines of intersection. Of the latter one
 /// is left out that is shorter than samples are apart, see crossing_faces().
 struct BoundaryIntegral {
-  /// Of the interior, and of what finds faces that cut; pieces of outlines are at most its inverse long.
+  /// For the interior and the search for intersecting faces; pieces of outlines are at most 1 / this long.
   std::size_t samples_per_axis = 4;
-  bool intersections = true;  ///< whether faces that samples see are looked at for where they cut
+  bool intersections = true;  ///< whether faces that samples see are searched for intersections
   /// mesh_edges() of the mesh, when they are kept from view to view; null: they are found by every call.
   std::shared_ptr<const MeshEdges> edges{};
 };
@@ -120,7 +120,7 @@ void add_sampled_motion(const Surface<T, Model>& surface, const Colour& colour,
                  model.samples_per_axis, *edges, seen, model.intersections, *positions_adjoint.moving);
 }
 
-/// Of a view that is drawn.
+/// Adds the gradient of a view that is already drawn.
 template <std::floating_point T, class Model, class Gradient>
 void add_motion(const Surface<T, Model>& surface, const FragmentBands& fragments,
                 const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,

@@ -52,8 +52,8 @@ void require_view(const char* operation, const geometry::Camera& camera, std::si
                                           FaceCulling culling = FaceCulling::none,
                                           const RasterKernels& kernels = raster_kernels());
 
-/// Share of each pixel's samples whose face satisfies a predicate, [H, W] in [0, 1]. The predicate is
-/// not asked about samples without a face.
+/// Share of each pixel's samples whose face satisfies a predicate, [H, W] in [0, 1]. The predicate is not
+/// called for samples without a face.
 template <std::predicate<std::int32_t> Predicate>
 [[nodiscard]] Array<float, 2> coverage_of(const VisibilityBuffer& buffer, Predicate is_counted) {
   const std::size_t axis = buffer.samples_per_axis, columns = buffer.width * axis;

@@ -24,7 +24,7 @@ struct Region {
 /// Ours to define: the paper names no rule, nor a threshold, which is half here.
 ///
 /// \param mask    [H, W], in [0, 1]
-/// \param region  around the car, as a label says; none if it is not known
+/// \param region  around the car, from a label; none if it is not known
 /// \returns       [H, W], 1 on the car and 0 elsewhere; all 0 if there is none
 template <std::floating_point T>
 [[nodiscard]] Array<std::uint8_t, 2> car_component(const Array<T, 2>& mask,

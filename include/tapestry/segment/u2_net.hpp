@@ -16,7 +16,7 @@
 namespace tapestry::segment {
 namespace detail {
 
-/// Of the first largest value.
+/// Index of the largest value, the first of equal ones.
 template <class T>
 [[nodiscard]] std::size_t brightest(const Array<T, 3>& picture) {
   return static_cast<std::size_t>(std::max_element(picture.data(), picture.data() + picture.size()) -
@@ -69,8 +69,8 @@ struct U2NetPass {
 template <std::floating_point T>
 class U2Net {
  public:
-  /// \param network  as a file tells it, with one input [1, 3, S, S]
-  /// \param side     S, pixels; 0: as the network says, or 320 where it leaves it open
+  /// \param network  as read from a file, with one input [1, 3, S, S]
+  /// \param side     S, pixels; 0: the network's own, or 320 where it leaves S open
   /// \throws FileError (mismatch) as nn::Network, or if inputs or the first output are of other extents
   explicit U2Net(const nn::NetworkDescription& network, std::size_t side = 0);
 
@@ -80,7 +80,7 @@ class U2Net {
   [[nodiscard]] const nn::Network<T>& network() const { return network_; }
 
   /// \param picture  [H, W, 3], RGB in [0, 1]
-  /// \param pass     takes the mask, [H, W] in [0, 1], and what `mode` says is kept
+  /// \param pass     receives the mask, [H, W] in [0, 1], and what `mode` keeps
   /// \throws ShapeError unless the picture has three channels; DomainError if a side is 0 or beyond 65536, or
   ///         a value is not finite; NumericError if the network's mask is not finite
   void forward(const Array<T, 3>& picture, U2NetPass<T>& pass, nn::Mode mode = nn::Mode::inference) const;
@@ -110,7 +110,7 @@ class U2Net {
     return std::all_of(values, values + count, [](T value) { return is_finite(static_cast<float>(value)); });
   }
 
-  /// Of the network's d, [S, S], by that of the picture's mask.
+  /// Adjoint of the network's map d, [S, S], given the adjoint of the picture's mask.
   [[nodiscard]] Array<T, 2> adjoint_of_map(const U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint) const;
 
   nn::Network<T> network_;

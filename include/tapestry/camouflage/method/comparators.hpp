@@ -14,8 +14,8 @@ namespace tapestry::camouflage {
 ///
 /// Source: Wang et al., "FCA: Learning a 3D Full-coverage Vehicle Camouflage for Multi-view Physical
 /// Adversarial Attack" (AAAI 2022), eq. 1 and Algorithm 1. Faithful: what is painted, by what parameter and
-/// optimiser. The loss is whatever the objective says, for this as for all methods, so that designs are
-/// compared and not losses.
+/// optimiser. The loss is the objective's, for this as for all methods, so that designs are compared and not
+/// losses.
 ///
 /// The method rauca is the same texture in light that is transferred from the photographs, see photo_light():
 /// Zhou et al., "RAUCA" (ICML 2024), section 3.2. Faithful: the render is multiplied by the light of its
@@ -94,7 +94,8 @@ inline constexpr double upc_bound = 35.0 / 255;
 /// picture‖∞ ≤ ε. Faithful: regions, universality, and the bound. Simplified: four regions for eight; foliage
 /// that we draw stands for a photograph; the bound holds by the parameter, see method_colours(), and not by a
 /// projection after each step; there are no proposals of a first stage to attack, and the loss is the
-/// objective's; pictures are transformed where the conditions of a run say so, in the paper at every step.
+/// objective's; pictures are transformed where the conditions of a run require it, in the paper at every
+/// step.
 ///
 /// \throws as panel_texels()
 template <std::floating_point T>

@@ -16,18 +16,18 @@
 
 namespace tapestry::camouflage {
 
-/// What sets one way of making a camouflage apart from others on the same car, detector and budget: which
-/// texels are painted, by what, within which colours, whether to be missed or to scatter attention, and
-/// whether the shape is optimised, too. As it stands, that of FCA: each texel for itself, in any colour, to
-/// be missed.
+/// The differences between ways of making a camouflage for the same car, detector and budget: which texels
+/// are painted, by what, within which colours, whether the car is to be missed or attention scattered, and
+/// whether the shape is optimised, too. The default is FCA: each texel for itself, in any colour, to be
+/// missed.
 template <std::floating_point T>
 struct Method {
   static constexpr std::size_t unpainted = std::numeric_limits<std::size_t>::max();
 
-  /// Of each texel the row of the parameter that paints it, or `unpainted`; null: texel i has row i.
+  /// For each texel the row of the parameter that paints it, or `unpainted`; null: texel i has row i.
   std::shared_ptr<const std::vector<std::size_t>> row_of_texel{};
   std::size_t row_count = 0;  ///< of the parameter, if row_of_texel is given
-  /// What unpainted texels have, [texel, 3]; may be empty where there are none.
+  /// Colours of unpainted texels, [texel, 3]; may be empty where there are none.
   Array<T, 2> elsewhere{};
   /// Bounds of the colours of each row, [row, 3], in [0, 1]; empty: 0 and 1.
   Array<T, 2> least{}, greatest{};
@@ -47,7 +47,7 @@ template <class T>
 [[nodiscard]] std::vector<std::uint8_t> painted_texels(const Method<T>& method);
 
 /// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
-/// none. So within bounds the start says where in them a colour begins, 0 in the middle. A shape that is a
+/// none. Within bounds, the start sets where between them a colour begins, 0 in the middle. A shape that is a
 /// parameter, too, begins as it is.
 ///
 /// \param start  [texel, 3], a parameter for every texel

@@ -88,7 +88,7 @@ struct NetworkConfig {
   std::vector<std::string> warnings{};  ///< options that were not understood, one message each
 };
 
-/// What the layer at `index` reads: its sources, or the layer before; empty means the image.
+/// Inputs of the layer at `index`: its sources, or the layer before; empty means the image.
 [[nodiscard]] std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index);
 
 inline constexpr std::size_t picture_value = static_cast<std::size_t>(-1);

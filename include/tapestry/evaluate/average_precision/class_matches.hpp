@@ -18,7 +18,7 @@ struct TruthBox {
   bool is_ignored = false;  ///< counts neither when it is found, once, nor when it is not
 };
 
-/// An object that a detector says is in a picture.
+/// One detection: an object that a detector found in a picture.
 struct ScoredBox {
   std::size_t picture = 0;
   std::size_t class_index = 0;
@@ -30,10 +30,10 @@ struct ScoredBox {
 
 namespace tapestry::evaluate::detail {
 
-/// What a detection turned out to be.
+/// Outcome of matching a detection with the truths.
 enum class Outcome : std::uint8_t { ignored, hit, miss };
 
-/// Of objects that count, square pixels; both ends belong to it.
+/// Range of areas of the objects that count, square pixels; includes both ends.
 struct AreaRange {
   double low = 0, high = 0;
 
@@ -57,7 +57,7 @@ class ClassMatches {
   /// Truths that count.
   [[nodiscard]] std::size_t truth_count(const AreaRange& range) const;
 
-  /// Of the detections over all pictures, most confident first.
+  /// Outcomes of the detections over all pictures, most confident first.
   [[nodiscard]] std::vector<Outcome> outcomes(const AreaRange& range, double threshold) const;
 
  private:

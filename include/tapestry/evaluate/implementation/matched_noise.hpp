@@ -110,7 +110,7 @@ class ChartNoise {
   /// Gives X the amplitudes of a picture that fills the box, since a chart with 0 around it has less
   /// covariance at each distance than its texels have: by the share of pairs of places that both lie in it.
   void divide_by_pair_shares() {
-    constexpr double least_share = 0.3;  // of the chart's texels; beyond, too few pairs are left to tell
+    constexpr double least_share = 0.3;  // of the chart's texels; farther lags have too few pairs
     auto& transform = channels_.front().transform;
     image::FourierTransform::Plane inside(height_ * width_, 0);
     for (std::size_t i = 0; i < chart_.texels.size(); ++i) inside[place(i)] = 1;

@@ -113,7 +113,7 @@ struct Laid {
   PixelWindow place;
 };
 
-/// Adds to the adjoint of the front what that of the whole picture, of these extents, says.
+/// Adds the gradient of the front to front_adjoint, given the adjoint of the whole picture of these extents.
 template <class T>
 void pull_back_laid(const Laid<T>& laid, const T* picture, const T* picture_adjoint,
                     const Extents<3>& extents, ColourSpace space, T* front_adjoint) {

@@ -56,7 +56,7 @@ template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const SensorNoise& noise, const Array<T, 3>& out_adjoint,
                          Array<T, 3>& picture_adjoint);
 
-/// What JPEG does to a picture: ITU-T T.81 with the tables of its Annex K, scaled by quality as the
+/// JPEG compression of a picture: ITU-T T.81 with the tables of its Annex K, scaled by quality as the
 /// Independent JPEG Group's programs do, colours as JFIF has them.
 struct JpegCompression {
   int quality = 75;              ///< 1 to 100

@@ -17,7 +17,7 @@ namespace tapestry::image {
 /// Something that happens to a picture between the scene and the detector, with its settings.
 using Transformation = std::variant<Warp, LightChange, ColourChange, Blur, SensorNoise, JpegCompression>;
 
-/// What happens to one picture, in this order; nothing when empty.
+/// The transformations of one picture, in this order; none if empty.
 using TransformationChain = std::vector<Transformation>;
 
 /// The pictures of a chain: the first one, [H, W, 3], and what each transformation has made of it.
@@ -77,8 +77,8 @@ struct Conditions {
   double noise = 0;           ///< largest standard deviation of the sensor's noise at mid grey
   int worst_quality = 0;      ///< of JPEG, 1 to 95: drawn between it and 95; 0 for no compression
 
-  /// Of a printer: how far its blackest black and its whitest white lie from theirs, and the largest error of
-  /// the matrix that its colours are mixed by.
+  /// A printer: distances of its blackest black and its whitest white from ideal ones, and the largest error
+  /// of the matrix that mixes its colours.
   double printed_range = 0, printed_error = 0;
 
   [[nodiscard]] bool operator==(const Conditions&) const = default;
@@ -88,8 +88,8 @@ struct Conditions {
 /// are ours; RAUCA-E2E trains with turns of ±5°, scales of 0.7 to 1 and jittered colours.
 inline constexpr Conditions physical_conditions{5, 5, 0.15, 1, 0.1, 0.5, 0.2, 1.5, 0.04, 50, 0.1, 0.05};
 
-/// Of the physical conditions only those of some kinds: camera, light, blur, noise, contrast, jpeg or print,
-/// or all of them for physical. \throws DomainError naming one that is none of these
+/// Physical conditions restricted to some kinds: camera, light, blur, noise, contrast, jpeg or print;
+/// physical means all of them. \throws DomainError naming one that is none of these
 [[nodiscard]] Conditions conditions_by_names(const std::vector<std::string>& names);
 
 /// Draws what happens to one picture: the camera's motion, the light, blur, noise, contrast and JPEG, in the

@@ -26,8 +26,8 @@ struct CameraMotion {
   double focal = 1;     ///< focal length before it, in half widths of the picture; 1 is a view of 90°
 };
 
-/// What the moved camera sees of the first one's picture: K·Rᵀ·K′⁻¹, exact for a scene at any depth. Source:
-/// Hartley and Zisserman, "Multiple view geometry in computer vision" (2004), section 8.4.
+/// The warp from the first camera's picture to the moved one's: K·Rᵀ·K′⁻¹, exact for a scene at any depth.
+/// Source: Hartley and Zisserman, "Multiple view geometry in computer vision" (2004), section 8.4.
 /// \throws DomainError unless zoom and focal are above 0
 [[nodiscard]] Warp warp_of(const CameraMotion& motion);
 

@@ -92,7 +92,7 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
   return sections;
 }
 
-/// Reads the options of one section with their types, and remembers which were asked for.
+/// Reads the options of one section with their types, and remembers which were read.
 class SectionReader {
  public:
   SectionReader(std::string path, CfgSection& section) : path_(std::move(path)), section_(section) {}
@@ -116,7 +116,7 @@ class SectionReader {
     return option != nullptr ? option->value : fallback;
   }
 
-  /// Integer in [low, high]; below low is malformed, above high a limit (or malformed when so told).
+  /// Integer in [low, high]; below low is malformed, above high an error of kind `above`.
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t fallback, std::int64_t low,
                                      std::int64_t high, ErrorKind above = ErrorKind::limit) {
     const CfgOption* option = find(key);

@@ -23,7 +23,7 @@ struct LabelledObject {
 struct LabelledPicture {
   std::string path;
   std::uint64_t id = 0;    ///< of the data set, or its number from 1 on
-  std::size_t height = 0;  ///< pixels, as the data set says; 0 where it does not
+  std::size_t height = 0;  ///< pixels, from the data set; 0 where it does not state them
   std::size_t width = 0;
   bool in_shares = false;  ///< boxes are in shares of the picture's extents, else in pixels
   std::vector<LabelledObject> objects{};
@@ -38,7 +38,7 @@ struct Dataset {
 };
 
 /// The objects of a picture in its pixels, once its extents are known.
-/// \throws FileError (mismatch) if the data set says other extents
+/// \throws FileError (mismatch) if the data set states other extents
 [[nodiscard]] inline std::vector<LabelledObject> objects_in_pixels(const LabelledPicture& picture,
                                                                    std::size_t height, std::size_t width) {
   const auto text = [](std::size_t w, std::size_t h) { return std::to_string(w) + "x" + std::to_string(h); };

@@ -51,7 +51,7 @@ namespace tapestry::io {
 
 /// Reads a folder of pictures, or its folder images, in order of their names, each with
 /// labels as parse_yolo_labels() reads them, in a .txt beside it or, for .../images/a.png, in
-/// .../labels/a.txt. A picture without labels is empty; a warning says how many.
+/// .../labels/a.txt. A picture without labels is empty; a warning counts them.
 ///
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no pictures, none with labels,
 ///                    or two of one name);

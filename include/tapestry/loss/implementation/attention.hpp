@@ -16,7 +16,7 @@ struct HeatParts {
   std::vector<std::size_t> part;
   std::vector<std::size_t> sizes;  ///< of part p at p − 1
 
-  /// What a place of a part counts: 1 over the number of parts and H·W + 1 − size.
+  /// Weight of a place of a part: 1 over the number of parts and H·W + 1 − size.
   [[nodiscard]] double weight(std::size_t place) const {
     const std::size_t rest = part.size() + 1 - sizes[part[place] - 1];
     return 1 / (static_cast<double>(sizes.size()) * static_cast<double>(rest));

@@ -63,7 +63,7 @@ std::vector<Assignment> assignments(const Predictions<T>& predictions, const std
   return assigned;
 }
 
-/// Calls visit(candidate) for those unmatched candidates that ought to say "no object".
+/// Calls visit(candidate) for the unmatched candidates that should predict "no object".
 template <class T, class Visit>
 void for_each_background(const Predictions<T>& predictions, const std::vector<Target>& truths,
                          const std::vector<Assignment>& assigned, double ignore_iou, Visit visit) {
@@ -80,7 +80,7 @@ void for_each_background(const Predictions<T>& predictions, const std::vector<Ta
     });
 }
 
-/// What an assigned candidate's four box logits are wanted to be: σ(tx), σ(ty), then tw and th or, in the
+/// Wanted values of an assigned candidate's four box logits: σ(tx), σ(ty), then tw and th or, in the
 /// ultralytics family, σ(tw) and σ(th); and their weight.
 struct BoxGoal {
   double x, y, w, h;
@@ -121,7 +121,7 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
   return logit - wanted;
 }
 
-/// Truths are told to anchors, and goals are those of the families with anchors and raw logits.
+/// Throws unless all heads have anchors and raw logits: truths are assigned to anchors.
 inline void require_family(const char* operation, const std::vector<detect::Head>& heads) {
   require_raw_logits(operation, heads, "darknet or ultralytics");
   for (const auto& head : heads)
@@ -250,7 +250,7 @@ template <class T, class Options, class AdjointOf>
   const auto pullback = [options, adjoint_of](const Array<T, 1>& terms_adjoint,
                                               const LogitsAdjoint<T>& logits_adjoint) {
     const auto adjoint = [&](std::size_t term) { return static_cast<double>(terms_adjoint(term)); };
-    Options weights = options;  // of each term what its own adjoint and the total's ask for
+    Options weights = options;  // weights from each term's own adjoint and the total's
     weights.box = adjoint(0) + adjoint(3) * options.box;
     weights.objectness = adjoint(1) + adjoint(3) * options.objectness;
     weights.classification = adjoint(2) + adjoint(3) * options.classification;

@@ -64,7 +64,7 @@ class Network {
   void set_weights(std::span<const T> weights);
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
-  /// \param pass    takes the results, and what `mode` says is kept
+  /// \param pass    receives the results, and what `mode` keeps
   /// \param batch   copies of the inputs' extents that lie there one behind the other, at least 1, each with
   ///                results of its own: the same bits as alone
   void forward(const std::vector<const T*>& inputs, NetworkPass<T>& pass, Mode mode = Mode::inference,

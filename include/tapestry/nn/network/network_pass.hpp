@@ -27,7 +27,7 @@ class NetworkPass {
   /// Whether it is of forward_within(), so that adjoints are defined within windows only.
   [[nodiscard]] bool is_within() const { return plan_ != nullptr; }
 
-  /// What a step keeps for the adjoint of the first of the batch; see Network::step_of().
+  /// State of a step for the adjoint of the first of the batch; see Network::step_of().
   [[nodiscard]] OperationState<T>& state(std::size_t step) { return states_.at(step * batch_); }
 
   /// Adds the time of what runs from now on to `times`, which must stay; null measures nothing.

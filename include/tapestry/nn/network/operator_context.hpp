@@ -26,8 +26,8 @@ struct Operand {
   bool is_there = false;
 };
 
-/// A node with its operands' extents, for those who make an operation of it. Attributes are asked for by
-/// name; one that nobody has asked for is an error, so that none is overlooked.
+/// A node with its operands' extents, input for making an operation. Attributes are read by name; one that
+/// was never read is an error, so that none is overlooked.
 class OperatorContext {
  public:
   /// \param channels_last  tensors of four axes among the data operands are stored as [N, H, W, C], and so
@@ -112,7 +112,7 @@ class OperatorContext {
     return channels_last_ && rank == 4 ? stored_axis[place] : place;
   }
 
-  /// \throws DomainError naming attributes that nobody has asked for
+  /// \throws DomainError naming attributes that were never read
   void require_all_asked() const {
     std::string unknown;
     for (const auto& [name, value] : node_.attributes)

@@ -89,7 +89,7 @@ inline constexpr double lowest_sun = 0.1;
   return best;
 }
 
-/// The one colour that fits points best whose brightness is told by their shading, and how far each is off.
+/// The colour that fits points of known shading best, and how far each is off.
 struct ColourFit {
   std::array<double, 3> colour{0, 0, 0};
   std::vector<double> distance{};  ///< Euclidean
@@ -116,7 +116,7 @@ struct ColourFit {
   return fit;
 }
 
-/// What points count by their distances: 1 / (1 + (d / 2.385 σ)²), Cauchy's, with σ = 1.4826 · their median.
+/// Weights of points by their distances: 1 / (1 + (d / 2.385 σ)²), Cauchy's, with σ = 1.4826 · their median.
 [[nodiscard]] inline std::vector<double> robust_counts(const std::vector<double>& distances) {
   auto sorted = distances;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);

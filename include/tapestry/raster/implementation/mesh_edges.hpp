@@ -148,14 +148,14 @@ MeshEdges mesh_edges(const geometry::Mesh& mesh) {
 
 namespace tapestry::raster::detail {
 
-/// Whether a face has points on both sides of another one's plane, or may have, and is not in that plane.
-/// What counts as in it is measured by the two faces alone, so that no third one matters.
+/// Whether a face has points on both sides of another one's plane, or may have, and is not in that plane. The
+/// tolerance for "in the plane" depends on the two faces alone, so that no third one matters.
 [[nodiscard]] inline bool reaches_through(const std::array<geometry::Vector3, 3>& face,
                                           const std::array<geometry::Vector3, 3>& plane) {
   const geometry::Vector3 u = geometry::subtract(plane[1], plane[0]);
   const geometry::Vector3 v = geometry::subtract(plane[2], plane[0]);
   const geometry::Vector3 normal = geometry::cross(u, v);
-  // What a height may be off by: the sum of its terms' sizes, times 90 roundings of a double.
+  // Bound of a height's error: the sum of its terms' sizes, times 90 roundings of a double.
   const auto rounding = [&](const geometry::Vector3& d) {
     const auto term = [&](std::size_t x, std::size_t y, std::size_t z) {
       return (std::abs(u[y] * v[z]) + std::abs(u[z] * v[y])) * std::abs(d[x]);

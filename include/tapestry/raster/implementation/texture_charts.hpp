@@ -20,7 +20,7 @@ namespace tapestry::raster::detail {
 
 inline constexpr std::size_t no_chart = std::numeric_limits<std::size_t>::max();
 
-/// Sets of numbers that are joined until they are asked for.
+/// Disjoint sets of numbers: joined first, looked up afterwards.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) {

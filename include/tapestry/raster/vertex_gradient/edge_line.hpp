@@ -15,7 +15,7 @@
 
 namespace tapestry::raster::detail {
 
-/// What the integrals over boundaries of a picture, outlines and intersections, are about.
+/// Scene of the integrals over boundaries of a picture, which are outlines and intersections.
 template <class Colour, class Adjoint>
 struct BoundaryScene {
   const geometry::Mesh& mesh;
@@ -59,8 +59,8 @@ struct EdgeLine {
     return (column - from[0]) * way[0] + (row - from[1]) * way[1];
   }
 
-  /// Of an edge from `first` to `last`, in view space. False if nothing of it lies in the view, it has no
-  /// length there, or it goes through the eye.
+  /// Sets the line of an edge from `first` to `last`, in view space. Returns false if nothing of it lies in
+  /// the view, it has no length there, or it goes through the eye.
   [[nodiscard]] bool set(const geometry::Vector3& first, const geometry::Vector3& last,
                          const geometry::Camera& camera, const PixelRays& rays) {
     a = first;

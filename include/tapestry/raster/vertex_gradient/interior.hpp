@@ -82,8 +82,8 @@ void for_each_piece(const std::array<double, 2>& from, const std::array<double, 
   }
 }
 
-/// What one band of rows finds out about a face: sums over its fragments, σ_j being ∂colour/∂b_j times the
-/// adjoint of the colour.
+/// Sums of one band of rows over the fragments of a face, σ_j being ∂colour/∂b_j times the adjoint of the
+/// colour.
 struct FaceMoments {
   std::int32_t face;
   double light = 0;                              ///< derivative with respect to its light

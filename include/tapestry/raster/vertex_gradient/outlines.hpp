@@ -60,13 +60,13 @@ class Outlines {
   static constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
   static constexpr double beside = 1e-5;  // px; how far from an edge its two sides are looked at
 
-  /// What a ray beside an edge meets.
+  /// The face that a ray beside an edge meets.
   struct Side {
     std::int32_t face = -1;
     std::int32_t half_edge = -1;  // of the edge, when the face has it; index into `own`
   };
 
-  /// Of a half-edge, the derivatives with respect to its two ends, in the order of the line's.
+  /// Derivatives of a half-edge with respect to its two ends, in the order of the line's.
   using EndsAdjoint = std::array<geometry::Vector3, 2>;
 
   /// A face that has the edge.
@@ -137,7 +137,7 @@ class Outlines {
     if (!cut(found.edge, line)) return;
     line.hidden_to = found.hidden_to;
     const auto [column, row] = line.at(line.hidden_to);
-    // Of a short edge the first piece tells as much.
+    // A short edge is decided by its first piece.
     if (line.length - line.hidden_to > scene_.longest_piece && is_hidden(line, column, row) &&
         line.hidden_to > line.length)
       return;
@@ -238,7 +238,7 @@ class Outlines {
   }
 
   /// The nearest of the edge's own faces beside it, at point − step, where m·r < 0, and at point + step, and
-  /// their 1/z. They reach up to the edge on the side of their third corner, whatever rounding says.
+  /// their 1/z. They reach up to the edge on the side of their third corner, even where rounding denies it.
   [[nodiscard]] std::array<double, 2> own_sides(const EdgeLine& line, const std::vector<OwnFace>& own,
                                                 const std::array<double, 2>& point,
                                                 const std::array<double, 2>& step,

@@ -18,7 +18,7 @@ namespace tapestry::raster::detail {
 /// Factor of a face's sampled derivatives: min(1, (thickness / least_thickness)²), both in distances of
 /// samples.
 ///
-/// What a face shows changes over its thickness, so its derivatives grow with 1/thickness. Their integral
+/// The colours of a face change over its thickness, so its derivatives grow with 1/thickness. Their integral
 /// over the face stays bounded, but a sample that hits the face stands for a whole cell: a face seen edge-on
 /// that owns one sample would outweigh all others. With w_k = r·c_k / V, c_k = q_{k+1} × q_{k+2} and
 /// V = q_0·c_0, barycentrics are b_k = w_k·z, z = 1 / Σ w, and

@@ -118,7 +118,7 @@ JpegPlanes<T> jpeg_planes(const Array<T, 3>& picture, const JpegCompression& jpe
   return planes;
 }
 
-/// What decompression makes of the planes, before the cut to 0 … 1.
+/// The picture decompressed from the planes, before it is clipped to 0 … 1.
 template <class T>
 Array<T, 3> picture_of_jpeg(const JpegPlanes<T>& planes, const Extents<3>& extents,
                             const JpegCompression& jpeg) {

@@ -17,7 +17,7 @@
 
 namespace tapestry::nn {
 
-/// What one convolution of a network is, beside its values.
+/// Plan of one convolution of a network: everything but its values.
 template <class T>
 struct ConvolutionPlan {
   ConvolutionShape shape{};

@@ -18,7 +18,7 @@ namespace tapestry::nn {
 /// Pixels of blocks of a picture as channels of one pixel: channels j · C … of pixel (y, x) are pixel
 /// (y · rows + row_j, x · columns + column_j).
 struct PixelBlocks {
-  /// Of a pixel within its block.
+  /// Place of a pixel within its block.
   struct Place {
     std::size_t row, column;
   };

@@ -46,8 +46,8 @@ namespace detail {
   return context.axis(context.integer("axis", otherwise), shape.size());
 }
 
-/// The extents that Reshape asks for: 0 stands for what was there unless allowzero says otherwise, one −1 for
-/// what is left.
+/// Extents of Reshape's result: 0 stands for the operand's extent unless allowzero is set, one −1 for what is
+/// left.
 [[nodiscard]] inline Shape reshaped(const Shape& from, const std::vector<std::int64_t>& wanted,
                                     bool allows_zero) {
   Shape shape;

@@ -70,7 +70,7 @@ inline void read_extents(OperatorContext& context, const char* name, std::int64_
 }
 }  // namespace detail
 
-/// \param taps  of the weights, or {0, 0} where kernel_shape has to tell them
+/// \param taps of the weights; {0, 0}: kernel_shape is required
 [[nodiscard]] inline WindowAttributes window_attributes(OperatorContext& context,
                                                         WindowAttributes::Pair taps = {0, 0}) {
   WindowAttributes window;
