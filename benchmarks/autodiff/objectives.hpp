@@ -12,7 +12,7 @@
 
 namespace tapestry::benchmarks {
 
-// What is differentiated. Each objective has
+// The functions that are differentiated. Each objective has
 //
 //   start()              seeded inputs
 //   objective(x)         its value, for any scalar with arithmetic, comparisons and the functions of

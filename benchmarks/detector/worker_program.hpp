@@ -26,8 +26,8 @@ struct WorkerOptions {
   double seconds = 0;
 };
 
-/// What a pass computed: the logits of all heads one after the other, or the gradient and the decisions
-/// that led to it.
+/// Result of a pass: the logits of all heads one after the other, or the gradient and the decisions that led
+/// to it.
 struct Answer {
   std::vector<float> values{};
   Decisions decisions{};
@@ -68,7 +68,7 @@ class DetectorEngine {
 };
 
 /// The main function of a program that runs one library on one network.
-/// \param engines  says which values --engine has
+/// \param engines  the values of --engine, for the help
 template <Detector D>
 int run_worker(int argc, char** argv, const std::string& engines) {
   auto app = shell::command_line(

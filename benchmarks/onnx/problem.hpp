@@ -11,7 +11,7 @@
 
 namespace tapestry::benchmarks {
 
-/// What each program that runs a network is told.
+/// Options of each program that runs a network.
 struct NetworkOptions {
   std::string model{};  ///< an ONNX file of one input, a picture [1, 3, size, size]
   std::string input{};  ///< its values, floats of this machine one after the other
@@ -21,7 +21,7 @@ struct NetworkOptions {
   double seconds = 0;
 };
 
-/// Weights of the sum of all outputs whose gradient is asked for; the same numbers in every program.
+/// Weights of the sum of all outputs whose gradient is computed; the same numbers in every program.
 template <class T>
 [[nodiscard]] std::vector<T> weighting(std::size_t count) {
   Random random(2);

@@ -53,7 +53,7 @@ class RendererEngine {
 };
 
 /// The main function of a program that runs one renderer.
-/// \param variants  says which values --variant has
+/// \param variants  the values of --variant, for the help
 template <Renderer R>
 int run_worker(int argc, char** argv, const std::string& variants) {
   auto app = shell::command_line(

@@ -64,8 +64,8 @@ void require_sound(const Options& options) {
   list.throw_first();
 }
 
-/// Description of the heads of a model, as io::read_detector_description() reads it; nothing if no
-/// description says it.
+/// Description of the heads of a model, for io::read_detector_description(); nothing if no description can
+/// state it.
 std::optional<Json> described(const detect::DarknetModel<float>& model) {
   const auto& layers = model.config().layers;
   const auto is_region = [](const detect::LayerConfig& layer) {

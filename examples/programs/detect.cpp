@@ -163,7 +163,7 @@ class Detection {
   }
 
  private:
-  /// What is in a picture, or what went wrong with it.
+  /// Detections in a picture, or the error that it caused.
   struct Examined {
     std::vector<detect::Detection> found{};
     std::optional<Error> error{};

@@ -111,7 +111,7 @@ void require_no_run(const Options& options) {
                 options.output + " holds a run, whose metrics would be lost; give another --output");
 }
 
-/// What was asked for, once the run's settings are adopted.
+/// Checks the options, once the run's settings are adopted.
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
   require_protocol_options(app, options.protocol, is_on_photographs(options.protocol.protocol),
@@ -131,7 +131,7 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_no_run(options);
 }
 
-/// What the views are photographed under.
+/// The conditions under which the views are photographed.
 evaluate::Photography photography_of(const Options& options) {
   if (options.conditions.empty()) return {};
   return {image::conditions_by_names(options.conditions), options.draws, options.seed};
@@ -153,7 +153,7 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
   for (const auto* row : rows_of(report)) print_row(*row);
 }
 
-/// What has changed since the runs that are measured, each file once.
+/// Inputs that have changed since the measured runs, each file once.
 /// \throws Error (in_use) unless that is accepted
 std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inputs) {
   std::vector<ChangedInput> changed;

@@ -209,7 +209,7 @@ io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& veh
   }
 }
 
-/// What was asked for, as words of the command line; not where frames are written to.
+/// The options as words of the command line, without the folder that frames are written to.
 Json settings_json(const CLI::App& app, const Options& options) {
   Json settings{{"seed", options.seed}};
   for (const auto* option : app.get_options()) {
@@ -224,7 +224,7 @@ Json settings_json(const CLI::App& app, const Options& options) {
   return settings;
 }
 
-/// What differs between two data sets, by name.
+/// Differences between the settings of two data sets, by name.
 std::string differences(const Json& was, const Json& now) {
   std::string text;
   const auto compare = [&](const std::string& name, const Json& before, const Json& after) {

@@ -200,7 +200,7 @@ class Trainer {
   Tape<float> tape_;
 };
 
-/// What to type to go on: the steps left, from the weights saved.
+/// The command that goes on: the steps left, from the weights saved.
 std::string command_to_go_on(const CLI::App& app, const char* program, const Options& options,
                              std::size_t done) {
   std::vector<std::string> words{program, "--weights", options.output, "--steps",

@@ -29,8 +29,8 @@ int main() {
   car.layout = {raster::TextureKind::atlas, 64, 128, 2};
   car.space = image::ColourSpace::linear;  // light adds up, the numbers of a picture do not
 
-  // What does not change: for each photograph the map from paint to picture, what lies behind, where the car
-  // is.
+  // Constants: for each photograph the map from paint to picture, the background, and the place of
+  // the car.
   std::vector<std::shared_ptr<const raster::TextureOperator<float>>> views;
   std::vector<image::Backdrop<float>> backdrops;
   std::vector<loss::Target> targets;

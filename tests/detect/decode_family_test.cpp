@@ -35,7 +35,7 @@ Array<double, 4> empty_outputs(DecodeFamily family) {
   return tapestry::filled<double, 4>({1, 7, 2, 3}, family == DecodeFamily::scaled ? 0.0 : -20.0);
 }
 
-/// What a head of the family hands over where the one of the others hands over a logit.
+/// Output of a head of the family for a logit of the other families.
 double output(DecodeFamily family, double logit) {
   return family == DecodeFamily::scaled ? tapestry::nn::logistic(logit) : logit;
 }

@@ -11,7 +11,7 @@
 
 namespace tapestry::shell {
 
-/// What the program camouflage is asked for.
+/// Options of the program camouflage.
 struct CamouflageOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
@@ -36,7 +36,7 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   app.add_flag("--profile", options.profile, "print where the time of a step went");
 }
 
-/// What decides the result of a run, under the names of the options.
+/// Settings that decide the result of a run, under the names of the options.
 inline Json settings_json(const CamouflageOptions& options) {
   Json json = Json::object();
   add_json(json, options.scene);
@@ -45,13 +45,13 @@ inline Json settings_json(const CamouflageOptions& options) {
   return json;
 }
 
-/// Whether a method asks a detector for a heat map, and so for a layer.
+/// Whether a method uses a detector's heat map, and so a layer.
 inline bool maps_attention(const std::string& method) { return method == "das" || method == "das_full"; }
 
 /// Whether a method optimises the car's shape, too.
 inline bool moves_shape(const std::string& method) { return method == "mesh_adv"; }
 
-/// That a method gets the texture, the light and the detectors it is about.
+/// Checks that a method gets the texture, the light and the detectors it needs.
 inline void require_fit(const OptimisationSettings& optimisation, const SceneSettings& scene,
                         ProblemList& list) {
   const std::string& method = optimisation.method;
@@ -74,7 +74,7 @@ inline void require_fit(const OptimisationSettings& optimisation, const SceneSet
                "--method rauca takes its light from the photographs; it needs --light photo");
 }
 
-/// Of a run to resume, the settings come from its manifest and are checked there.
+/// Checks the options. To resume a run, the settings come from its manifest and are checked there.
 inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
   require_sound_run(options, list);
   list.require(options.keep_layers_mib <= std::size_t(1) << 24U,

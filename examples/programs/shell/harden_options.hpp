@@ -57,7 +57,7 @@ void visit_settings(HardenSettings& s, Visit visit) {
   visit("seed", s.seed, "what all paints, orders and draws follow from");
 }
 
-/// What the program harden is asked for.
+/// Options of the program harden.
 struct HardenOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
@@ -74,7 +74,7 @@ inline void describe(CLI::App& app, HardenOptions& options) {
                "a small budget for a first look, where no other is given: 80 scenes, 4 short rounds");
 }
 
-/// What decides the result of a run, under the names of the options.
+/// Settings that decide the result of a run, under the names of the options.
 inline Json settings_json(const HardenOptions& options) {
   Json json = Json::object();
   add_json(json, options.scene);
@@ -99,7 +99,7 @@ inline void require_sound(const HardenSettings& s, ProblemList& list) {
   list.require(s.learning_rate > 0, "--learning-rate must be above 0");
 }
 
-/// Of a run to resume, the settings come from its manifest and are checked there.
+/// Checks the options. To resume a run, the settings come from its manifest and are checked there.
 inline void require_sound(const HardenOptions& options, ProblemList& list) {
   require_sound_run(options, list);
   if (options.resume) return;

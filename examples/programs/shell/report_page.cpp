@@ -92,7 +92,7 @@ Json pictures_json(const std::vector<Bitmap>& pictures, std::size_t most) {
   return json;
 }
 
-/// Of a view's pictures, the index among `shown` evenly spread ones of the first that is there, or −1.
+/// Index of a view's first picture among `shown` evenly spread ones, or −1 if none of them is there.
 std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t pictures, std::size_t shown) {
   for (std::size_t k = view * draws; k < (view + 1) * draws; ++k)
     if ((k + 1) * shown / pictures > k * shown / pictures)
@@ -100,7 +100,7 @@ std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t 
   return -1;
 }
 
-/// What the page's script reads: the list, with the picture of each view, pictures and the car.
+/// Data for the page's script: the list, with the picture of each view, pictures and the car.
 Json page_data(const ReportPage& page) {
   Json data = list_json(page.list);
   const std::size_t shown = std::min(page.pairs.below.size(), page.pairs.above.size());

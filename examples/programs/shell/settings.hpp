@@ -22,7 +22,7 @@
 
 namespace tapestry::shell {
 
-/// What car, in which pictures. Empty paths stand for the bundled default.
+/// Car and pictures. Empty paths stand for the bundled default.
 struct SceneSettings {
   static constexpr const char* group = "Car and pictures";
   std::string mesh;
@@ -41,7 +41,7 @@ struct SceneSettings {
   std::string light = "frame";
 };
 
-/// Which detector, and what it is asked for.
+/// The detector, and its thresholds.
 struct DetectorSettings {
   static constexpr const char* group = "Detector";
   std::string cfg;
@@ -200,8 +200,8 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
   });
 }
 
-/// What it means that a manifest lacks a setting: nothing is asked for, the choice is left to the detector,
-/// or there was no choice when the run was made. Null if it may not be lacking.
+/// Value of a setting that a manifest lacks: off, left to the detector, or the only choice when the run was
+/// made. Null if it may not be lacking.
 inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
@@ -247,7 +247,7 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
                "--mesh needs --material or --faces to say what is painted");
 }
 
-/// What --decode can be: the families of cfgs.
+/// Choices of --decode: the families of cfgs.
 inline std::vector<std::string> decode_choices() {
   std::vector<std::string> choices;
   for (const auto family : detect::decode_families)

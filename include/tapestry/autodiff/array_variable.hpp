@@ -14,9 +14,9 @@
 namespace tapestry {
 namespace detail {
 
-/// The adjoint of one array on a tape, allocated when first needed; of sweeps of several roots, one a root,
-/// as ArrayMemory::lane says. Shared by the tape's record and the variables that name it; the record detaches
-/// it when the tape forgets it.
+/// The adjoint of one array on a tape, allocated when first needed; in sweeps of several roots, one for each
+/// root, chosen by ArrayMemory::lane. Shared by the tape's record and the variables that name it; the record
+/// detaches it when the tape forgets it.
 template <class T, std::size_t Rank>
 class ArrayAdjoint {
  public:
@@ -59,7 +59,7 @@ class ArrayAdjoint {
  private:
   enum class Holds { forgotten, zeros, sum };
 
-  /// Of one root.
+  /// The adjoint for one root.
   struct Lane {
     Array<T, Rank> adjoint;
     Holds holds = Holds::forgotten;
@@ -177,8 +177,7 @@ class ArrayVariable {
 
  private:
   std::shared_ptr<const Array<T, Rank>> value_;
-  mutable std::shared_ptr<detail::ArrayAdjoint<T, Rank>>
-      adjoint_;  // a passive variable's is made when asked for
+  mutable std::shared_ptr<detail::ArrayAdjoint<T, Rank>> adjoint_;  // a passive variable's is made on demand
   detail::Link link_;
 };
 

@@ -8,8 +8,8 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
 
-// What Boost.Math and Boost.Odeint need to know of variables; to be included before their headers, and
-// including none of them.
+// Functions and traits of variables for Boost.Math and Boost.Odeint; to be included before their headers,
+// and including none of them.
 
 namespace tapestry {
 namespace detail {

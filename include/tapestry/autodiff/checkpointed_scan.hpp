@@ -188,7 +188,7 @@ class ScanRecord final : public TapeRecord<T> {
   }
 
  private:
-  /// What the adjoints are, which then are zero; of a variable that stands there twice, once.
+  /// Returns the adjoints of variables and sets them to zero; of a variable that stands there twice, once.
   static std::vector<T> taken(T* adjoints, const std::vector<Variable<T>>& variables) {
     std::vector<T> found;
     for (const Variable<T>& variable : variables)

@@ -55,9 +55,10 @@ template <class T>
 /// Which of `variables` each of `roots` was computed from, as entries (root, variable): found in one backward
 /// pass over the tape, that hands sets of roots on. An operand counts even where its partial derivative is 0;
 /// the side that max(), min(), abs() or a comparison did not take does not, so that a pattern serves other
-/// recordings that choose the same. Operations with a pullback do not tell: each of their results counts as
-/// computed from all of their inputs, and an array as one number. Where a pattern made by hand knows better,
-/// it takes fewer directions. \throws DomainError if a root or a variable is not on the tape
+/// recordings that choose the same. Operations with a pullback are opaque: each of their results counts as
+/// computed from all of their inputs, and an array as one number. A pattern made by hand that leaves some of
+/// these out takes fewer directions.
+/// \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] JacobianPattern sparsity_pattern(const Tape<T>& tape, std::span<const Variable<T>> roots,
                                                std::span<const Variable<T>> variables) {
@@ -97,9 +98,9 @@ class JacobianPlan {
   [[nodiscard]] bool goes_forward() const { return goes_forward_; }
   /// Directions that the sweeps take, eight of them each.
   [[nodiscard]] std::size_t direction_count() const { return colouring().colour_count; }
-  /// Of the columns when it goes forward, else of the rows.
+  /// Colouring of the columns when it goes forward, else of the rows.
   [[nodiscard]] const ColumnColouring& colouring() const { return goes_forward_ ? columns_ : rows_; }
-  /// Of the rows, whichever way it goes.
+  /// Colouring of the rows, whichever way it goes.
   [[nodiscard]] const ColumnColouring& row_colouring() const { return rows_; }
 
  private:

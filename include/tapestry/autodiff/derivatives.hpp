@@ -44,7 +44,7 @@ template <class Function, Scalar T>
   return {y.value(), y.tangent()};
 }
 
-/// What gradient() returns.
+/// Result of gradient().
 template <class T>
 struct ValueAndGradient {
   T value;

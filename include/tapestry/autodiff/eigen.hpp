@@ -8,7 +8,7 @@
 /// Variables and duals as scalars of Eigen: Eigen::Matrix<tapestry::Variable<double>, 3, 3> and its products
 /// and decompositions, each operation of which is differentiated. Pivoting looks at the values.
 ///
-/// Of a symmetric matrix take SelfAdjointEigenSolver, not JacobiSVD: the latter begins by a division by the
+/// For a symmetric matrix take SelfAdjointEigenSolver, not JacobiSVD: the latter begins by a division by the
 /// difference of two entries, which is then a rounding or 0; its values are right, its derivatives are not.
 
 namespace tapestry::detail {

@@ -48,7 +48,7 @@ struct OfEigenVector {
       return S(f(map(x)));
     }
   }
-  /// Of how many rows its results are, as known at compile time.
+  /// Number of rows of its results, as known at compile time.
   template <class S>
   static constexpr int rows_of_results = std::remove_cvref_t<decltype(std::declval<Function>()(
       std::declval<Eigen::Map<const Eigen::Matrix<S, Rows, 1>>>()))>::RowsAtCompileTime;
@@ -76,7 +76,7 @@ template <int Rows, int Columns, class T>
 }
 }  // namespace detail
 
-/// What gradient() of an Eigen vector returns.
+/// Result of gradient() of an Eigen vector.
 template <class T, int Rows>
 struct ValueAndEigenGradient {
   T value;

@@ -39,7 +39,7 @@ struct GradientCheckEntry {
   bool kink = false;          ///< the function seems not to be smooth within the step
 };
 
-/// What a check found.
+/// Result of a gradient check.
 struct GradientReport {
   double tolerance = 0;
   std::size_t checked = 0;
@@ -158,8 +158,8 @@ inline std::string GradientReport::line(const GradientCheckEntry& entry) {
 /// Compares a gradient with central differences of the function, entry by entry.
 ///
 /// Relative errors are taken against the larger of the two numbers, but at least against the size that
-/// differences can resolve to the tolerance at all: rounding, as the options say it, of ε|f|/h over
-/// tolerance. Where the two disagree, one-sided differences at h, h/2 and h/4 tell a kink or jump of the
+/// differences can resolve to the tolerance at all: rounding, as the options state it, of ε|f|/h over
+/// tolerance. Where the two disagree, one-sided differences at h, h/2 and h/4 separate a kink or jump of the
 /// function within the step, which proves nothing about the gradient, from a wrong gradient; such entries are
 /// listed apart.
 ///

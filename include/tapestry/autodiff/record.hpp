@@ -51,7 +51,7 @@ class ArrayResultRecord : public TapeRecord<T> {
   void pull_back(T* adjoints, std::size_t) final {
     if (!adjoint_->is_touched()) return;
     pull_back_array(adjoint_->read(), adjoints);
-    if (adjoint_.use_count() == 1) adjoint_->release();  // consumed, and no variable is left to ask for it
+    if (adjoint_.use_count() == 1) adjoint_->release();  // consumed, and no variable is left to read it
   }
   void forget_adjoint() noexcept final { adjoint_->forget(); }
 

@@ -19,10 +19,10 @@ namespace tapestry {
 ///   Replay<double> replay(f, start);          // calls f once, with Replayable<double>
 ///   double value = replay.gradient(x, gradient);
 ///
-/// What f decides by comparing its variables is decided once: inputs for which a comparison comes out
-/// otherwise are refused, unless guards are ignored. Which of two numbers is the larger counts, not what was
-/// asked: x >= y, recorded with x above y, refuses x equal to y. What it decides by their value() is not
-/// noticed; min, max and abs follow their arguments, and need no guard. One Replay serves one thread at a
+/// A decision of f that compares its variables is made once: inputs for which a comparison comes out
+/// otherwise are refused, unless guards are ignored. Which of two numbers is the larger counts, not the
+/// comparison itself: x >= y, recorded with x above y, refuses x equal to y. Decisions by their value() are
+/// not noticed; min, max and abs follow their arguments, and need no guard. One Replay serves one thread at a
 /// time.
 template <std::floating_point T>
 class Replay {

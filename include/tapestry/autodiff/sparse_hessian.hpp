@@ -103,11 +103,11 @@ class HessianPlan {
       direction_count_ = std::max<std::size_t>(direction_count_, colour + 1);
   }
 
-  /// Of both triangles.
+  /// The pattern of both triangles.
   [[nodiscard]] const JacobianPattern& pattern() const { return pattern_; }
   /// Directions that the Hessian is multiplied by, eight of them a sweep.
   [[nodiscard]] std::size_t direction_count() const { return direction_count_; }
-  /// Of each variable its direction.
+  /// The direction of each variable.
   [[nodiscard]] const std::vector<std::uint32_t>& colour_of() const { return colour_of_; }
 
  private:

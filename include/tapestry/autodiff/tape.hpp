@@ -97,9 +97,9 @@ class Tape {
                          static_cast<double>(detail::value_of<detail::Base<T>>(variable.value())));
   }
 
-  /// Finds memory beforehand, so that a first recording waits for none, and its first sweep.
-  /// \param statements, operands  as statement_count() and operand_count() say of such a recording
-  /// Adjoints of the last reverse() may be forgotten.
+  /// Finds memory beforehand, so that a first recording waits for none, and its first sweep. Adjoints of the
+  /// last reverse() may be forgotten.
+  /// \param statements, operands  statement_count() and operand_count() of such a recording
   /// \throws Error if there is not as much, DomainError if called from within a pullback
   void reserve(std::size_t statements, std::size_t operands) {
     state().require_idle("reserve");
@@ -147,7 +147,7 @@ class Tape {
     reverse_from_array(state(), root, seed);
   }
 
-  /// What variable.adjoint() gives, without the need for an active tape.
+  /// The result of variable.adjoint(), without the need for an active tape.
   [[nodiscard]] T adjoint(const Variable<T>& variable) const { return state().adjoint(variable.link()); }
 
   /// The same of many variables; writes to the adjoints.

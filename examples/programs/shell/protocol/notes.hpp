@@ -12,7 +12,7 @@
 
 namespace tapestry::shell::detail {
 
-/// What was looked at.
+/// Notes on the frames that were measured.
 inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const ProtocolResult& result,
                                                 const ProtocolRequest& request) {
   const auto number = evaluate::detail::short_number;
@@ -49,7 +49,7 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
   return notes;
 }
 
-/// What stands under every table.
+/// Notes under every table.
 inline std::vector<std::string> notes_of(const Protocol& protocol, const ProtocolResult& result,
                                          const ProtocolRequest& request, const ProtocolInputs& inputs) {
   const auto number = evaluate::detail::short_number;

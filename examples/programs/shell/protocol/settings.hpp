@@ -37,7 +37,7 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
   app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");
 }
 
-/// What a protocol has no use for, and what nothing but a protocol uses.
+/// Checks for options that a protocol does not use, and for options that only a protocol uses.
 /// \param on_photographs             whether it measures photographs, not renders
 /// \param before_plain_background    whether it measures the car alone
 inline void require_protocol_options(const CLI::App& app, const ProtocolSettings& s, bool on_photographs,

@@ -18,8 +18,8 @@ template <std::size_t Rank>
 }
 
 /// Memory of arrays that a tape has forgotten, for those of its next recording: pages fresh from the system
-/// cost more than most operations. Holds no more than was in use at once, and gives up what it holds of other
-/// sizes before it asks for more. Any thread may give back.
+/// cost more than most operations. Holds no more than was in use at once, and frees what it holds of other
+/// sizes before it allocates more. Any thread may give back.
 template <class T>
 class ArrayMemory {
  public:

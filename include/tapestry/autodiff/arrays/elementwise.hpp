@@ -208,8 +208,8 @@ requires detail::ArrayPair<X, Y>
   return detail::array_binary<detail::Comparison<detail::LessEqual>>("operator>=", y, x);
 }
 
-/// What of a formula is constant, known when it is compiled: it costs no pullback at all, while a variable
-/// that happens to be passive costs the arithmetic.
+/// Marks x as constant in a formula, at compile time: it costs no pullback at all, while a variable that
+/// happens to be passive costs the arithmetic.
 template <class T, std::size_t Rank>
 [[nodiscard]] auto constant(const ArrayVariable<T, Rank>& x) {
   return detail::ConstantView<T, Rank, Rank>(detail::whole_view(x));

@@ -203,7 +203,7 @@ void exponentials(const T* from, T* to, T shift, std::size_t count, std::size_t 
 }
 }  // namespace detail
 
-/// exp of each element in the way that Policy says; the derivative is the value, error and all.
+/// exp of each element, computed as Policy states; the derivative is the value, error and all.
 template <Exponential Policy, DifferentiableArray X>
 [[nodiscard]] auto exp(const X& x) {
   if constexpr (Policy == Exponential::library) {

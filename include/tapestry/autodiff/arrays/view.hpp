@@ -62,7 +62,7 @@ template <Viewable X>
   return decltype(view)(view.whole(), offset, extents, strides);
 }
 
-/// What lies at `index` of one axis, which goes: column(matrix, j) is select(matrix, 1, j).
+/// Elements at `index` of one axis, which is dropped: column(matrix, j) is select(matrix, 1, j).
 template <Viewable X>
 [[nodiscard]] auto select(const X& x, std::size_t axis, std::size_t index) {
   const auto view = detail::view_of(x);

@@ -22,7 +22,7 @@ struct Plus {
   static T partial_y(const T&, const T&, const T&) {
     return T(1);
   }
-  /// What comes back, times the partial of one side.
+  /// The gradient g times the partial of one side.
   template <class T>
   static T pass_x(const T& g, const T&, const T&) {
     return g;

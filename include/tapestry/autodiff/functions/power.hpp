@@ -168,7 +168,7 @@ template <Scalar T, std::size_t N>
   }
 }
 
-/// By what legs are to be multiplied so that their length neither overflows nor loses digits.
+/// Factor for legs, so that their length neither overflows nor loses digits.
 template <std::floating_point T>
 [[nodiscard]] T scale_of_length(T length) {
   return length < std::numeric_limits<T>::min()   ? T(0x1p64F)

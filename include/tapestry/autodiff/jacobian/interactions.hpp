@@ -91,8 +91,8 @@ class Interactions {
 struct InteractionTag {};
 }  // namespace detail
 
-/// A number that tells which variables it was computed from meet in an operation that is not linear; what
-/// hessian_pattern() calls a function with. It goes wherever a Dual does.
+/// A number that records which of the variables it was computed from meet in an operation that is not linear;
+/// hessian_pattern() calls a function with such numbers. It goes wherever a Dual does.
 template <std::floating_point T>
 class Dual<T, 1, detail::InteractionTag> {
  public:
@@ -112,7 +112,7 @@ class Dual<T, 1, detail::InteractionTag> {
   /// Itself: all that it carries.
   [[nodiscard]] constexpr const Dual& tangents() const { return *this; }
   [[nodiscard]] constexpr bool is_zero() const { return value_ == T(0) && node_ == 0; }
-  /// What collects the meetings; null for a constant.
+  /// Collector of the meetings; null for a constant.
   [[nodiscard]] constexpr detail::Interactions* all() const { return all_; }
   [[nodiscard]] constexpr detail::Interactions::Node node() const { return node_; }
 
@@ -154,7 +154,7 @@ void meet(const Interacting<T>& x, const Interacting<T>& y) {
   if (x.all() != nullptr) x.all()->meet(x.node(), y.node());
 }
 
-// What functions of duals call, for numbers that interact.
+// Hooks that functions of duals call, for numbers that interact.
 
 template <class Operation, std::floating_point T>
 [[nodiscard]] Interacting<T> dual_of(const Interacting<T>& x, const T& value, const T&) {

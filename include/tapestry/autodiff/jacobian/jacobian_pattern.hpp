@@ -66,7 +66,7 @@ class IndexSets {
   std::unordered_map<std::uint64_t, Name> pairs_;
 };
 
-/// Of each statement, the sets that were added to it and not joined yet; memory is used again.
+/// For each statement, the sets that were added to it and not joined yet; memory is used again.
 class PendingSets {
  public:
   explicit PendingSets(std::size_t statements) : first_(statements, 0) {}

@@ -76,7 +76,7 @@ class TangentVectors {
   }
 #endif
 
-  /// What it adds the products of an operand to.
+  /// Sum of the products of the operands.
   struct Sum {
     const Lanes* lanes;
     Lanes total;

@@ -9,9 +9,8 @@
 namespace tapestry {
 namespace detail {
 
-/// Of a small L, [N, N], turns its adjoint into that of A = L Lᵀ, lower triangle alone: with
-/// S = L⁻ᵀ Φ(Lᵀ L̄) L⁻¹, where Φ takes the lower triangle and half the diagonal, Ā = S + Sᵀ below the diagonal
-/// and S on it.
+/// Turns the adjoint of a small L, [N, N], into that of A = L Lᵀ, lower triangle alone: with S = L⁻ᵀ Φ(Lᵀ L̄)
+/// L⁻¹, where Φ takes the lower triangle and half the diagonal, Ā = S + Sᵀ below the diagonal and S on it.
 template <class Factor, class Adjoint>
 void pull_back_small_factor(const Factor& l, Adjoint&& adjoint) {
   using T = typename Factor::Scalar;
@@ -123,7 +122,7 @@ template <class T>
     for (Eigen::Index j = i; j < lu.cols(); ++j)
       largest = std::max(largest, std::abs(number_of(T(lu.matrixLU()(i, j)))));
   }
-  // Of the least denormal number of any type it makes a normal one.
+  // It makes the least denormal number of any type a normal one.
   constexpr auto scale = static_cast<Number>(0x1p74F);
   const bool fits = largest < std::numeric_limits<Number>::max() / scale;
   return least < std::numeric_limits<Number>::min() && fits ? scale : Number(1);

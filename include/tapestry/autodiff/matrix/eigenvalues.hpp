@@ -18,7 +18,7 @@ struct EigenPairs {
   DenseMatrix<T> w, v;
 };
 
-/// Of the lower triangle of a; w ascends.
+/// Eigenvalues and vectors of the lower triangle of a; w ascends.
 /// \throws ShapeError if a is not square, NumericError if a number is not finite
 template <std::floating_point T>
 [[nodiscard]] std::shared_ptr<const EigenPairs<T>> eigen_pairs_of(const char* operation,
@@ -50,7 +50,7 @@ template <std::floating_point T>
 
 namespace matrix {
 
-/// What symmetric_eigen() returns: arrays or Eigen matrices of variables.
+/// Result of symmetric_eigen(): arrays or Eigen matrices of variables.
 template <class Values, class Vectors>
 struct SymmetricEigen {
   Values values;    ///< w, [N], ascending

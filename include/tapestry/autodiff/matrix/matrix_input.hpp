@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-/// What an operation on matrices takes, whichever way its matrices are held.
+/// Inputs of operations on matrices, whichever way the matrices are held.
 namespace tapestry::detail {
 
 /// Numbers in columns, which all decompositions work on.
@@ -30,7 +30,7 @@ struct IsPlainArray : std::false_type {};
 template <class T, std::size_t Rank>
 struct IsPlainArray<Array<T, Rank>> : std::bool_constant<Rank == 1 || Rank == 2> {};
 
-/// Of matrices of variables their scalar type; void of plain ones.
+/// The scalar type of a matrix of variables; void for a plain one.
 template <class X>
 struct MatrixScalarOf {
   using type = void;

@@ -73,7 +73,7 @@ template <std::floating_point T>
 
 namespace matrix {
 
-/// What singular_values() returns: arrays or Eigen matrices of variables.
+/// Result of singular_values(): arrays or Eigen matrices of variables.
 template <class Values, class Vectors>
 struct SingularValues {
   Vectors u;      ///< U, [M, K], a unit vector a column

@@ -94,7 +94,7 @@ class LaneProgram {
     }
   }
 
-  /// Of each recorded slot, whether its value must outlive its window.
+  /// For each recorded slot, whether its value must outlive its window.
   static std::vector<bool> find_kept(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                      std::uint32_t root) {
     std::vector<std::size_t> window_of(recording.slot_count(), order.size());
@@ -126,7 +126,7 @@ class LaneProgram {
     return 2 * runs > end - begin;
   }
 
-  /// Of each recorded slot that is not kept, whether the way backwards reads it, or what is computed from it.
+  /// For each recorded slot that is not kept, whether the backward pass reads it or a value computed from it.
   static std::vector<bool> find_needed(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                        const std::vector<bool>& is_kept) {
     std::vector<bool> is_needed(recording.slot_count(), false);

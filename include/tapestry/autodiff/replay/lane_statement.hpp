@@ -13,7 +13,7 @@
 
 namespace tapestry::detail {
 
-// As in arrays/expression/block_loop.hpp: no warning where a statement's functions have no vectors.
+// Like arrays/expression/block_loop.hpp: no warning where a statement's functions have no vectors.
 #if defined(__clang__)
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpass-failed"

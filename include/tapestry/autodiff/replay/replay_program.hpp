@@ -97,7 +97,7 @@ struct ReplayRuns {
 template <class T>
 class ReplayProgram {
  public:
-  /// Takes a window, and tells the recording the places of its slots.
+  /// Takes a window, and writes the places of its slots into the recording.
   void append(ReplayRecording<T>& recording, ReplayRuns<T>& runs) {
     if (windows_.empty()) slot_count_ = static_cast<std::uint32_t>(recording.first_of_window);
     const std::uint32_t first = slot_count_;
@@ -144,7 +144,7 @@ class ReplayProgram {
     for (std::size_t w = windows_.size(); w-- > 0;) {
       const Window& window = windows_[w];
       const ReplayArrays<T> arrays = this->arrays(window);
-      // What reaches adjoints of constants is forgotten; that they are near soon saves more than it costs.
+      // Adjoints of constants are cleared, not avoided: memory close by saves more than their sums cost.
       std::fill_n(adjoints_.data() + window.first_given, window.given_count, T(0));
       for (std::size_t i = window.runs.size(); i-- > 0;)
         if (const auto& run = window.runs[i]; !is_single_zero(run)) run.operation->backward(run, arrays);
@@ -158,7 +158,7 @@ class ReplayProgram {
     const T* constants;
     std::uint32_t first_given, given_count;  ///< slots that no statement computes
   };
-  /// What does not change once it is recorded, each in memory of its own for the sake of reading ahead.
+  /// Lists that do not change once recorded, each in memory of its own for the sake of reading ahead.
   struct Lists {
     GrowingMemory runs{}, operands{}, constants{};
   };

@@ -44,7 +44,7 @@ struct ReplayRun {
   bool is_needed = false;  ///< of lanes: to be computed again on the way backwards
 };
 
-/// What all statements of one expression type have in common.
+/// Functions and counts that all statements of one expression type share.
 template <class T>
 struct ReplayOperation {
   void (*forward)(const ReplayRun<T>&, const ReplayArrays<T>&) = nullptr;
@@ -77,7 +77,7 @@ struct ReplayRecording {
     std::uint32_t slot;
     T value;
   };
-  /// Of slots of the window their depths; of others, what ReplayProgram has written.
+  /// For slots of the window their depths; for others, the places that ReplayProgram has written.
   GrowingArray<std::uint32_t> places{};
   std::size_t first_of_window = 0;  ///< slot
   std::vector<Given> given{};       ///< slots that no statement computes, but for inputs
@@ -124,7 +124,7 @@ class OperationNumbers {
 
  private:
   static constexpr std::size_t places = 64;
-  std::array<const ReplayOperation<T>*, places> operations_{};  ///< those asked for last
+  std::array<const ReplayOperation<T>*, places> operations_{};  ///< the last ones looked up
   std::array<std::uint32_t, places> numbers_{};
   std::unordered_map<const ReplayOperation<T>*, std::uint32_t> numbers_of_all_;
 };
@@ -133,7 +133,7 @@ class OperationNumbers {
 template <class T>
 class ReplayOrder {
  public:
-  /// Places in `window`, until it is asked again.
+  /// Places in `window`; valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> of(
       std::span<const typename ReplayRecording<T>::Statement> window) {
     std::uint32_t depths = 0;
@@ -142,7 +142,7 @@ class ReplayOrder {
       depths = std::max(depths, depth_[i] + 1);
       operation_[i] = operations_.of(window[i].operation);
     }
-    // By counting, first by operation, then by depth.
+    // A counting sort, first by operation, then by depth.
     std::iota(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(window.size()), 0U);
     const auto count = static_cast<std::uint32_t>(window.size());
     count_out(order_.data(), by_operation_.data(), count, operation_.data(), operations_.count());

@@ -159,7 +159,7 @@ class RecordedLeaves {
   std::uint32_t depth_ = 0;
 };
 
-/// What a recording says of a statement that is Scalar to one lane and LaneSweeps to several.
+/// Operation of a statement in a recording: from Scalar for one lane, from LaneSweeps for several.
 template <class Scalar, class LaneSweeps>
 [[nodiscard]] auto replay_operation() {
   if constexpr (LaneSweeps::lanes == 1) {

@@ -28,9 +28,8 @@ struct NonFinite {
 
 namespace detail {
 
-/// What a tape remembers beside its statements for those who ask where a NaN came from. Nothing of it is
-/// touched where statements are written, but for those that find no usual room; while values are watched,
-/// none does.
+/// Records of a tape beside its statements, to find where a NaN came from. Nothing of it is touched where
+/// statements are written, but for those that find no usual room; while values are watched, none does.
 class TapeDiagnosis : public TapeMemory {
  public:
   void watch_values(bool on) {

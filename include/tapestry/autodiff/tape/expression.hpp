@@ -20,7 +20,7 @@ concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
 };
 
-/// What the functions of functions.hpp take: a Variable, a formula of Variables, or a Dual.
+/// Operand of the functions of functions.hpp: a Variable, a formula of Variables, or a Dual.
 template <class E>
 concept Differentiable = ScalarExpression<E> || DualNumber<E>;
 
@@ -47,11 +47,11 @@ namespace detail {
 template <class X, class T>
 concept ConstantOf = Number<X> ||(DualNumber<X>&& std::convertible_to<X, T>);
 
-/// What an operator takes beside a Variable<T>.
+/// Operand of an operator beside a Variable<T>.
 template <class Y, class T>
 concept OperandBeside = ScalarExpression<Y> || ConstantOf<Y, T>;
 
-/// Whether comparisons of E are to be told to observe_comparison(), which is for replay.hpp to define.
+/// Whether comparisons of E call observe_comparison(), which replay.hpp defines.
 template <class E>
 [[nodiscard]] constexpr bool observes_comparisons() {
   if constexpr (requires { E::observes_comparisons; }) {

@@ -37,8 +37,8 @@ class PageMemory {
   std::byte* memory_ = nullptr;
 };
 
-/// Of arrays that are walked through at random: on small pages, finding the page costs more than the load.
-/// Numbers that are given no value have none.
+/// Allocates arrays that are walked through at random: on small pages, finding the page costs more than the
+/// load. Numbers that are given no value have none.
 template <class T>
 struct HugePageAllocator {
   using value_type = T;

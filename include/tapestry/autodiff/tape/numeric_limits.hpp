@@ -10,7 +10,7 @@ template <class T>
 class Variable;
 
 namespace detail {
-/// What std::numeric_limits says of B, its numbers as constants of type X.
+/// std::numeric_limits of B, its numbers as constants of type X.
 template <class X, class B>
 struct LimitsOf : std::numeric_limits<B> {
   static constexpr X min() noexcept { return std::numeric_limits<B>::min(); }

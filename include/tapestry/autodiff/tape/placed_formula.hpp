@@ -39,7 +39,7 @@ struct LeafCounts<Binary<Operation, X, Y>> {
 template <class Operation, class X, class Y, class Z>
 struct LeafCounts<Ternary<Operation, X, Y, Z>> : LeafCounts<Binary<Operation, Binary<Operation, X, Y>, Z>> {};
 
-/// What computes an operation for several lanes: itself, or its form of replay/lane_functions.hpp.
+/// The form of an operation for several lanes: itself, or that of replay/lane_functions.hpp.
 template <class Operation>
 struct InLanes {
   using type = Operation;
@@ -112,7 +112,7 @@ struct Placed<Ternary<Operation, X, Y, Z>, Place> {
                        typename Placed<Z, y + LeafCounts<Y>::variables>::type>;
 };
 
-/// What is pushed to each variable of a placed formula, times `adjoint`; zero where nothing is.
+/// Sink of products: pushed[i] is the sum for variable i of a placed formula, times `adjoint`.
 template <class T, std::size_t Variables, bool IsPlain>
 struct PlacedSink {
   static constexpr bool takes_plain_products = IsPlain;

@@ -23,7 +23,7 @@ struct IsDual<Dual<T, N, Tag>> : std::true_type {};
 template <class X>
 concept DualNumber = detail::IsDual<std::remove_cvref_t<X>>::value;
 
-/// What a tape can compute with: a floating-point number, or a dual number for derivatives of gradients.
+/// A number that a tape can compute with: floating point, or a dual number for derivatives of gradients.
 template <class T>
 concept Scalar = std::floating_point<T> || DualNumber<T>;
 
@@ -67,7 +67,7 @@ template <DualNumber T>
 }
 
 /// Operations at a kink name one side and give the other the partial 0; it must then stay out of the
-/// statement, so that an infinite adjoint cannot turn it into NaN. They say so with `skips_zero`.
+/// statement, so that an infinite adjoint cannot turn it into NaN. They declare `skips_zero`.
 template <class Operation>
 concept SkipsZero = requires {
   Operation::skips_zero;

@@ -30,7 +30,7 @@ class Link {
   std::uint64_t bits_ = 0;
 };
 
-/// That of threads without an active tape.
+/// The generation of threads without an active tape.
 inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
 
 /// Numbers, unique in the program, by which a tape knows its own variables.
@@ -57,7 +57,7 @@ struct OperandCounts {
   return {a.plus + b.plus, a.minus + b.minus, a.general + b.general};
 }
 
-/// What stands on a tape for a statement: its operand counts in one byte, or what else it is.
+/// A statement's byte on a tape: its operand counts, or another kind of entry.
 enum class StatementKind : std::uint8_t {
   input = 0,           ///< no operands
   chunk_begin = 0xFD,  ///< no statement: stands before the first of a piece of memory

@@ -29,7 +29,7 @@ struct TapePosition {
   std::uint32_t generation = 0;  ///< of the last statement before the place
 };
 
-/// What a tape holds. It stays at one address while the Tape that owns it is moved.
+/// Contents of a tape. They stay at one address while the Tape that owns them is moved.
 ///
 /// Statement i has adjoint i, from 1 on. It is an input, a list of operands, or a record with a pullback.
 /// Memory: 1 byte a statement; 4 an operand of partial derivative ±1, 4 + sizeof(T) any other; and, once

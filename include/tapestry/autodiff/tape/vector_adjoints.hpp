@@ -74,7 +74,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
     T* all;
     const std::uint8_t* is_written;
 
-    /// Of an operand of a statement at hand.
+    /// Adjoints of an operand of the current statement.
     [[nodiscard, gnu::always_inline]] T* at(std::size_t index, VectorAdjoints& adjoints) const {
       if (index >= window_begin) [[likely]]
         return in_window(index);
@@ -82,7 +82,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
         adjoints.begin_block(index / block);
       return all + index * Width;
     }
-    /// Of a statement at hand.
+    /// Adjoints of the current statement.
     [[nodiscard, gnu::always_inline]] T* in_window(std::size_t index) const {
       return window + index % (window_blocks * block) * Width;
     }

@@ -57,7 +57,7 @@ struct Operands {
 };
 
 /// A formula that the fast way cannot record: with passive or older variables, where there is no more room,
-/// or where no tape is active, or one that watches values. Throws nothing, as deferred_throw.hpp says.
+/// or where no tape is active, or one that watches values. Throws nothing, see deferred_throw.hpp.
 /// \returns a passive link if it failed; throw_deferred() is to follow
 template <class T>
 [[nodiscard, gnu::noinline]] Link record_carefully(const T& value, const Link* links, const T* partials,
@@ -101,7 +101,7 @@ class CountedOperands {
                            : add_unit(link, counts.general + counts.plus + minus_++, T(-1));
   }
 
-  /// As statement.hpp says.
+  /// Writes the statement in the layout of statement.hpp.
   [[gnu::always_inline]] void write(Word* words) const {
     write(words, std::make_index_sequence<counts.general>(),
           std::make_index_sequence<counts.plus + counts.minus>());
@@ -170,7 +170,7 @@ template <class E>
 }
 
 /// Records a formula as one statement of the active tape, or not at all if it is passive. One comparison
-/// finds room for it, and one for each variable tells that it was recorded there since the last rewind.
+/// finds room for it, and one for each variable checks that it was recorded there since the last rewind.
 /// \throws DomainError if it is active but no tape is, or it uses a variable not on the tape
 template <class E>
 [[gnu::always_inline]] inline void record_statement(const E& formula, Link& link) {

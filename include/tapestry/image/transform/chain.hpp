@@ -89,7 +89,8 @@ struct Conditions {
 inline constexpr Conditions physical_conditions{5, 5, 0.15, 1, 0.1, 0.5, 0.2, 1.5, 0.04, 50, 0.1, 0.05};
 
 /// Physical conditions restricted to some kinds: camera, light, blur, noise, contrast, jpeg or print;
-/// physical means all of them. \throws DomainError naming one that is none of these
+/// physical means all of them.
+/// \throws DomainError naming one that is none of these
 [[nodiscard]] Conditions conditions_by_names(const std::vector<std::string>& names);
 
 /// Draws what happens to one picture: the camera's motion, the light, blur, noise, contrast and JPEG, in the

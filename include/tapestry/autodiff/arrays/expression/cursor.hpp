@@ -21,13 +21,13 @@ struct ElementPass {
 template <std::size_t FirstLeaf, std::size_t FirstKept>
 struct Standing {};
 
-/// What is behind a node while its elements are computed, a block at a time.
-///   seek(index)                     goes to a row
-///   forward(position, first, count) makes elements first … of the row ready, at `position` of them all
-///   reader()                        reads them: Value(reader, i) has the value of element i of the block,
-///   and
-///                                   what it was made of; reader.push(that, i, g) hands g back to the leaves
-///   backward(first, count)          adds what was handed back to the leaves' adjoints
+/// State of a node while its elements are computed, a block at a time.
+///  seek(index)                     goes to a row
+///  forward(position, first, count) makes elements first … of the row ready, at `position` of them all
+///  reader()                        reads them: Value(reader, i) has the value of element i of the block,
+///                                  and what it was made of; reader.push(that, i, g) hands g back to the
+///                                  leaves
+///  backward(first, count)          adds what was handed back to the leaves' adjoints
 /// Readers are plain pointers and numbers, so that a loop over a block keeps them, and all that is between
 /// the leaves and the root of the expression, in registers.
 template <class Node>

@@ -56,7 +56,7 @@ template <ArrayExpression E>
   });
 }
 
-/// What no adjoint is wanted of.
+/// The null adjoint, for operands whose adjoint is not needed.
 template <class T>
 [[nodiscard]] inline T* no_adjoint(const Variable<T>&) {
   return nullptr;

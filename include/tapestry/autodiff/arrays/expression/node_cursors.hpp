@@ -19,7 +19,7 @@ template <class Operation, class T>
   }
 }
 
-/// What goes back to one side of an operation; those whose partials are 0 or ±1 say it without a product.
+/// Gradient of one side of an operation; those whose partials are 0 or ±1 define pass_x(), without a product.
 template <class Operation, class T>
 [[nodiscard, gnu::always_inline]] inline T pass_x_of(T g, T x, T y, T value) {
   if constexpr (requires { Operation::pass_x(g, x, y); }) {
