@@ -167,9 +167,9 @@ void compressed_backwards(TapeState<T>& state, std::span<const Variable<T>> root
 /// The entries of d roots / d variables that the plan's pattern names, in its order, of what the tape holds.
 /// Entries that the pattern wrongly leaves out are added to others. A tape that holds operations with a
 /// pullback is swept backwards, whichever way the plan goes, and calls each pullback once a colour of the
-/// rows. \throws DomainError if a root or a variable is not on the tape, or there are not as many roots,
-/// variables and
-///   values as the pattern has
+/// rows.
+/// \throws DomainError if a root or a variable is not on the tape, or there are not as many roots, variables
+///         and values as the pattern has
 template <std::floating_point T>
 void compressed_jacobian(const Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
                          std::span<const std::type_identity_t<Variable<T>>> variables,

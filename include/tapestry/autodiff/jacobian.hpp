@@ -150,7 +150,8 @@ class AdjointVectors {
 
 /// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. Where the tape holds
 /// arrays it is swept once a root, so that no more than one adjoint of each is in memory; its own adjoints
-/// are then those of the last. \throws DomainError if a root or a variable is not on the tape
+/// are then those of the last.
+/// \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] std::vector<T> jacobian(Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
                                       std::span<const std::type_identity_t<Variable<T>>> variables) {

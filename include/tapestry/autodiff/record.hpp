@@ -21,8 +21,8 @@ void require_recordable(const Links&... links) {
   (state.require_own_if_active(links), ...);
 }
 
-/// Hands a result's adjoint on to the slots of an operation. \throws ShapeError, see
-/// ArraySlot::require_shape()
+/// Hands a result's adjoint on to the slots of an operation.
+/// \throws ShapeError, see ArraySlot::require_shape()
 template <class Pullback, class Adjoint, class T, class... Slots>
 void pull_back_slots(Pullback& pullback, const Adjoint& adjoint, const std::tuple<Slots...>& all,
                      T* adjoints) {

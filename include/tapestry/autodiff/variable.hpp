@@ -33,8 +33,8 @@ class Variable {
   constexpr Variable(const N& value) : value_(static_cast<T>(value)) {}
 
   /// Records the formula as one statement of the active tape; a passive formula records nothing. Always
-  /// inlined, as are updates: the formula then stays in registers. \throws DomainError if the formula is
-  /// active but no tape is, or it uses a variable not on the tape
+  /// inlined, as are updates: the formula then stays in registers.
+  /// \throws DomainError if the formula is active but no tape is, or it uses a variable not on the tape
   template <ScalarExpression E>
   requires(!std::same_as<E, Variable> && std::same_as<typename E::ExpressionScalar, T>)
       [[gnu::always_inline]] Variable(const E& formula)

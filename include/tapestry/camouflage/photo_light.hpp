@@ -28,8 +28,8 @@ struct PhotoLight {
                                                        const PhotoLight& settings);
 
 /// The light of a frame's photograph, with the shadow of its sun and the car's occlusion, for pictures in the
-/// car's space; none if no point of the car can be made out in it. \throws DomainError as lit_points() and
-/// raster::estimated_light()
+/// car's space; none if no point of the car can be made out in it.
+/// \throws DomainError as lit_points() and raster::estimated_light()
 [[nodiscard]] std::optional<raster::EstimatedLight> photo_light(const io::Frame& frame,
                                                                 const raster::PaintedMesh& car,
                                                                 const PhotoLight& settings);

@@ -83,8 +83,7 @@ template <class T>
 /// visible_pixels is 0 and the target an empty box.
 /// \param car    with the pyramid of its atlas if that is filtered
 /// \param photo  how the light is estimated from the frame's picture; without it, or where no point of the
-/// car can
-///               be made out in it, the light is io::frame_light()
+///               car can be made out in it, the light is io::frame_light()
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <class T>

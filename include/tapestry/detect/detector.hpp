@@ -82,8 +82,7 @@ class Detector {
   void set_names(std::vector<std::string> names) { names_ = std::move(names); }
   /// The class of a name or, without names, of a number.
   /// \throws Error (mismatch) listing the names there are, or if there are not so many classes; (usage) for a
-  /// name
-  ///         where there are none
+  ///         name where there are none
   [[nodiscard]] std::size_t class_index(std::string_view name) const;
 
   void set_engine(nn::Engine engine) { network_.set_engine(engine); }

@@ -32,8 +32,8 @@ struct NpyArray {
   [[nodiscard]] std::size_t size() const { return bytes.size() / item_size(type); }
 
   /// The elements as T, in row-major order. Numbers of any type become floating point by rounding; integers
-  /// and booleans become integers when every value fits; floating point never becomes an integer. \throws
-  /// FileError (mismatch) naming both types or the first value that does not fit
+  /// and booleans become integers when every value fits; floating point never becomes an integer.
+  /// \throws FileError (mismatch) naming both types or the first value that does not fit
   template <class T>
   [[nodiscard]] std::vector<T> as() const;
 

@@ -38,10 +38,9 @@ struct DetectorFiles {
 ///
 /// \param warnings  takes remarks on what is suspicious about the files, unless null
 /// \throws Error (usage) for files that do not go together, or an ONNX model that nothing describes;
-/// FileError as
-///         read_darknet_model(), read_onnx(), read_detector_description(), read_class_names() and Detector,
-///         and (mismatch) for a network without heads; DomainError for a precision, fit or decode family of
-///         no such name
+///         FileError as read_darknet_model(), read_onnx(), read_detector_description(), read_class_names()
+///         and Detector, and (mismatch) for a network without heads; DomainError for a precision, fit or
+///         decode family of no such name
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_detector(const DetectorFiles& files,
                                                 std::vector<std::string>* warnings = nullptr);

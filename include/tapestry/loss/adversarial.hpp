@@ -17,10 +17,10 @@ namespace tapestry::loss {
 ///
 /// paper      Wang et al., FCA (AAAI 2022), eq. 2 to 5: per scale the IoU of the predicted box with the
 ///            target, the objectness probability and the class probability, each summed over the scales.
-///           The paper does not state which prediction of a scale is meant. Here it is the one that finds
-///           the target best, see responsible(): pushing down the best of each scale until no candidate
-///           is left is what hides the target, and a scale none of whose boxes meets the target adds
-///           nothing.
+///            The paper does not state which prediction of a scale is meant. Here it is the one that finds
+///            the target best, see responsible(): pushing down the best of each scale until no candidate
+///            is left is what hides the target, and a scale none of whose boxes meets the target adds
+///            nothing.
 /// as_coded   what FCA's published program minimises, defects and all: per scale the mean CIoU over the
 ///            matched candidates (so far as there are any), the objectness entropy with target 1 at the
 ///            matched candidates, which RAISES objectness there, weighted 4, 1, 0.4 by scale, and the mean

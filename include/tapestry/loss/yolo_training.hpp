@@ -20,8 +20,9 @@ struct YoloTrainingOptions {
 
 /// The loss a YOLO-V3 detector is trained with, a mean over the images of
 ///
-///   Σ matched   (2 − area) · (H(tx, x) + H(ty, y) + ½(tw − w)² + ½(th − h)²) + H(to, 1) + Σ_k H(tk, [k is
-///   it]) Σ unmatched H(to, 0), without boxes that overlap a truth by more than ignore_iou
+///   Σ matched     (2 − area) · (H(tx, x) + H(ty, y) + ½(tw − w)² + ½(th − h)²)
+///                 + H(to, 1) + Σ_k H(tk, [k is it])
+///   Σ unmatched   H(to, 0), without boxes that overlap a truth by more than ignore_iou
 ///
 /// H(t, p) being the cross entropy of σ(t) with the wanted p, x and y the truth's place within its cell
 /// (corrected for scale_x_y), w and h the log of its size over the anchor's. Classes are independent of each
@@ -36,8 +37,7 @@ struct YoloTrainingOptions {
 /// \param logits  per head [N, A·(5+K), H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input
 /// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too;
-/// DomainError
-///         for heads without anchors
+///         DomainError for heads without anchors
 template <class T>
 [[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
                                               const LogitsView<T>& logits, const Truths& truths,

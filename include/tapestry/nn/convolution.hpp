@@ -160,8 +160,8 @@ void convolve_panel(const ConvolutionRows<T>& rows, const std::vector<ReductionB
 ///   out[n, y, x, m] = end(Σ in[n, …, c] · weights)
 ///
 /// \param in   [images, row, column, channel], readable 128 bytes past its end, as a Buffer is
-/// \param end  what happens to each sum; its bias, one for each channel out, is readable 128 bytes past its
-/// end \param out  [images, rows, columns, channel] of image_size values each
+/// \param end  applied to each sum; its bias, one for each channel out, is readable 128 bytes past its end
+/// \param out  [images, rows, columns, channel] of image_size values each
 ///
 /// Every output is summed in blocks of at most 256 products whose order depends on the layer alone.
 template <std::floating_point T>

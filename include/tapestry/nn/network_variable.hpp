@@ -74,7 +74,8 @@ struct PoolingLayer {
 };
 
 /// The largest value of each window in each channel, [N, H', W', C]; of equal ones the first in reading order
-/// has the derivative. \throws ShapeError if the window does not fit
+/// has the derivative.
+/// \throws ShapeError if the window does not fit
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> max_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
 

@@ -69,7 +69,8 @@ void affine_colour_adjoint(const Array<T, 3>& image, const Array<T, 2>& coverage
 }
 
 /// affine_colour() on the active tape; its pullback is affine_colour_adjoint(). Passive inputs record
-/// nothing. \throws ShapeError as affine_colour()
+/// nothing.
+/// \throws ShapeError as affine_colour()
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, 3> affine_colour(const ArrayVariable<T, 3>& image,
                                                 const ArrayVariable<T, 2>& coverage,

@@ -203,7 +203,8 @@ inline void add_lookups(const float* texels, const LaneLookups& block, std::size
 
 /// Sums of fragments, [count, 8]: what left texels add to {red, green, blue}, then right ones, and two
 /// numbers that mean nothing; 0 of fragments without lookups. Texels beside a lookup are read with a weight
-/// of 0. \pre lookups keep off the two highest levels, and 3 times the number of texels is below 2³¹
+/// of 0.
+/// \pre lookups keep off the two highest levels, and 3 times the number of texels is below 2³¹
 inline void look_up(const PyramidTexels& pyramid, const LookupBatch& batch, std::size_t count, float* sums) {
   for (std::size_t i = 0; i < 8 * count; ++i) sums[i] = 0;
   LaneLookups block = {};

@@ -60,8 +60,8 @@ class FragmentWalk {
 /// derivatives. The mesh must outlive this.
 class FragmentBands {
  public:
-  /// \param kept  of what grain all fragments are kept from the start, 48 bytes each; none: drawn when
-  /// visited \throws as visibility()
+  /// \param kept  grain of the fragments to keep from the start, 48 bytes each; none: drawn when visited
+  /// \throws as visibility()
   FragmentBands(const char* operation, const geometry::Mesh& mesh, const geometry::Camera& camera,
                 std::size_t height, std::size_t width, std::size_t samples_per_axis,
                 std::optional<FragmentGrain> kept = {})

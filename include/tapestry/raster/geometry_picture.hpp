@@ -206,8 +206,8 @@ template <GeometryOutput Output, std::floating_point T>
 /// of the world: what moves within faces, exact for the samples that are drawn, plus the integral along
 /// outlines, and of normals along every edge at which they jump and where faces cut through each other. Faces
 /// edge-on and without area add nothing, and those thinner than a tenth of the distance of samples less than
-/// their samples would. Where the mesh is cut by near or far, the cut's own motion is left
-/// out. Sums are in double and the same for any number of threads.
+/// their samples would. Where the mesh is cut by near or far, the cut's own motion
+/// is left out. Sums are in double and the same for any number of threads.
 ///
 /// \param picture_adjoint    ∂L/∂picture, [H, W] of a depth, else [H, W, 3]
 /// \param positions_adjoint  one entry a position of the mesh

@@ -28,8 +28,7 @@ class ParallelView {
   /// \param towards  the light or the eye, any length but 0
   /// \param pixels   texels of the map along an axis, 1 to 32768
   /// \throws DomainError for a direction without a length, or such a map; Error (mismatch) if a face refers
-  /// to a
-  ///         missing position
+  ///         to a missing position
   ParallelView(const geometry::Mesh& mesh, const geometry::Vector3& towards, std::size_t pixels)
       : pixels_(pixels) {
     axes_[2] = geometry::normalised(towards);

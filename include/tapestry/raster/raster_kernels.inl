@@ -110,8 +110,8 @@ inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t coun
 }
 
 /// Lists the faces that may own a sample: not outside one plane with all corners, and with a sample in their
-/// box. Of faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number. \param
-/// faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
+/// box. Of faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number.
+/// \param faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
 inline std::size_t list_faces(const std::array<std::int32_t, 3>* faces, std::int32_t first,
                               std::int32_t count, const ScreenVertex* vertices, std::int32_t columns,
                               std::int32_t rows, std::int32_t* list) {

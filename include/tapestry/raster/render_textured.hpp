@@ -173,8 +173,7 @@ void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentS
 /// \param fragments  of a layout of the same kind as the body's
 /// \param texels     [texel_count, 3]
 /// \throws as texture_operator(), ShapeError if texels does not fit the layout, and DomainError if the view
-/// is
-///         of another mesh, of positions that have moved since, or for another kind of texture
+///         is of another mesh, of positions that have moved since, or for another kind of texture
 template <std::floating_point T, LightModel Model>
 [[nodiscard]] TexturedPicture<T> render_textured(const PaintedMesh& body, const FragmentBands& fragments,
                                                  const Model& light, const Array<T, 2>& texels) {

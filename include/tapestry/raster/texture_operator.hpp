@@ -158,11 +158,11 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 /// The operator of a filtered atlas takes the texels of its pyramid, see stored_texels().
 /// The result is the same for any number of threads.
 ///
-/// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, or one of these with a
-/// ClearCoat \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square \throws
-/// ShapeError if body.painted does not have one entry a face \throws DomainError for a picture, camera, light
-/// or layout outside the stated limits \throws Error (mismatch) if a painted face has no uv, or a face refers
-/// to a missing position
+/// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, or one with a ClearCoat
+/// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square
+/// \throws ShapeError if body.painted does not have one entry a face
+/// \throws DomainError for a picture, camera, light or layout outside the stated limits
+/// \throws Error (mismatch) if a painted face has no uv, or a face refers to a missing position
 template <std::floating_point T, LightModel Model = Light>
 [[nodiscard, gnu::noinline]] TextureOperator<T> texture_operator(const PaintedMesh& body,
                                                                  const geometry::Camera& camera,

@@ -105,8 +105,8 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, st
 
 /// How far, in texels, a triangle is moved along an axis: nowhere, but where it has no extent and lies on a
 /// border of the atlas, as uv that are not used often do. There it is moved to the side that lookups take
-/// from, see wrapped(), to both where rounding decides. \param axis  0 for columns, 1 for rows, which run
-/// against v
+/// from, see wrapped(), to both where rounding decides.
+/// \param axis  0 for columns, 1 for rows, which run against v
 [[nodiscard]] std::vector<double> moves_off_border(const UvTriangle& corner, std::size_t axis, double size);
 
 /// Calls visit(face, row, column) for the texels that lookups in each painted face take from.

@@ -82,7 +82,8 @@ template <std::predicate<std::int32_t> Predicate>
 /// Samples along an axis of a pixel with which the median edge of a mesh is at least four samples long: 1, 2,
 /// 4 or 8, the most that the picture's size allows when none is enough, and 1 where no edge is seen. On the
 /// car of the benchmark this keeps the error of the gradient of a face's colour between 1 and 5 % at
-/// distances 1.5 to 20. \throws DomainError, Error as visibility()
+/// distances 1.5 to 20.
+/// \throws DomainError, Error as visibility()
 [[nodiscard]] std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh,
                                                      const geometry::Camera& camera, std::size_t height,
                                                      std::size_t width);

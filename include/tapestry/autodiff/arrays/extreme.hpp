@@ -50,7 +50,8 @@ template <class T>
 }  // namespace detail
 
 /// The largest element along one axis, which goes: the first of several equal ones, or the first NaN. The
-/// adjoint goes to that element. \throws ShapeError if there is no such axis, or no elements along it
+/// adjoint goes to that element.
+/// \throws ShapeError if there is no such axis, or no elements along it
 template <DifferentiableArray X>
 [[nodiscard]] auto largest_along(const X& x, std::size_t axis) {
   return detail::extreme_along("largest_along", x, axis,
@@ -64,8 +65,8 @@ template <DifferentiableArray X>
                                [](auto a, auto b) { return detail::is_beyond(a < b, a, b); });
 }
 
-/// The mean along one axis, added in double, which goes; NaN of none. \throws ShapeError if there is no such
-/// axis
+/// The mean along one axis, added in double, which goes; NaN of none.
+/// \throws ShapeError if there is no such axis
 template <DifferentiableArray X>
 [[nodiscard]] auto mean_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;

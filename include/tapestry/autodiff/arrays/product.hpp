@@ -187,7 +187,8 @@ template <class T>
 }  // namespace detail
 
 /// a · b of [M, K] and [K, N], giving [M, N]; one is an array variable or a formula, the other may be a plain
-/// array. In one thread. \throws ShapeError if the inner extents differ
+/// array. In one thread.
+/// \throws ShapeError if the inner extents differ
 template <class A, class B>
 requires detail::ArrayPair<A, B>
 [[nodiscard]] auto matmul(const A& a, const B& b) {
@@ -196,7 +197,8 @@ requires detail::ArrayPair<A, B>
 }
 
 /// A layer: row n of the result is weight · x[n] + bias, for x [N, I], weight [O, I], bias [O], of which at
-/// least one is an array variable or a formula. \throws ShapeError if they do not fit
+/// least one is an array variable or a formula.
+/// \throws ShapeError if they do not fit
 template <class X, class W, class B>
 requires(DifferentiableArray<X> || DifferentiableArray<W> || DifferentiableArray<B>)
     [[nodiscard]] auto affine(const X& x, const W& weight, const B& bias) {

@@ -152,8 +152,8 @@ void for_each_line(const AxisLayout& layout, Visit visit) {
 }
 }  // namespace detail
 
-/// log Σ exp along one axis, which goes; each line as logsumexp(). \throws ShapeError if there is no such
-/// axis
+/// log Σ exp along one axis, which goes; each line as logsumexp().
+/// \throws ShapeError if there is no such axis
 template <Exponential Policy = Exponential::vector, DifferentiableArray X>
 [[nodiscard]] auto logsumexp_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;

@@ -40,8 +40,8 @@ concept Viewable = requires(const X& x) {
 };
 
 // Views of arrays, to be used in formulas without copying: their elements are read, and their adjoints added,
-// where they lie. \throws ShapeError if they would leave the array; but the end of a range beyond its axis is
-// cut to it.
+// where they lie.
+// \throws ShapeError if they would leave the array; but the end of a range beyond its axis is cut to it.
 
 /// A range of each axis.
 template <Viewable X>

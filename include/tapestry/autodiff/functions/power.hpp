@@ -51,7 +51,8 @@ template <Scalar T>
 }
 
 /// x^y / x^n · factor for x > 0, where x^y may be denormal, 0 or ∞ though the result is not: by x^(y/2),
-/// twice. \returns whether x^(y/2) is a normal number, so that the result, in `product`, is right
+/// twice.
+/// \returns whether x^(y/2) is a normal number, so that the result, in `product`, is right
 template <Scalar T>
 [[nodiscard]] bool lowered_power(const T& x, const T& y, int n, const T& factor, T& product) {
   const T half = pow(x, y / 2);
@@ -240,7 +241,8 @@ template <Differentiable X>
 }
 
 /// x · 2^−n of a size in [½, 1), and n, for x = 0 and x not finite x itself, and 0. The derivative is 2^−n,
-/// which is constant between powers of two. \param exponent  n is written there
+/// which is constant between powers of two.
+/// \param exponent  n is written there
 template <Differentiable X>
 [[nodiscard]] auto frexp(const X& x, int* exponent) {
   const auto number = detail::base_value(x);

@@ -141,7 +141,9 @@ requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<
 }
 
 /// The sum of the singular values, as one record; 0 of an empty matrix. Ā = U Vᵀ · adjoint; where values are
-/// 0, a subgradient. \param a  A, [M, N]. \throws NumericError if a number is not finite
+/// 0, a subgradient.
+/// \param a  A, [M, N].
+/// \throws NumericError if a number is not finite
 template <detail::AnyMatrix A>
 requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
 [[nodiscard]] auto nuclear_norm(const A& a) {

@@ -38,7 +38,8 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
   }
 
   /// All of statements 0 to `last` are zero, and the window is at the last. Statements 1 to `input_count`,
-  /// which have no operands, need no window. \throws std::bad_alloc
+  /// which have no operands, need no window.
+  /// \throws std::bad_alloc
   void start(std::size_t last, std::size_t input_count, bool keeps_all) {
     size_ = 0;
     const std::size_t blocks = last / block + 1;

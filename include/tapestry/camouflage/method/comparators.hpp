@@ -114,7 +114,8 @@ template <std::floating_point T>
 [[nodiscard]] Method<T> das_full();
 
 /// The same on roof, hood and doors only, which DAS selects by hand (309 faces of its car); the rest of the
-/// car keeps its own colours. \throws as panel_texels()
+/// car keeps its own colours.
+/// \throws as panel_texels()
 template <std::floating_point T>
 [[nodiscard]] Method<T> das(const raster::PaintedMesh& car);
 

@@ -122,7 +122,8 @@ template <std::floating_point T>
 [[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const LightChange& change);
 
 /// Adds the derivatives of transformed() to `picture_adjoint`; those of white pixels are 0. All are [H, W,
-/// 3]. \throws ShapeError if extents differ, or as transformed()
+/// 3].
+/// \throws ShapeError if extents differ, or as transformed()
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const LightChange& change,
                          const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint);

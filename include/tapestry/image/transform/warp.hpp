@@ -52,7 +52,8 @@ template <std::floating_point T>
 [[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const Warp& warp);
 
 /// Adds the transpose of transformed() times `out_adjoint` to `picture_adjoint`, pixel by pixel in order; all
-/// are [H, W, C]. \throws ShapeError if their extents differ
+/// are [H, W, C].
+/// \throws ShapeError if their extents differ
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const Warp& warp, const Array<T, 3>& out_adjoint,
                          Array<T, 3>& picture_adjoint);

@@ -62,8 +62,7 @@ namespace tapestry::io {
 /// read_yolo_folder(). Relative paths begin at the list's folder; empty lines are skipped.
 ///
 /// \throws FileError  mismatch, with the line, for a picture that is missing or listed twice; for no
-/// pictures,
-///                    or none with labels; further as parse_yolo_labels() and read_text_file()
+///                    pictures, or none with labels; further as parse_yolo_labels() and read_text_file()
 [[nodiscard]] Dataset read_darknet_list(const std::string& path, std::size_t class_count);
 
 /// A picture's labels, with a class name beside each object.

@@ -39,8 +39,8 @@ class NetworkPass {
   /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
   /// over the same network in another precision or by another engine. A forward pass in float flips a few
   /// signs next to zero, each of which changes the gradient by a step; with the sides of the float pass a
-  /// pass in double is the reference that leaves only rounding. \throws DomainError unless both passes are
-  /// forward()'s for a gradient of as many pictures
+  /// pass in double is the reference that leaves only rounding.
+  /// \throws DomainError unless both passes are forward()'s for a gradient of as many pictures
   template <class U>
   void take_kinks(const NetworkPass<U>& other) {
     if (mode_ == Mode::inference || other.mode_ == Mode::inference || is_within() || other.is_within() ||

@@ -49,8 +49,9 @@ class OperatorContext {
     return inputs[i];
   }
   /// Integers of an operand that must be known beforehand, as axes and extents must; out of range ones are
-  /// cut. \throws DomainError if it is missing, of another type or depends on what the network is given;
-  /// ShapeError for more than no node needs
+  /// cut.
+  /// \throws DomainError if it is missing, of another type or depends on what the network is given;
+  ///         ShapeError for more than no node needs
   [[nodiscard]] std::vector<std::int64_t> integers(std::size_t i) const {
     constexpr std::size_t most = 1024;
     const Constant& values = constant(i);

@@ -16,8 +16,8 @@ namespace tapestry::detail {
 /// first-level cache.
 inline constexpr std::size_t array_block = 256;
 
-/// Calls body(i) for Count i from `first` on, where the bodies may run in any order and side by
-/// side.
+/// Calls body(i) for Count i from `first` on, where the bodies may run in any order and
+/// side by side.
 template <std::size_t Count, class Body>
 [[gnu::always_inline]] inline void plain_group(std::size_t first, const Body& body) {
 #if defined(__clang__)

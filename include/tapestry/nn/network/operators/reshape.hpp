@@ -23,7 +23,8 @@ namespace detail {
 }
 
 /// Axes of an attribute or, from opset `since` on, of an operand, as places in `rank` axes; none if the node
-/// names none. \throws DomainError if one is named twice
+/// names none.
+/// \throws DomainError if one is named twice
 [[nodiscard]] inline std::optional<std::vector<std::size_t>> axes_of(OperatorContext& context,
                                                                      std::int64_t since, std::size_t rank) {
   const bool is_operand = context.opset() >= since;

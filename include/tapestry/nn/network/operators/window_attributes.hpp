@@ -171,8 +171,8 @@ struct PoolingPlan {
         body(first + y * rows.spacing * row_size() + x * columns.spacing * channels);
   }
 
-  /// Calls the same where several outputs may reach one
-  /// input: images side by side, each in reading order.
+  /// Calls the same where several outputs may reach one input: images side by side, each in reading
+  /// order.
   template <class Body>
   void for_each_output_in_order(Body body) const {
     parallel_for(images, [&](std::size_t image) {
