@@ -72,8 +72,8 @@ class DetectorEngine {
 template <Detector D>
 int run_worker(int argc, char** argv, const std::string& engines) {
   auto app = shell::command_line(
-      "Runs a detector again and again, for the benchmark that starts it. Reads requests from the "
-      "standard input unless told how many seconds to run.");
+      "Runs a detector again and again, for the benchmark that starts it. Reads requests from the standard "
+      "input unless --seconds is given.");
   WorkerOptions options;
   app.add_option("--cfg", options.cfg, "Darknet cfg file")->required();
   app.add_option("--weights", options.weights, "Its weights, of version 0.2.5")->required();

@@ -34,8 +34,8 @@ template <class T>
 template <Engine E>
 int run_network_worker(int argc, char** argv) {
   auto app = shell::command_line(
-      "Runs a network again and again, for the benchmark that starts it. Reads requests from the "
-      "standard input unless told how many seconds to run.");
+      "Runs a network again and again, for the benchmark that starts it. Reads requests from the standard "
+      "input unless --seconds is given.");
   NetworkOptions options;
   app.add_option("--model", options.model, "ONNX file")->required();
   app.add_option("--input", options.input, "File of the picture's values, floats [1, 3, size, size]")

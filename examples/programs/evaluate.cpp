@@ -57,13 +57,13 @@ void describe(CLI::App& app, Options& options) {
   auto* const run = app.add_option(
       "--run", options.run,
       "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
-  app.add_flag(
-         "--accept-changed-inputs", options.accept_changed_inputs,
-         "measure although mesh, weights or frames of the run, or of that of --against, are not what they "
-         "were, which is refused otherwise; what has changed is written into the metrics")
+  app.add_flag("--accept-changed-inputs", options.accept_changed_inputs,
+               "measure although mesh, weights or frames of the run, or of that of --against, have changed, "
+               "which is refused otherwise; the changes are written into the metrics")
       ->needs(run);
   app.add_option("--against", options.against,
-                 "folder of another run of the same car, measured as 'other run': what --run does beyond it");
+                 "folder of another run of the same car, measured as 'other run', with the effect of --run "
+                 "beyond it");
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.dataset);
@@ -73,15 +73,16 @@ void describe(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option(
       "--conditions", options.conditions,
-      "what the views are photographed under: camera, light, blur, noise, contrast, jpeg, print, or "
-      "physical for all; left out, they are measured as they are");
+      "conditions under which the views are photographed: camera, light, blur, noise, contrast, jpeg, "
+      "print, or physical for all; left out, they are measured as they are");
   app.add_option("--draws", options.draws, "photographs of each view under --conditions")
       ->capture_default_str();
   app.add_option("--output", options.output,
                  "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for "
                  "the files of --protocol, which goes "
                  "on there when it was interrupted; nothing is written when left out");
-  app.add_option("--seed", options.seed, "seed of the random controls; that of a run gives its own again")
+  app.add_option("--seed", options.seed,
+                 "seed of the random controls; use the run's seed to get the run's own controls again")
       ->capture_default_str();
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");

@@ -86,7 +86,7 @@ void describe_views(CLI::App& app, Options& options) {
   app.add_option("--fov", options.fov, "least and largest horizontal field of view, degrees")
       ->capture_default_str()
       ->check(CLI::Range(5.0, 120.0));
-  app.add_option("--occluded", options.occluded, "share of frames with something in front of the car")
+  app.add_option("--occluded", options.occluded, "share of frames with an object in front of the car")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--backgrounds", options.backgrounds,

@@ -161,7 +161,7 @@ void require_sound_camera(const Options& o, ProblemList& list) {
   const bool is_posed = !o.frame.empty() || !o.pose.empty();
   list.require(o.frame.empty() || o.pose.empty(), "--frame and --pose cannot be given together");
   list.require(!is_posed || (o.turntable == 0 && o.distance.empty() && o.target.empty()),
-               "--frame and --pose say where the camera is; leave out --distance, --target and --turntable");
+               "--frame and --pose set the camera; leave out --distance, --target and --turntable");
 }
 
 /// Requires that no output file is read or written twice: the files beside an exported OBJ must not overwrite

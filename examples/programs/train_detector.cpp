@@ -59,7 +59,7 @@ void describe(CLI::App& app, Options& o) {
       "that of converted --weights; detector.weights or detector.safetensors when left out");
   add("--fresh", o.fresh, "pictures of a batch that are drawn anew; the others are repeated from the pool");
   add("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
-  add("--size", o.size, "width and height of the network's input, pixels; 0: as the cfg says");
+  add("--size", o.size, "width and height of the network's input, pixels; 0: the cfg's own");
   add_options(app, o.training, "P@0.5");
 }
 

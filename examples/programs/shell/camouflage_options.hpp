@@ -28,8 +28,8 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   add_run_options(app, options, "runs/camouflage");
   app.add_option(
          "--keep-layers-mib", options.keep_layers_mib,
-         "memory for what the car cannot reach of a Darknet network's layers, MiB, so that a step "
-         "need not compute it again, of each rank; it is taken for views where that saves a quarter of the "
+         "memory of each rank, MiB, for the parts of the network's layers that the car cannot reach, so "
+         "that a step need not compute them again; used for views where that saves a quarter of the "
          "products or more. 0: everything is computed. Results do not depend on it")
       ->capture_default_str();
   app.add_flag("--check", options.check, "only check every input, report all problems, and leave");

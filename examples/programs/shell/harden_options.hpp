@@ -49,12 +49,12 @@ void visit_settings(HardenSettings& s, Visit visit) {
   visit("test-scenes", s.test_scenes, "such scenes held out, for average precision before and after");
   visit("epochs", s.epochs,
         "passes over the training views of each attack that is measured; 0: 20 over drawn scenes; over "
-        "frames enough to show 2400, at least 5");
+        "frames, as many as give 2400 views, at least 5");
   visit("loss", s.loss, "adversarial loss of the paints: paper, as_coded or max_score");
   visit("smoothness-weight", s.smoothness, "weight of the paints' smoothness term, in units of 1e-4");
   visit("batch", s.batch, "views a step of a paint");
   visit("learning-rate", s.learning_rate, "Adam's learning rate of the paints");
-  visit("seed", s.seed, "what all paints, orders and draws follow from");
+  visit("seed", s.seed, "seed of all paints, orders and draws");
 }
 
 /// Options of the program harden.

@@ -26,7 +26,7 @@ inline std::string word_on_height(const geometry::Mesh& upright, const geometry:
   const auto bounds = geometry::bounds_of(upright.positions);
   const auto extent = [&](std::size_t axis) { return std::to_string(bounds.high[axis] - bounds.low[axis]); };
   return "the mesh is " + extent(2) + " high (along " + axes.up + ") and " + extent(0) + " long (along " +
-         axes.forward + "), as no car is; --up and --forward say which of its axes point up and to its front";
+         axes.forward + "), as no car is; --up and --forward set the axes that point up and to its front";
 }
 
 /// A car's mesh with z up and its front at +x.

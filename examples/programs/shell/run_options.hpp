@@ -37,7 +37,7 @@ inline void add_run_options(CLI::App& app, RunOptions& options, const std::strin
                  "memory for prepared views, MiB; those beyond are prepared anew")
       ->capture_default_str();
   app.add_flag("--resume", options.resume,
-               "go on with the run in --output; settings not given are taken from it");
+               "continue the run in --output; settings not given are taken from it");
 }
 
 inline void require_sound_run(const RunOptions& options, ProblemList& list) {

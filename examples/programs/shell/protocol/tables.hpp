@@ -182,7 +182,7 @@ inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResu
   const std::string first = protocol.parts[0].name, second = protocol.parts[1].name;
   if (!result.effect_kept)
     return second + ", the camouflage has no effect beyond " + result.textures[2] +
-           " that its interval tells from none; what is kept of it is not defined";
+           " that its interval separates from none; the share kept is not defined";
   const auto& [ratio, interval] = *result.effect_kept;
   const auto percent = [](double share) { return detail::fixed(100 * share, 0); };
   return "effect kept: " + first + ", the camouflage has " + percent(ratio) + " % [" + percent(interval[0]) +
