@@ -24,7 +24,7 @@ namespace tapestry::camouflage {
 inline constexpr double least_share_kept = 0.25;
 
 /// Kept layers of a detector for views while a texture is optimised, up to a memory limit: the parts of its
-/// layers that the car cannot reach, for views where that is worth it. Views are told apart by name; a view
+/// layers that the car cannot reach, for views where that is worth it. Views are known by name; a view
 /// that has changed is computed anew.
 template <class T>
 class KeptLayers {

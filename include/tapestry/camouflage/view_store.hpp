@@ -20,7 +20,7 @@ namespace tapestry::camouflage {
 template <class T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view);
 
-/// Prepares views when they are first asked for and keeps them up to a memory limit, so that an epoch
+/// Prepares views on first use and keeps them up to a memory limit, so that an epoch
 /// after the first rasterises nothing as long as the frames fit, and 12,500 frames still run. Frames that
 /// have the size of the network's input are kept as bytes, a quarter of what they are as numbers.
 ///

@@ -148,7 +148,7 @@ TEST_CASE("COCO's instances are read in order of their ids", "[io][dataset]") {
   CHECK(objects[1].area == 3.5);
   CHECK(objects[1].is_crowd);
   CHECK_THROWS_WITH(io::objects_in_pixels(dataset.pictures[1], 40, 30),
-                    contains("another size than its labels say; expected 40x30, found 30x40"));
+                    contains("another size than its labels state; expected 40x30, found 30x40"));
 }
 
 TEST_CASE("N26: COCO files that make no sense are refused with the entry and the byte", "[io][dataset]") {

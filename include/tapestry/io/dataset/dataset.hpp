@@ -44,7 +44,7 @@ struct Dataset {
   const auto text = [](std::size_t w, std::size_t h) { return std::to_string(w) + "x" + std::to_string(h); };
   if (picture.width != 0 && (picture.height != height || picture.width != width))
     throw FileError(ErrorKind::mismatch,
-                    {picture.path, "", "the picture has another size than its labels say",
+                    {picture.path, "", "the picture has another size than its labels state",
                      text(picture.width, picture.height), text(width, height)});
   auto objects = picture.objects;
   if (!picture.in_shares) return objects;
@@ -60,7 +60,7 @@ namespace detail {
 
 /// \param labels    the file that names the picture, for the message
 /// \param position  in it, a line or a byte
-/// \throws FileError (mismatch) unless the picture is there; as status_of() where nobody can say
+/// \throws FileError (mismatch) unless the picture is there; as status_of() where that cannot be found out
 inline void require_picture(const std::string& picture, const std::string& labels,
                             const std::string& position) {
   if (is_regular_file(picture)) return;

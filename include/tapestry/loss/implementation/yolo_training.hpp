@@ -128,7 +128,7 @@ inline void require_family(const char* operation, const std::vector<detect::Head
     if (!detect::has_anchors(head.decode))
       throw DomainError(std::string(operation) + ": heads of the decode family " +
                         std::string(detect::name_of(head.decode)) +
-                        " have no anchors, which this loss tells truths to; expected darknet or ultralytics");
+                        " have no anchors, which this loss needs; expected darknet or ultralytics");
 }
 
 template <class T>
