@@ -24,7 +24,7 @@ ObjectiveTerms terms_of(const double* row);
 template <class T>
 void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings);
 
-/// A checkpoint as it was written.
+/// Reads a checkpoint.
 template <class T>
 struct Checkpoint {
   TrainingState<T> state;

@@ -41,7 +41,7 @@ struct View {
   /// [h, w], 1 where a pixel and those right and below are all car.
   std::shared_ptr<const Array<T, 2>> interior;
   detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
-  std::size_t visible_pixels = 0;  ///< pixels in which the car shows
+  std::size_t visible_pixels = 0;  ///< pixels that show the car
   double hidden_share = 0;         ///< of the car's silhouette in the picture, by the frame's mask
   /// Position of the camera around the middle of the car, in units of half the car's longest side; all 0 for
   /// a camera right there.
@@ -59,13 +59,14 @@ template <class T>
 using ViewSpan = std::span<const std::shared_ptr<const View<T>>>;
 
 namespace detail {
-/// The camera that sees the frame in its place: the field of view grows by what is beside the frame, and a
-/// frame that is not in the middle shears the view along its axis, see geometry::pinhole_camera().
+/// The camera of the network's input for a frame placed in it: the field of view grows by the margin beside
+/// the frame, and a frame that is not in the middle shears the view along its axis, see
+/// geometry::pinhole_camera().
 geometry::Camera placed(geometry::Camera camera, const image::Placement& place, std::size_t height,
                         std::size_t width);
 
-/// Which pixels are covered wholly, as are those right of and below them: steps between them are steps of the
-/// paint, not of its outline.
+/// Which pixels are covered wholly, as are those right of and below them: colour steps between them belong to
+/// the paint, not to its outline.
 template <class T>
 Array<T, 2> interior_of(const Array<T, 2>& coverage);
 
@@ -77,12 +78,12 @@ template <class T>
 [[nodiscard]] Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis, image::FitKind fit);
 
-/// Prepares one frame for a network input of height × width pixels, into which it goes by `fit`.
+/// Prepares one frame for a network input of height × width pixels; `fit` places it there.
 ///
 /// The car is hidden in the view when it lies outside the picture or wholly behind the mask: then
 /// visible_pixels is 0 and the target an empty box.
 /// \param car    with the pyramid of its atlas if that is filtered
-/// \param photo  how the light is estimated from the frame's picture; without it, or where no point of the
+/// \param photo  settings for estimating light from the frame's picture; without them, or if no point of the
 ///               car can be made out in it, the light is io::frame_light()
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()

@@ -20,9 +20,9 @@ namespace tapestry::camouflage {
 template <class T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view);
 
-/// Prepares views on first use and keeps them up to a memory limit, so that an epoch
-/// after the first rasterises nothing as long as the frames fit, and 12,500 frames still run. Frames that
-/// have the size of the network's input are kept as bytes, a quarter of what they are as numbers.
+/// Prepares views on first use and keeps them up to a memory limit. So an epoch after the first rasterises
+/// nothing if the frames fit, and 12,500 frames still run. Frames that have the size of the network's input
+/// are kept as bytes, a quarter of their size as numbers.
 ///
 /// A view is the same whether it was kept or not, and so is every result.
 template <class T>
@@ -38,8 +38,8 @@ class ViewStore {
     std::size_t samples_per_axis = 2;
     std::size_t keep_bytes = std::size_t(4) << 30U;  ///< views beyond it are prepared anew each time
     image::Fit fit{};                                ///< of frames in the network's input
-    std::optional<PhotoLight> photo_light{};         ///< how light is estimated; none: the frames' own
-    bool redrawn = false;                            ///< whether views keep what they are drawn by, see Sight
+    std::optional<PhotoLight> photo_light{};         ///< of estimated light; none: the frames' own
+    bool redrawn = false;                            ///< whether views keep their Sight
   };
 
   /// \param car  must outlive the store

@@ -21,14 +21,15 @@ enum class ScoreForm { probabilities, logits, softmax };
 enum class Background { none, first, last };
 
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
-/// may be those of inner values, too. Better name logits than probabilities: where a probability is rounded
+/// may be those of inner values, too. Name logits rather than probabilities: where a probability is rounded
 /// to 1, its gradient is 0.
 struct DecodedOutputs {
   std::string boxes{}, scores{};  ///< names of outputs; of one for both, boxes come first in it
   bool channels_first = false;    ///< [1, channels, N], as of YOLOv8, instead of [1, N, channels]
   BoxForm form = BoxForm::centre;
   bool relative = false;  ///< boxes are shares of the picture, not pixels
-  /// Behind the box, in one output for both: in the form of the classes, and a factor of theirs.
+  /// Whether an objectness follows the box, in the same form as the classes; it is a factor of their scores.
+  /// Only in one output for both.
   bool has_objectness = false;
   ScoreForm score_form = ScoreForm::probabilities;
   Background background = Background::none;
@@ -36,7 +37,8 @@ struct DecodedOutputs {
   bool operator==(const DecodedOutputs&) const = default;
 };
 
-/// How far probabilities are kept from 0 and 1, so that they have a logit: beyond, no slope is left.
+/// Probabilities are clipped to this distance from 0 and 1, so that they have a logit; clipped ones have no
+/// slope.
 inline constexpr float least_probability = 1e-7F;
 
 namespace detail {

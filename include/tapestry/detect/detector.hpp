@@ -63,11 +63,11 @@ class Detector {
   Detector& operator=(Detector&&) noexcept;
   ~Detector();
 
-  /// Extents of the pictures that it takes, pixels.
+  /// Extents of the pictures in its input, pixels.
   [[nodiscard]] std::size_t input_height() const { return height_; }
   [[nodiscard]] std::size_t input_width() const { return width_; }
   [[nodiscard]] std::size_t input_channels() const { return foreign_ ? 3 : network_.input_shape(0)[3]; }
-  /// In the order of the logits that forward() gives.
+  /// The heads, in the order of the logits of forward().
   [[nodiscard]] const std::vector<Head>& heads() const { return heads_.heads; }
   [[nodiscard]] const DetectorDescription& description() const { return kind_; }
 
@@ -91,7 +91,7 @@ class Detector {
 
   /// Values of the constants that training changes, one behind the other; see nn::Network::weight_blocks().
   [[nodiscard]] Array<T, 1> weights() const;
-  /// Passes of before keep their results; for an adjoint forward() runs again.
+  /// Earlier passes keep their results; for an adjoint call forward() again.
   /// \throws ShapeError unless there are as many as weights()
   void set_weights(const Array<T, 1>& weights);
 
@@ -107,19 +107,19 @@ class Detector {
   /// \throws ShapeError unless images have the network's extents
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 
-  /// forward() of pictures that change from call to call within a window each, with the same bits. Where a
-  /// network's layers are not reached by the window they are taken from `kept` instead of being computed,
-  /// and pull_back() may add to the windows only. The first call with a kept picture computes everything, and
-  /// so does every call before which the rest of the picture, the weights or the mode have changed.
+  /// forward() of pictures that change from call to call within a window each, with the same bits. Layers
+  /// that the window does not reach are taken from `kept` instead of being computed, and pull_back() may add
+  /// to the windows only. The first call with a kept picture computes everything, and so does every call
+  /// after a change of the rest of the picture, the weights or the mode.
   ///
-  /// \param kept  for each image, or null for one of which everything is computed
+  /// \param kept  one for each image; null: everything of the image is computed
   /// \throws ShapeError as forward(), unless there are as many of them as images, and for windows that leave
   ///         the picture
   void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
                       Mode mode = Mode::inference) const;
 
   /// Share of a whole pass's multiply-adds, from 0 to 1, that forward_within() leaves out for a picture that
-  /// changes within a window; 0 where nothing is kept. A small share is not worth the memory of what is kept.
+  /// changes within a window; 0 where nothing is kept. A small share is not worth its memory.
   /// \throws ShapeError if the window leaves the picture
   [[nodiscard]] double share_kept(const image::PixelWindow& window) const;
 
@@ -190,7 +190,7 @@ class Detector {
   static void require_value(const nn::NetworkDescription& network, const std::string& what,
                             const std::string& name);
 
-  /// The network with other outputs: what the heads are made of, then the layers.
+  /// The network with other outputs: the values that the heads are computed from, then the layers.
   [[nodiscard]] static nn::NetworkDescription showing_heads(const nn::NetworkDescription& network,
                                                             const DetectorDescription& kind, std::size_t size,
                                                             const std::vector<std::string>& layers);
@@ -199,7 +199,7 @@ class Detector {
 
   [[nodiscard]] std::vector<nn::Shape> output_shapes() const;
 
-  /// Adjoints of the network's outputs for one pass, and what they point to.
+  /// Adjoints of the network's outputs for one pass, and the arrays they point to.
   struct OutputAdjoints {
     std::vector<const T*> of_outputs{};
     std::vector<std::vector<T>> joined{};  ///< of a pass with several images
@@ -226,7 +226,7 @@ class Detector {
   /// \throws DomainError if there is no such layer or image
   void require_layer(const char* operation, const Pass<T>& pass, std::size_t layer, std::size_t image) const;
 
-  /// Extents of a head's logits for one image, or of what stands in their place.
+  /// Extents of a head's logits for one image, or of the output in their place.
   [[nodiscard]] std::array<std::size_t, 3> logits_extents(std::size_t head) const;
   [[nodiscard]] std::size_t logits_count() const { return heads_.pieces.back().head + 1; }
 

@@ -14,22 +14,22 @@
 
 namespace tapestry::detect {
 
-/// The candidate that is surest to be of a class.
+/// The surest candidate of a class.
 struct BestCandidate {
   std::size_t head = 0;       ///< whose it is
   std::size_t candidate = 0;  ///< anchor · cells + cell within that
   double confidence = 0;  ///< objectness times the probability of the class, or without objectness the latter
 };
 
-/// Where to look for it.
+/// Class and place of the candidates to search.
 struct CandidateSearch {
   std::size_t class_index = 0;
   std::optional<Box> target{};  ///< only candidates whose box has iou_threshold with it, pixels of the input
   double iou_threshold = 0.5;   ///< met exactly counts
 };
 
-/// The surest candidate of one image, however unsure and before suppression; of equals the first. Candidates
-/// do not count whose box, objectness or probability is NaN or whose confidence is 0.
+/// The surest candidate of one image, however unsure and before suppression; the first of equals. Candidates
+/// whose box, objectness or probability is NaN or whose confidence is 0 do not count.
 ///
 /// \param heads   of any decode family
 /// \param logits  one [N, channels, H, W] a head
@@ -66,8 +66,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> layer_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint);
 
-/// How much of a heat map lies where a mask is: Σ heat · mask / Σ heat, in [0, 1]; nothing where there is no
-/// heat at all. Heat that is the same everywhere has the share of the mask's area.
+/// Share of a heat map that lies in a mask: Σ heat · mask / Σ heat, in [0, 1]; nothing where there is no heat
+/// at all. Heat that is the same everywhere has the share of the mask's area.
 ///
 /// \param heat  [H, W], at least 0
 /// \param mask  [H, W], in [0, 1]
@@ -75,8 +75,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::optional<double> share_within(const Array<T, 2>& heat, const Array<T, 2>& mask);
 
-/// The adjoint of one candidate's score: 1 for the logit of the class and for that of objectness, of which
-/// the score is the sum; zeros elsewhere.
+/// The adjoint of one candidate's score, which is the sum of the logit of the class and that of objectness: 1
+/// for both, zeros elsewhere.
 ///
 /// \param logits  one [N, channels, H, W] a head, for their extents
 /// \param best    of best_candidate()

@@ -11,7 +11,7 @@
 
 namespace tapestry::detect {
 
-/// The same window, as networks have it.
+/// The same window in rows and columns, for networks.
 [[nodiscard]] inline nn::Window rows_and_columns(const image::PixelWindow& window) {
   return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
 }
@@ -28,7 +28,8 @@ class KeptPicture {
 
   [[nodiscard]] const image::PixelWindow& window() const { return window_; }
 
-  /// Memory that it holds: 0 before the first pass, and for detectors that compute everything each time.
+  /// Memory that it holds, bytes: 0 before the first pass, and for detectors that compute everything each
+  /// time.
   [[nodiscard]] std::size_t bytes() const { return values_.bytes(); }
 
   /// For detectors, to read and to fill.

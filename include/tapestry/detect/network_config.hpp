@@ -26,8 +26,8 @@ void check_decode(const NetworkConfig& config);
 ///         for scaled unless each head reads a convolution with activation=logistic
 [[nodiscard]] NetworkConfig with_decode(NetworkConfig config, DecodeFamily family);
 
-/// One remark for each head that puts σ on what has been through it: Darknet computes that, too, but hardly
-/// any detector means it.
+/// One remark for each head that applies σ to values that have been through σ: Darknet computes that, too,
+/// but hardly any detector intends it.
 [[nodiscard]] std::vector<std::string> decode_warnings(const NetworkConfig& config);
 
 /// Extents of a layer's output for one image.
@@ -92,9 +92,9 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
   return image::fit_by_name(config.letter_box.value_or(true) ? "letterbox" : "stretch");
 }
 
-/// Checks that a description is a detector's: layers that fit each other at the size it names, at least one
-/// head, no two heads of the same grid, and all of one decode family. A reader of files calls it; so should
-/// who writes a description by hand.
+/// Checks that a description is a detector's: layers that fit each other at its size, at least one head, no
+/// two heads of the same grid, and all of one decode family. A reader of files calls it; descriptions by hand
+/// should be checked, too.
 /// \throws FileError  as infer_shapes(), and mismatch for the heads, with the description's name and line
 inline void check_network(const NetworkConfig& config) {
   detail::check_heads(config, infer_shapes(config, config.height, config.width));

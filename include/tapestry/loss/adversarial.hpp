@@ -13,7 +13,7 @@
 
 namespace tapestry::loss {
 
-/// Which loss is minimised to hide the target from a YOLO detector.
+/// The loss that is minimised to hide the target from a YOLO detector.
 ///
 /// paper      Wang et al., FCA (AAAI 2022), eq. 2 to 5: per scale the IoU of the predicted box with the
 ///            target, the objectness probability and the class probability, each summed over the scales.
@@ -28,11 +28,10 @@ namespace tapestry::loss {
 ///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
 ///
-/// The objectness of a head that has none, of the decode families distance and decoded, is its score of the
-/// target's class: paper and as_coded take that for their objectness term, too, while in the score of a
-/// candidate, by which paper and max_score choose, it counts once. Of exclusive classes (YOLOv2) paper and
-/// max_score take the softmax for the probability of a class, while as_coded, which takes none, keeps to the
-/// raw logit.
+/// Heads without objectness (decode families distance and decoded) use the score of the target's class as
+/// their objectness: paper and as_coded take it for their objectness term, too, while in the score of a
+/// candidate, by which paper and max_score choose, it counts once. For exclusive classes (YOLOv2) paper and
+/// max_score take the softmax as the probability of a class; as_coded takes the raw logit.
 enum class AdversarialLoss { paper, as_coded, max_score };
 
 /// \throws DomainError for any other name than paper, as_coded or max_score
@@ -49,7 +48,7 @@ struct AdversarialWeights {
   double max_score = 1.0;
 };
 
-/// The terms before weighting, those that the kind of loss does not have being 0, and their weighted sum.
+/// The terms before weighting, and their weighted sum; terms that the kind of loss does not have are 0.
 template <class T>
 struct AdversarialTerms {
   T iou = 0, objectness = 0, classification = 0, max_score = 0;
@@ -68,7 +67,7 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
 
 }  // namespace detail
 
-/// The loss to minimise so that one image's target is not found, on the raw logits of the heads.
+/// The loss that is minimised so that one image's target is not found, on the raw logits of the heads.
 ///
 /// Defined throughout: 0 exactly when no box meets the target (paper, max_score); a box that is degenerate
 /// or too large to be measured has IoU 0 and no gradient; logits of ±100 give finite values; NaN logits
@@ -83,8 +82,8 @@ template <class T>
                                               AdversarialLoss kind, const AdversarialWeights& weights = {});
 
 /// Adds total_adjoint · ∂total/∂logits to logits_adjoint, which has the shapes of the logits. At a kink (two
-/// candidates with equal score, coinciding edges of boxes, a mean logit of 0) the value documented there.
-/// Nothing but the predictions' own image is touched.
+/// candidates with equal score, coinciding edges of boxes, a mean logit of 0) it takes the value documented
+/// there. Only the predictions' own image is changed.
 /// \throws as adversarial(), and ShapeError if logits_adjoint does not fit
 template <class T>
 void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,

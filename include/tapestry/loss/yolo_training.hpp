@@ -10,9 +10,9 @@
 
 namespace tapestry::loss {
 
-/// How a YOLO-V3 detector is taught.
+/// Thresholds and weights of the training of a YOLO-V3 detector.
 struct YoloTrainingOptions {
-  double ignore_iou = 0.5;  ///< an unmatched box that overlaps some truth by more is neither right nor wrong
+  double ignore_iou = 0.5;  ///< unmatched boxes that overlap a truth by more are ignored
   double match_iou =
       1.0;  ///< anchors whose shape overlaps the truth's by more are matched beside the best one
   double box = 1.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
@@ -31,8 +31,8 @@ struct YoloTrainingOptions {
 /// (2018), section 2, with the cross entropy for x and y too.
 ///
 /// Heads of the ultralytics family have H(tw, w) + H(th, h) instead of the squares, w and h being half the
-/// root of the truth's size over the anchor's, at most 1, which is where their boxes end: at 4 anchors. That
-/// is this loss put on their decode, not the complete IoU that they were trained with.
+/// root of the truth's size over the anchor's, at most 1: their boxes end at 4 anchors. That is this loss for
+/// their decode family, not the complete IoU that they were trained with.
 ///
 /// \param logits  per head [N, A·(5+K), H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input
@@ -70,8 +70,8 @@ template <class T>
 
 }  // namespace detail
 
-/// yolo_training() of a batch on the tape, all terms as one record: what detect::forward() of a network with
-/// its parameters is trained by.
+/// yolo_training() of a batch on the tape, all terms as one record, to train the parameters that
+/// detect::forward() takes.
 ///
 /// \param detector  whose heads gave the logits; not needed after the call
 /// \param logits    per head [N, A·(5+K), H, W]

@@ -11,7 +11,7 @@
 
 namespace tapestry::loss {
 
-/// How a detector without anchors is taught.
+/// Weights of the training of a detector without anchors.
 struct YoloxTrainingOptions {
   DynamicMatchOptions match{};
   double box = 5.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
@@ -33,9 +33,9 @@ struct YoloxTrainingOptions {
 ///
 ///   classification  Σ all   Σ_k (y − σ(tk))² · H(tk, y),  y = [is matched, and k is it] · iou
 ///
-/// the quality focal loss of Li et al., "Generalized Focal Loss" (NeurIPS 2020), whose distribution focal
-/// loss is left out: their bins learn through the box alone. It is a loss for fine-tuning, where they have a
-/// shape.
+/// the quality focal loss of Li et al., "Generalized Focal Loss" (NeurIPS 2020). Their distribution focal
+/// loss is left out: the bins learn through the box alone. So it is a loss for fine-tuning, where the bins
+/// already have a shape.
 ///
 /// \param logits   per head [N, D, H, W]
 /// \param matches  of these logits or others of the same heads, see dynamic_matches(); one entry an image
@@ -67,8 +67,8 @@ template <class T>
 
 }  // namespace detail
 
-/// yolox_training() of a batch on the tape, all terms as one record, with the matches that these logits lead
-/// to: what detect::forward() of a graph detector with its constants is trained by.
+/// yolox_training() of a batch on the tape, all terms as one record, with the matches for these logits, to
+/// train the weights that detect::forward() takes.
 ///
 /// \param detector  whose heads gave the logits; not needed after the call
 /// \param logits    per head [N, D, H, W]

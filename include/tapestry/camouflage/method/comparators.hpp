@@ -19,22 +19,22 @@ namespace tapestry::camouflage {
 ///
 /// The method rauca is the same texture in light that is transferred from the photographs, see photo_light():
 /// Zhou et al., "RAUCA" (ICML 2024), section 3.2. Faithful: the render is multiplied by the light of its
-/// photograph, and the loss −log(1 − max score) is our max_score. Simplified: where RAUCA learns a network
-/// that predicts from the photograph what each pixel is multiplied by and what is added to it, sun and sky
-/// are estimated from the car in it; they multiply, and nothing is added.
+/// photograph, and the loss −log(1 − max score) is our max_score. Simplified: RAUCA learns a network that
+/// predicts from the photograph a factor and a summand for each pixel; here sun and sky are estimated from
+/// the car in it, and only multiply.
 template <std::floating_point T>
 [[nodiscard]] Method<T> fca() {
   return {};
 }
 
-/// Noise, see random_colours(), that is not optimised: what covering the car in any pattern does.
+/// Noise, see random_colours(), that is not optimised: the effect of covering the car in any pattern.
 ///
 /// Source: the control "random" of the tables; the papers lack it.
 template <std::floating_point T>
 [[nodiscard]] Method<T> random_paint(std::size_t texel_count, std::uint64_t seed);
 
-/// One colour for the whole body, optimised as every other method is from the one that it begins with;
-/// another start may end in another colour. What a pattern adds to it is what the pattern is for.
+/// One colour for the whole body, optimised from its start like every other method; another start may end in
+/// another colour. The gain of a method over it is the gain of its pattern.
 ///
 /// Source: ours; the papers measure single colours at most, as the solid controls of the tables do.
 template <std::floating_point T>
@@ -48,9 +48,9 @@ inline bool is_inside(const std::array<double, 2>& place) {
 
 }  // namespace detail
 
-/// One square picture on roof, hood and doors, upright and readable on each, as large as the panel lets it
-/// be; the rest of the car keeps its own colours. The picture has about as many pixels as its largest copy
-/// has texels.
+/// One square picture on roof, hood and doors, upright and readable on each, as large as the panel allows;
+/// the rest of the car keeps its own colours. The picture has about as many pixels as its largest copy has
+/// texels.
 ///
 /// Source: the patches of Thys et al., "Fooling automated surveillance cameras" (CVPR workshops 2019),
 /// section 3, pasted on a car as the camouflage papers compare with them. Faithful: one picture for all
@@ -69,8 +69,8 @@ inline constexpr std::size_t camou_pattern_edge = 16;
 ///
 /// Source: Zhang et al., "CAMOU: Learning a Vehicle Camouflage for Physical Adversarial Attack on Object
 /// Detectors in the Wild" (ICLR 2019), section 3. Faithful: the small repeated pattern. Simplified, in its
-/// favour: its renderer has no gradient, so it learns a network that imitates renderer and detector, and
-/// follows that one's; here the pattern follows the gradient itself.
+/// favour: CAMOU's renderer has no gradient, so it learns a network that imitates renderer and detector, and
+/// follows the gradient of that network; here the pattern follows the gradient itself.
 ///
 /// \throws DomainError unless the texture is an atlas
 template <std::floating_point T>
@@ -83,7 +83,7 @@ namespace detail {
 
 }  // namespace detail
 
-/// How far a colour of upc() may be from its picture.
+/// Largest distance of a colour of upc() from its picture.
 inline constexpr double upc_bound = 35.0 / 255;
 
 /// A set of patches, one for roof, hood and either side's doors, each texel for itself but within upc_bound
@@ -101,15 +101,15 @@ inline constexpr double upc_bound = 35.0 / 255;
 template <std::floating_point T>
 [[nodiscard]] Method<T> upc(const raster::PaintedMesh& car, std::uint64_t seed);
 
-/// The whole body, each texel for itself, to scatter the detector's attention: what is minimised is
-/// loss::attention() of a heat map, and smoothness as ever, not an adversarial loss.
+/// The whole body, each texel for itself, to scatter the detector's attention: minimises loss::attention() of
+/// a heat map, and smoothness as always, instead of an adversarial loss.
 ///
 /// Source: Wang et al., "Dual Attention Suppression Attack: Generate Adversarial Camouflage in Physical
 /// World" (CVPR 2021), eq. 4 and 5, on the faces that FCA (AAAI 2022) compares with as DAS-full. Faithful:
-/// the loss, by which score and layer are constants as in its published program. Simplified: the map is the
-/// LayerCAM of the attacked detector's surest candidate, over the last layer that all its heads see, and not
-/// the Grad-CAM of a classifier, since Grad-CAM shows next to nothing of a detector's score; the second term,
-/// closeness to the edges of a content picture, which serves how people see it, is left out.
+/// the loss, in which score and layer are constants as in its published program. Simplified: the map is the
+/// LayerCAM of the attacked detector's surest candidate, over the last layer that all its heads depend on,
+/// and not the Grad-CAM of a classifier, since Grad-CAM shows next to nothing of a detector's score. The
+/// second term is left out: closeness to the edges of a content picture, which is for human eyes.
 template <std::floating_point T>
 [[nodiscard]] Method<T> das_full();
 
@@ -126,10 +126,9 @@ template <std::floating_point T>
 /// and shape by the gradient of a rasteriser over several views, Adam, and the Laplacian loss of
 /// displacements, see shape_roughness(). Simplified: the mean over edges instead of the sum, with a weight of
 /// ours; smoothness of the texture is the objective's, not total variation; offsets are bounded, which the
-/// paper leaves to its loss. Better than its source: the gradient is that of the picture, outlines included,
-/// where the paper takes Neural Mesh Renderer's. In photographs the car is cut off where the frame's mask
-/// ends, so that it cannot grow into what was beside it, see redrawn(); its target box stays that of the car
-/// as it is.
+/// paper leaves to its loss. Better than its source: the gradient is that of the picture, outlines included;
+/// the paper takes Neural Mesh Renderer's. In photographs the car is cut off where the frame's mask ends, so
+/// that it cannot grow into its surroundings, see redrawn(); its target box stays that of the unchanged car.
 ///
 /// \throws as shape_parameter()
 template <std::floating_point T>

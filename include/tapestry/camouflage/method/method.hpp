@@ -33,12 +33,12 @@ struct Method {
   Array<T, 2> least{}, greatest{};
   /// Weight of loss::attention(), which is then minimised instead of the adversarial loss; 0: the latter is.
   double attention = 0;
-  bool is_optimised = true;  ///< or stays as it begins
-  /// Where the shape is a parameter, too: its rows follow those of the texture. Null: the mesh stays.
+  bool is_optimised = true;  ///< false: the paint stays as it begins
+  /// The shape, if it is a parameter, too: its rows follow those of the texture. Null: the mesh stays.
   std::shared_ptr<const ShapeParameter> shape{};
 };
 
-/// \throws DomainError for a texel whose row is not there; ShapeError unless bounds are of the same rows
+/// \throws DomainError for a texel whose row does not exist; ShapeError unless bounds have as many rows
 template <class T>
 void require_sound(const Method<T>& method);
 
@@ -55,19 +55,18 @@ template <class T>
 template <class T>
 [[nodiscard]] Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start);
 
-/// The rows of a parameter that are of the texture.
+/// The rows of a parameter that belong to the texture.
 /// \throws ShapeError if there are none
 template <class T>
 [[nodiscard]] ArrayVariable<T, 2> texture_rows(const Method<T>& method, const ArrayVariable<T, 2>& parameter);
 
 /// The colours of all texels by a method on the tape, with c = texture_colours(parameter):
 ///
-///   r = least + (greatest − least) · c,   colour of a texel = r of its row, or what it has elsewhere.
+///   r = least + (greatest − least) · c,   colour of a texel = r of its row, or `elsewhere` if unpainted.
 ///
-/// \param parameter  [row, 3]; rows of a shape below them have no part in it
+/// \param parameter  [row, 3]; rows of a shape behind them are ignored
 /// \returns          [texel, 3], in [0, 1]
-/// \throws ShapeError unless there is a row of the parameter for each of the method's; else as
-/// require_sound()
+/// \throws ShapeError unless the parameter has a row for each of the method's; else as require_sound()
 template <class T>
 [[nodiscard]] ArrayVariable<T, 2> method_colours(const Method<T>& method,
                                                  const ArrayVariable<T, 2>& parameter);
@@ -92,8 +91,8 @@ inline constexpr std::size_t panel_count = 4;
 struct PanelTexel {
   std::size_t texel = 0;
   Panel panel = Panel::roof;
-  /// In the panel as one sees it who looks at it, doors upright and the front of the car above roof and
-  /// hood: the mesh's units, to the right and up.
+  /// Place in the panel as an observer sees it, doors upright and the front of the car above roof and hood:
+  /// the mesh's units, to the right and up.
   double right = 0, up = 0;
   std::array<double, 3> position{};  ///< in half lengths, half widths and heights of the painted faces
 };
@@ -101,14 +100,14 @@ struct PanelTexel {
 /// \throws DomainError naming the method unless the texture is an atlas
 void require_atlas(const std::string& method, const raster::PaintedMesh& car);
 
-/// The texels of a car's atlas on its roof, its hood and its doors, each once, in ascending order. A texel is
-/// where its centre is, or for one on the rim of a chart the nearest point of a face there.
+/// The texels of a car's atlas on its roof, its hood and its doors, each once, in ascending order. The place
+/// of a texel is its centre or, for one on the rim of a chart, the nearest point of a face there.
 ///
-/// The panels are found by place and normal in the box around the painted faces, x to the front and z up, for
-/// published face lists belong to one mesh: nearly level and on top, or in front and above the middle;
-/// upright to the side, in the middle of the length and below windows.
+/// The panels are found by place and normal in the box around the painted faces, x to the front and z up,
+/// since published face lists belong to one mesh only. Roof: nearly level and on top. Hood: nearly level, in
+/// front and above the middle. Doors: upright to the side, in the middle of the length and below windows.
 ///
-/// \param method  whose error it is
+/// \param method  its name, for the error
 /// \throws DomainError unless the texture is an atlas; Error (mismatch) if none of its faces is on a panel
 [[nodiscard]] std::vector<PanelTexel> panel_texels(const std::string& method, const raster::PaintedMesh& car);
 

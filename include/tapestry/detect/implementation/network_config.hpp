@@ -45,7 +45,7 @@ std::vector<std::size_t> makers_of_values(const NetworkConfig& config) {
 
 namespace tapestry::detect::detail {
 
-/// Whether what the head at `index` reads has been through σ.
+/// Whether the input of the head at `index` has been through σ.
 [[nodiscard]] inline bool reads_activations(const NetworkConfig& config, std::size_t index) {
   if (index == 0) return false;
   const LayerConfig& before = config.layers[index - 1];

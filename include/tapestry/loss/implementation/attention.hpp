@@ -10,8 +10,8 @@
 
 namespace tapestry::loss::detail {
 
-/// The parts of a heat map that hang together: for each place the number of its part, from 1, or 0 where
-/// there is no heat; neighbours are above, below, left and right.
+/// The connected parts of a heat map: for each place the number of its part, from 1, or 0 where there is no
+/// heat; neighbours are above, below, left and right.
 struct HeatParts {
   std::vector<std::size_t> part;
   std::vector<std::size_t> sizes;  ///< of part p at p − 1

@@ -48,7 +48,7 @@ template <class T>
   return costs;
 }
 
-/// The candidates of one image, and which truth each has got so far.
+/// The candidates of one image, and the truth that each has so far.
 template <class T>
 class DynamicMatcher {
  public:
@@ -60,7 +60,7 @@ class DynamicMatcher {
       });
   }
 
-  /// Hands the truth to as many of its cheapest candidates as its best overlaps sum up to, at least one.
+  /// Gives the truth its cheapest candidates, as many as its best overlaps sum up to, at least one.
   void add(const Target& truth) {
     if (!(truth.box.w > 0 && truth.box.h > 0)) return;
     std::vector<Offer> offers;

@@ -31,9 +31,9 @@ struct Assignment {
   const Target* truth;
 };
 
-/// Truths to candidates: in the cell of the truth's centre the anchor, over all heads, whose shape fits best
-/// (ties to the first), and those above match_iou. A candidate that two truths want keeps the first. Truths
-/// without area or with their centre outside the picture are left out.
+/// Assigns truths to candidates: in the cell of the truth's centre the anchor, over all heads, whose shape
+/// fits best (ties to the first), and those above match_iou. A candidate that two truths claim keeps the
+/// first. Truths without area or with their centre outside the picture are left out.
 template <class T>
 std::vector<Assignment> assignments(const Predictions<T>& predictions, const std::vector<Target>& truths,
                                     const YoloTrainingOptions& options) {
@@ -109,7 +109,8 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
           2 - std::min(1.0, truth->box.w * truth->box.h / (width * height))};
 }
 
-/// The loss of a w or h logit: the cross entropy with σ where its family puts σ on it, else half the square.
+/// The loss of a w or h logit: the cross entropy with σ where its family applies σ to it, else half the
+/// square.
 [[nodiscard]] inline double extent_loss(const detect::Head& head, double logit, double wanted) {
   if (head.decode == detect::DecodeFamily::ultralytics) return binary_cross_entropy(logit, wanted);
   return (logit - wanted) * (logit - wanted) / 2;

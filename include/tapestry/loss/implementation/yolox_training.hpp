@@ -19,7 +19,7 @@
 
 namespace tapestry::loss::detail {
 
-/// (y − σ(t))² · H(t, y): the cross entropy, which counts the less the nearer σ is to what is wanted.
+/// (y − σ(t))² · H(t, y): the cross entropy, weighted down where σ is near the wanted value.
 [[nodiscard]] inline double quality_focal(double logit, double wanted) {
   const double missed = binary_cross_entropy_slope(logit, wanted);  // σ − y
   return missed * missed * binary_cross_entropy(logit, wanted);
