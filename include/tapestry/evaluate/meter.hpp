@@ -24,7 +24,7 @@ struct MeterSettings {
   std::vector<double> sweep{};  ///< further thresholds of confidence
 };
 
-/// The detections in the picture of a view, whether the car is among them, and how sure the detector is of
+/// The detections in the picture of a view, whether the car is among them, and the detector's confidence in
 /// it.
 struct ViewResult {
   std::vector<detect::Detection> detections{};  ///< above the confidence, most confident first
@@ -37,9 +37,9 @@ struct ViewResult {
 
 /// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
 ///
-/// The network runs once a picture. So does suppression: as it goes down in confidence, what it keeps above a
-/// threshold does not depend on what lies below. Several threads may examine pictures at once, and each that
-/// does holds a pass of the network.
+/// The network runs once a picture, and so does suppression: going down in confidence, the kept detections
+/// above a threshold do not depend on those below. Several threads may examine pictures at once; each then
+/// holds a pass of the network.
 template <std::floating_point T>
 class Meter {
  public:
@@ -111,11 +111,11 @@ struct PhysicalFrame {
   std::optional<std::size_t> photograph{};  ///< which one of the view; none: the view as it is
 };
 
-/// Surroundings × distances: first those photographed, then the same as they are.
+/// Surroundings × distances: first the photographed views, then the same views as they are.
 [[nodiscard]] ProtocolTable physical_table(const PhysicalGrid& grid);
 
-/// The frames of a grid, by surroundings, then distance, then direction; of each view its photographs, then
-/// itself.
+/// The frames of a grid, by surroundings, then distance, then direction; for each view its photographs, then
+/// the view itself.
 /// \throws DomainError unless the azimuths divide a full turn and there is a photograph
 [[nodiscard]] std::vector<ProtocolFrame> physical_frames(const PhysicalGrid& grid);
 

@@ -13,14 +13,14 @@
 
 namespace tapestry::evaluate {
 
-/// How an interval is drawn.
+/// Settings of a bootstrap.
 struct BootstrapSettings {
   std::size_t resamples = 2000;
   std::uint64_t seed = 1;
   double level = 0.95;  ///< of the interval, in (0, 1)
 };
 
-/// The mean of first − second over pairs, and how far it is known.
+/// The mean of first − second over pairs, with its interval.
 struct PairedDifference {
   std::size_t pairs = 0;
   double mean = 0;  ///< 0 without pairs
@@ -28,7 +28,7 @@ struct PairedDifference {
                                  std::numeric_limits<double>::infinity()};
 };
 
-/// A ratio of two means over the same pairs, and how far it is known.
+/// A ratio of two means over the same pairs, with its interval.
 struct PairedRatio {
   double ratio = 0;
   std::array<double, 2> interval{-std::numeric_limits<double>::infinity(),
@@ -42,7 +42,7 @@ namespace detail {
 /// Φ, the distribution function of the standard normal distribution.
 [[nodiscard]] inline double normal_probability(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
-/// Φ⁻¹ by bisection, to the last digits; p in (0, 1), and beyond ±37 as there.
+/// Φ⁻¹ by bisection, to the last digits; p in (0, 1), and at most ±37.
 [[nodiscard]] double normal_quantile(double p);
 
 /// The quantile of sorted values, linear between them: the least at p = 0, the greatest at p = 1.
@@ -67,14 +67,14 @@ std::vector<double> resampled(std::size_t count, const BootstrapSettings& settin
 /// jackknife gives it; 0 where all values are the same.
 double acceleration(const std::vector<double>& values, double mean);
 
-/// The probability at which the distribution of resampled means is read for an end of the interval that in a
-/// normal distribution lies z standard deviations off.
+/// Probability for an end of the interval: that at which the distribution of resampled means is read instead
+/// of z standard deviations of a normal distribution.
 double corrected_probability(double z, double bias, double acceleration);
 
 }  // namespace detail
 
-/// The mean difference of pairs, with a bootstrap interval over the pairs: what one treatment of the same
-/// views changes against another.
+/// The mean difference of pairs, with a bootstrap interval over the pairs: the effect of one treatment
+/// against another on the same views.
 ///
 /// The interval is BCa, bias-corrected and accelerated: Efron, "Better bootstrap confidence intervals"
 /// (Journal of the American Statistical Association 82, 1987). Resampled means that equal the mean count half
@@ -91,7 +91,7 @@ double corrected_probability(double z, double bias, double acceleration);
                                                 const BootstrapSettings& settings = {});
 
 /// Σ first / Σ second over pairs, with a bootstrap interval like that of paired_bootstrap(): pairs are drawn
-/// with both their numbers, so that what is common to them does not widen it. The skewness is that of the
+/// with both their numbers, so that variation common to both does not widen it. The skewness is that of the
 /// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, since its ratio
 /// has no meaning; so where the second mean is not well above 0, the interval has no upper end.
 ///

@@ -13,7 +13,7 @@
 
 namespace tapestry::evaluate {
 
-/// How far a frame of a protocol is.
+/// Progress of a protocol's frame.
 enum class FrameState : std::uint8_t {
   pending = 0,
   measured = 1,
@@ -45,7 +45,7 @@ struct ProtocolOutcomes {
   [[nodiscard]] FrameState state_of(std::size_t frame) const { return static_cast<FrameState>(state(frame)); }
 };
 
-/// How one texture fares in the frames of a cell.
+/// Results of one texture over the frames of a cell.
 struct TextureCell {
   DetectionRate rate{};             ///< P@0.5 over the measured frames
   double mean_best_confidence = 0;  ///< over them, 0 without any
@@ -98,7 +98,7 @@ template <std::predicate<std::size_t> Belongs>
   return cell;
 }
 
-/// One number of each measured frame for which belongs(index) holds.
+/// Values of one texture, one for each measured frame for which belongs(index) holds.
 ///
 /// \param values   of the outcomes, [frame, texture]
 /// \param texture  its number in them
@@ -128,7 +128,7 @@ template <std::predicate<std::size_t> Belongs>
                           measured_values(outcomes, outcomes.attention, texture, belongs));
 }
 
-/// The mean of each view's pictures with one texture, of the measured frames for which belongs(index) holds.
+/// Means over each view's pictures with one texture, from the measured frames for which belongs(index) holds.
 ///
 /// \param values           [frame, texture], of the outcomes
 /// \param texture          its number there
@@ -186,7 +186,7 @@ template <std::predicate<std::size_t> InPart, std::predicate<std::size_t> InWhol
   return paired_ratio(part, whole);
 }
 
-/// P@0.5 at other thresholds of confidence, one entry each, none below the least that the meter had.
+/// P@0.5 at other thresholds of confidence, one entry each; none may be below the meter's least threshold.
 ///
 /// \param texture          its number in the outcomes
 /// \param pictures_a_view  as for detection_rate()
@@ -211,15 +211,15 @@ template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
                                          const ProtocolOutcomes& outcomes);
 
-/// The cell in which a texture hides the car least: whose attack success is surely lowest, by the upper end
-/// of its interval, so that one frame does not outweigh ninety. None where the clean car is never found.
+/// The cell in which a texture hides the car least: that of the lowest attack success, compared by the upper
+/// end of its interval, so that one frame does not outweigh ninety. None where the clean car is never found.
 ///
 /// \param texture  its number in the outcomes
 [[nodiscard]] std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
                                                            std::size_t texture);
 
-/// The cell in which a detector finds the car least, by the upper end of P@0.5's interval. None without
-/// frames.
+/// The cell in which a detector finds the car least, compared by the upper end of P@0.5's interval. None
+/// without frames.
 [[nodiscard]] std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
                                                           std::size_t texture);
 

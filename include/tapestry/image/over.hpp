@@ -46,7 +46,7 @@ PixelWindow place_of(const char* operation, const Array<T, 2>& coverage, const E
   return place;
 }
 
-/// How one value lies over another in a colour space, and the slopes of that.
+/// Composition of one value over another in a colour space, and its slopes.
 template <ColourSpace Space>
 struct Overlay {
   static constexpr bool is_linear = Space == ColourSpace::linear;
@@ -74,7 +74,7 @@ struct Overlay {
     return {slope, -slope * behind, slope * shows * linearised_slope(background, behind)};
   }
 
-  /// by_premultiplied alone, for which a pixel that is covered wholly needs no power.
+  /// by_premultiplied alone; it needs no power for a wholly covered pixel.
   template <class T>
   static T slope(T premultiplied, T coverage, T background, T out) {
     if constexpr (!is_linear) return 1;
@@ -82,7 +82,7 @@ struct Overlay {
   }
 
  private:
-  /// Most pixels are covered wholly: they need no look at what is behind.
+  /// Most pixels are covered wholly; for them the background is not read.
   template <class T>
   static T light(T premultiplied, T shows, T background) {
     return shows == 0 ? premultiplied : premultiplied + shows * linearised(background);
@@ -155,7 +155,7 @@ struct Backdrop {
   std::size_t top = 0, left = 0;                  ///< of the coverage's first pixel in the background
 };
 
-/// Pictures laid over as many backgrounds of one size, as the batch that a network takes, in one operation.
+/// Lays pictures over as many backgrounds of one size, as the batch that a network takes, in one operation.
 ///
 /// \param premultiplied  one [h, w, C] for each backdrop, of the extents of its coverage
 /// \param space          in which they are added

@@ -24,8 +24,8 @@ template <class T>
 }
 }  // namespace detail
 
-/// A picture as a network of the U²-Net family takes it: divided by its largest value, then scaled by mean
-/// and standard deviation of ImageNet.
+/// Input of a network of the U²-Net family: a picture divided by its largest value, then scaled by mean and
+/// standard deviation of ImageNet.
 ///
 ///   x[i, j, c] = (p[i, j, c] / max p − mean[c]) / deviation[c]
 ///
@@ -37,8 +37,8 @@ template <class T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> u2_net_input(const Array<T, 3>& picture);
 
-/// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. Among equal largest values the first is the
-/// one that all are divided by.
+/// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. All values are divided by the first of equal
+/// largest ones.
 template <std::floating_point T>
 void u2_net_input_adjoint(const Array<T, 3>& picture, const Array<T, 3>& input_adjoint,
                           Array<T, 3>& picture_adjoint);
@@ -65,7 +65,7 @@ struct U2NetPass {
 ///
 /// Source: U-2-Net, u2net_test.py and data_loader.py. There step 1 filters with a Gaussian before pictures
 /// are made smaller; here sides at least twice as long as the network's are first halved, by means of 2 × 2
-/// pixels. Which object is meant is not decided here: see car_component().
+/// pixels. car_component() chooses the object.
 template <std::floating_point T>
 class U2Net {
  public:
@@ -103,7 +103,7 @@ class U2Net {
   [[nodiscard]] static std::map<std::string, nn::Shape> input_shape(const nn::NetworkDescription& network,
                                                                     std::size_t side);
 
-  /// Halves each side while it is at least twice the network's, then goes to the network's.
+  /// Halves each side while it is at least twice the network's, then resizes to the network's.
   void reduce(const Array<T, 3>& picture, U2NetPass<T>& pass) const;
 
   [[nodiscard]] static bool all_finite(const T* values, std::size_t count) {

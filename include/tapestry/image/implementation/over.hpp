@@ -16,7 +16,7 @@
 
 namespace tapestry::image::detail {
 
-/// Adds the part of a picture beside a place, [H, W, C], to another.
+/// Adds the part of a picture beside a place, [H, W, C], to another one.
 template <class T>
 void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& to) {
   const auto is_within = [](std::size_t at, std::size_t first, std::size_t count) {
@@ -105,7 +105,7 @@ ArrayVariable<T, 3> over(const ArrayVariable<T, 3>& premultiplied, const ArrayVa
 
 namespace tapestry::image::detail {
 
-/// One picture of a batch, and what it lies over.
+/// One picture of a batch, and its backdrop.
 template <class T>
 struct Laid {
   std::shared_ptr<const Array<T, 3>> premultiplied, background;

@@ -17,7 +17,7 @@ struct Warp {
   Eigen::Matrix3d source_from_target = Eigen::Matrix3d::Identity();  ///< homogeneous, invertible
 };
 
-/// How a camera is turned about its place, and zoomed.
+/// Rotation of a camera about its place, and zoom.
 struct CameraMotion {
   double pan_rad = 0;   ///< to the right
   double tilt_rad = 0;  ///< down
@@ -31,7 +31,7 @@ struct CameraMotion {
 /// \throws DomainError unless zoom and focal are above 0
 [[nodiscard]] Warp warp_of(const CameraMotion& motion);
 
-/// Where points of a picture of some extents lie after a warp, both in pixels from its upper left corner.
+/// Places of a picture's points after a warp, both in pixels from the upper left corner.
 class WarpedPoint {
  public:
   WarpedPoint(const Warp& warp, std::size_t height, std::size_t width);
@@ -44,7 +44,7 @@ class WarpedPoint {
   double middle_x_, middle_y_;
 };
 
-/// The picture through the warp, resampled bilinearly; beyond its edges it goes on as at the edge.
+/// The picture through the warp, resampled bilinearly; it continues beyond its edges with the edge's values.
 ///
 /// \param picture  [H, W, C], not empty
 /// \returns        [H, W, C]
