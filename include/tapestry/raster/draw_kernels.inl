@@ -44,8 +44,8 @@ inline PixelBox shared_box(const ScreenTriangle& t, const Tile& tile) {
   return box;
 }
 
-/// Fits the edges of a large triangle to 32 bits within a box: sides that leave the box alone become 0. False
-/// when the whole box is outside, or when an edge does not fit; then `fits` is false.
+/// Fits the edges of a large triangle to 32 bits within a box: sides that do not cross the box become 0.
+/// Returns false when the whole box is outside, or when an edge does not fit; then `fits` is false.
 inline bool fit_edges(const PixelBox& box, Edge* edges, bool& fits) {
   const std::int64_t width = box.last_column - box.first_column, height = box.last_row - box.first_row;
   for (std::size_t side = 0; side < 3; ++side) {
@@ -137,8 +137,8 @@ inline void draw_vector(const RowSetup& setup, const Ints& outside, const Floats
   store(faces, is_nearer ? setup.face : load(faces));
 }
 
-/// Rows of a box. What is read again and again is copied first: the compiler must take it that pixels alias
-/// it.
+/// Draws the rows of a box. Values that are read repeatedly are copied first, since the compiler must assume
+/// that pixels alias them.
 inline void draw_rows(const ScreenTriangle& t, const Tile& tile, const PixelBox& box, const Edge* edges) {
   const RowSetup setup = row_setup(t, edges);
   const std::int32_t groups = (box.last_column - box.first_column + 1) / depth_group;

@@ -19,18 +19,18 @@ namespace tapestry::raster {
 struct LitPoint {
   std::size_t face = 0;
   geometry::Vector3 point{0, 0, 0};       ///< in the world
-  geometry::Vector3 normal{0, 0, 1};      ///< of length 1, on the side that is seen
-  double open = 1;                        ///< the share of the sky that is seen, see AmbientOcclusion
+  geometry::Vector3 normal{0, 0, 1};      ///< of length 1, on the visible side
+  double open = 1;                        ///< visible share of the sky, see AmbientOcclusion
   std::array<double, 3> colour{0, 0, 0};  ///< in the photograph, in proportion to light
 };
 
 namespace detail {
 
-/// Parts of the sky whose sum is nowhere negative: distant lights from above, and the ground, which is as
-/// bright everywhere.
+/// Number of sky parts, whose sum is nowhere negative: distant lights from above, and the ground, which is
+/// equally bright everywhere.
 inline constexpr std::size_t lobe_count = 33;
 
-/// A part of the sky: a light that gives a surface which faces it about 1.
+/// A part of the sky: a distant light under which a surface that faces it is about 1.
 [[nodiscard]] inline Harmonics sky_lobe(std::size_t index) {
   const double pi = std::numbers::pi;
   if (index + 1 == lobe_count)
@@ -61,8 +61,7 @@ struct LightEquations {
   }
 };
 
-/// The weights ≥ 0 of least squares, by descent along one after the other, until none moves by a millionth of
-/// the largest.
+/// Least squares with weights ≥ 0: coordinate descent, until no weight moves by a millionth of the largest.
 [[nodiscard]] inline LightWeights non_negative_least_squares(const LightEquations& equations) {
   LightWeights weights{};
   for (int sweep = 0; sweep < 400; ++sweep) {
@@ -95,7 +94,7 @@ class SkyBasis {
     weigh(std::vector<double>(points.size(), 1.0));
   }
 
-  /// Lets each point count so much.
+  /// Sets the weight of each point.
   void weigh(std::vector<double> counts) {
     counts_ = std::move(counts);
     equations_ = {};
@@ -115,7 +114,7 @@ class SkyBasis {
     return (point.colour[0] + point.colour[1] + point.colour[2]) / 3;
   }
 
-  /// The equations with a sun that shines on each point so much.
+  /// The equations with a sun, given its light on each point.
   [[nodiscard]] LightEquations with_sun(const std::vector<double>& sun) const {
     LightEquations equations = equations_;
     for (std::size_t p = 0; p < points_.size(); ++p) {
@@ -140,7 +139,7 @@ class SkyBasis {
 
  private:
   /// Adds λ · Σ (weight − mean weight)² over the sky above the ground, λ three tenths of the mean diagonal:
-  /// what a sun explains as well is no bright place in the sky.
+  /// so light that a sun explains equally well does not become a bright place in the sky.
   void smooth() {
     constexpr std::size_t above = lobe_count - 1;
     double trace = 0;
@@ -163,7 +162,7 @@ class SkyBasis {
 /// Result of estimated_light().
 struct EstimatedLight {
   OutdoorLight light;  ///< for paint of reflectance 1; with the shadow of its sun, without occlusion
-  std::array<double, 3> product{0, 0, 0};  ///< of the light's colour and the paint, which is what was seen
+  std::array<double, 3> product{0, 0, 0};  ///< of light colour and paint: the observed colour
   double error = 0;  ///< mean absolute difference from the photograph, over points and channels
 };
 

@@ -70,7 +70,7 @@ class FaceField {
     return {entries_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
   }
 
-  /// Keeps of some faces those that rays between two points of a line, or up to `step` beside, may meet.
+  /// Keeps those of some faces that rays between two points of a line, or up to `step` beside it, may meet.
   void keep_near(const std::array<double, 2>& from, const std::array<double, 2>& to,
                  const std::array<double, 2>& step, std::span<const CellEntry> faces,
                  std::vector<CellEntry>& kept) const;
@@ -78,8 +78,8 @@ class FaceField {
   /// Searches some faces, nearest first, for one that hides a point of a line, and for faces beside the point
   /// that are nearer than the known ones.
   /// \param inverse_depth  1/z of the line
-  /// \param known          1/z of what is known to be seen on each side, 0 for nothing
-  /// \param is_left_out    faces that count neither as hiders nor as seen
+  /// \param known          1/z of the known visible face on each side, 0 for none
+  /// \param is_left_out    faces to ignore, as hiders and as seen
   template <class Predicate>
   [[nodiscard]] Sides look(std::span<const CellEntry> faces, const std::array<double, 2>& point,
                            double inverse_depth, const std::array<double, 2>& step,

@@ -15,8 +15,8 @@
 namespace tapestry::raster {
 
 /// Visits the fragments of a view whose samples are kept: pixels in order, and within a pixel faces in the
-/// order of their first samples. All that a picture, its texture gradient and a silhouette need follows from
-/// this list.
+/// order of their first samples. Pictures, texture gradients and silhouettes are computed from this list
+/// alone.
 class FragmentWalk {
  public:
   FragmentWalk(const VisibilityBuffer& buffer, const geometry::Mesh& mesh,
@@ -55,8 +55,8 @@ class FragmentWalk {
   return result;
 }
 
-/// The fragments of a view without its samples: they are drawn a band of pixel rows at a time and forgotten,
-/// so that memory grows with pixels and faces only; or all at once, and kept for a picture and its
+/// The fragments of a view without its samples. They are drawn a band of pixel rows at a time and forgotten,
+/// so that memory grows with pixels and faces only; or drawn at once and kept, for a picture and its
 /// derivatives. The mesh must outlive this.
 class FragmentBands {
  public:

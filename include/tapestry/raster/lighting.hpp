@@ -196,7 +196,7 @@ struct PreparedSmoothLight {
   return prepared;
 }
 
-/// Unlit, Light, SmoothLight, or any light for which prepare() gives something with at() and light_colour.
+/// Unlit, Light, SmoothLight, or any light for which prepare() returns a type with at() and light_colour.
 template <class Model>
 concept LightModel = requires(const Model& light, const geometry::Mesh& mesh,
                               const geometry::Camera& camera) {

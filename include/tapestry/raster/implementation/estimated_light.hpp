@@ -34,7 +34,7 @@ namespace tapestry::raster::detail {
   return shares;
 }
 
-/// A sun, and how well it explains the points with the best sky.
+/// A candidate for the sun, and how well it explains the points with its best sky.
 struct SunCandidate {
   geometry::Vector3 towards{0, 0, 1};
   std::shared_ptr<const ParallelView> shadow{};
@@ -54,11 +54,11 @@ struct SunCandidate {
   return sun;
 }
 
-/// Height of the lowest sun that is looked for, of a direction of length 1.
+/// Height of the lowest sun that is searched, for a direction of length 1.
 inline constexpr double lowest_sun = 0.1;
 
-/// The sun above the horizon that explains the points best: 128 directions without shadows, then those around
-/// the best with them, nearer and nearer.
+/// The sun above the horizon that explains the points best: searched in 128 directions without shadows, then
+/// with shadows around the best of them, ever closer.
 [[nodiscard]] inline SunCandidate best_sun(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                            const SkyBasis& basis, std::size_t shadow_pixels) {
   constexpr std::size_t count = 256;  // over the whole sphere
@@ -189,10 +189,10 @@ double AmbientOcclusion::at(std::size_t face, std::size_t side, const std::array
 
 namespace detail {
 
-/// Share of a face's inside by which its corners are moved inwards, where what hides them is looked up.
+/// Corners of a face are moved inwards by this share before their hiders are looked up.
 inline constexpr double occlusion_inset = 0.25;
 
-/// Open directions that a face sees, by their cosines, before it is divided by all.
+/// Sums of cosines over the open directions of a face, not yet divided by those over all directions.
 struct OcclusionSums {
   std::array<double, 2> whole{0, 0};            ///< of each side
   std::array<std::array<double, 3>, 2> open{};  ///< of each side, at each corner
