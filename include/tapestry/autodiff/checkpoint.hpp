@@ -36,7 +36,7 @@ template <class T>
   return values;
 }
 
-/// Appends the statements of those that are active.
+/// Appends the statements of the active variables.
 template <class T>
 void list_variables(std::span<const Variable<T>> variables, std::vector<std::uint32_t>& statements) {
   for (const Variable<T>& variable : variables)
@@ -74,8 +74,8 @@ class CheckpointRecord final : public TapeRecord<T> {
 };
 }  // namespace detail
 
-/// Computes a function of several variables and records it as one statement, its gradient taken at once: for
-/// parts with many operations and few inputs, of which the tape keeps nothing else.
+/// Computes a function of several variables and records it as one statement, whose gradient is taken at once:
+/// for parts with many operations and few inputs. The tape keeps nothing else of them.
 /// \param function  takes std::span<const Variable<T>> of as many, and returns a Variable<T>; uses no other
 ///                  active ones
 template <class T, class Function>

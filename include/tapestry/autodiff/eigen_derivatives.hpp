@@ -13,9 +13,8 @@
 
 namespace tapestry {
 
-// The derivatives of derivatives.hpp and jacobian.hpp where numbers are Eigen's: of a function of a column
-// vector, with shapes. The function is called with an Eigen::Map<const Eigen::Matrix<S, N, 1>> of any scalar
-// type S:
+// The derivatives of derivatives.hpp and jacobian.hpp for Eigen: of a function of a column vector, with
+// shapes. The function is called with an Eigen::Map<const Eigen::Matrix<S, N, 1>> of any scalar type S:
 //
 //   const auto f = [](const auto& x) { return x.squaredNorm() / x[0]; };
 //   const Eigen::MatrixXd second = hessian(f, Eigen::VectorXd::Ones(3));
@@ -26,8 +25,8 @@ template <class X>
 concept EigenPoint = std::derived_from<X, Eigen::MatrixBase<X>> && X::ColsAtCompileTime == 1 &&
                      std::floating_point<typename X::Scalar>;
 
-/// f of a span, for an f of Eigen's vectors; see derivatives.hpp. It has a type of its own for each f. What f
-/// returns is a number, perhaps as a matrix of one entry, or if ReturnsVector a column vector.
+/// f of a span, for an f of Eigen's vectors; see derivatives.hpp. Each f gets a type of its own. f returns a
+/// number, perhaps as a matrix of one entry, or if ReturnsVector a column vector.
 template <class Function, int Rows, bool ReturnsVector = false>
 struct OfEigenVector {
   const Function& f;

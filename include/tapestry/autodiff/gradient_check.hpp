@@ -18,14 +18,14 @@
 
 namespace tapestry {
 
-/// How a gradient is checked.
+/// Settings of a gradient check.
 struct GradientCheckOptions {
   double tolerance = 1e-6;  ///< largest relative error that passes
   double step = 0;  ///< h at arguments up to 1, scaled by |x| above; 0: ε^(1/3), with Richardson ε^(1/5)
   bool richardson = false;  ///< extrapolate from h and h/2: error O(h⁴) instead of O(h²)
   std::size_t subset = 0;   ///< how many entries to check, drawn without repetition; 0: all
   std::uint64_t seed = 1;   ///< of the draw
-  double rounding = 4;      ///< what a value of the function may be wrong by, in ε|f|; more for long sums
+  double rounding = 4;      ///< error of a value of the function, in ε|f|; more for long sums
 };
 
 /// One entry of a gradient beside the difference quotient.
@@ -164,7 +164,7 @@ inline std::string GradientReport::line(const GradientCheckEntry& entry) {
 /// listed apart.
 ///
 /// \param f         from const Array<double, Rank>& to double
-/// \param x         where
+/// \param x         the point
 /// \param gradient  claimed, of the extents of x
 /// \throws ShapeError if gradient is not of the extents of x
 template <class Function, std::size_t Rank>
@@ -207,8 +207,8 @@ template <class Function, std::size_t Rank>
 }
 
 /// Compares the tape's gradient of a function written for any scalar type, from std::span<const S> to S, with
-/// dual numbers: exact but for rounding, so that there is no step and no kink to excuse a difference. What
-/// the two have in common, the functions' partial derivatives, only differences check.
+/// dual numbers: exact but for rounding, without a step or kinks. It does not check the functions' partial
+/// derivatives, which both share; only differences check those.
 template <class Function>
 [[nodiscard]] GradientReport check_gradient_by_duals(const Function& f, std::span<const double> x,
                                                      const GradientCheckOptions& options = {

@@ -30,7 +30,7 @@ struct TapeStatistics {
   std::vector<Row> operations;  ///< those with a pullback, array inputs included, the most frequent first
   std::vector<Row> labels;  ///< of each label what was recorded under it, in the order of their beginnings
 
-  /// A table; the header `ostream` must be included.
+  /// Prints a table; the header `ostream` must be included.
   template <class Character, class Traits>
   friend std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, Traits>& out,
                                                            const TapeStatistics& statistics) {
@@ -99,7 +99,7 @@ inline void count_in(TapeStatistics::Row& row, std::size_t operands, std::size_t
   row.bytes += bytes;
 }
 
-/// Counts of one kind of statement each, and what lies from a statement on.
+/// Counts of statements by kind, and sums of what lies behind some statements.
 struct StatementCounts {
   static constexpr std::array names{"inputs",     "1 operand",       "2 operands",
                                     "3 operands", "4 to 7 operands", "8 operands or more"};

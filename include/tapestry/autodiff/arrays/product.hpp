@@ -21,9 +21,9 @@ struct ProductArguments {
   std::size_t rows, depth, columns;
 };
 
-/// Tiles of 4 rows and two vectors of VectorSize bytes stay in registers while the depth is gone through. The
-/// last columns, fewer than fill a vector, are copied to where there is room for one. Every sum runs in the
-/// order of the depth.
+/// Tiles of 4 rows and two vectors of VectorSize bytes stay in registers during the loop over the depth. The
+/// last columns, fewer than fill a vector, are copied to a padded buffer. Every sum runs in the order of the
+/// depth.
 template <class T, std::size_t VectorSize>
 class ProductTiles {
   using Vector [[gnu::vector_size(VectorSize), gnu::may_alias, gnu::aligned(alignof(T))]] = T;
@@ -101,7 +101,7 @@ template <class T>
 }
 #endif
 
-/// In the best instructions that this processor has; see for_block().
+/// The same in the best instructions of this processor; see for_block().
 template <class T>
 void add_product(const ProductArguments<T>& p) {
 #if defined(__x86_64__)

@@ -102,7 +102,7 @@ template <Viewable X>
   return decltype(view)(view.whole(), view.offset(), extents, strides);
 }
 
-/// A matrix on its side.
+/// The transposed matrix.
 template <Viewable X>
 requires(X::rank == 2) [[nodiscard]] auto transpose(const X& x) { return transpose(x, {1, 0}); }
 

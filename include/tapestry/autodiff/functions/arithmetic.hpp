@@ -130,7 +130,7 @@ template <Differentiable X>
   return x;
 }
 
-/// Prints the value alone, as the number beneath is printed.
+/// Prints the value alone, like a plain number.
 template <class Character, class Traits, Differentiable X>
 std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, Traits>& out, const X& x) {
   return out << detail::base_value(x);

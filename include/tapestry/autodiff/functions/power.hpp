@@ -251,7 +251,7 @@ template <Differentiable X>
   return ldexp(x, -*exponent);
 }
 
-/// At 0 the derivative is +∞; it does no harm to what has a zero adjoint there.
+/// At 0 the derivative is +∞; it does no harm where the adjoint is zero.
 template <Differentiable X>
 [[nodiscard]] auto sqrt(const X& x) {
   return detail::make_unary<detail::Sqrt>(x);

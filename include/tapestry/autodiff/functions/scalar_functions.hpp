@@ -51,7 +51,7 @@ template <std::floating_point T>
 }
 
 /// d sigmoid / dx = e / (1 + e)², e = exp(−|x|): to full precision where 1 − sigmoid(x) would cancel. For
-/// numbers only, as is all here that looks at |x| or at a rounding: as a formula of duals it would have no
+/// numbers only, like all functions here that use |x| or a rounding: as a formula of duals it would have no
 /// slope at 0.
 template <std::floating_point T>
 [[nodiscard]] T sigmoid_slope(T x) {

@@ -111,8 +111,8 @@ template <class T>
   return product;
 }
 
-/// Factor for A before it is inverted: a reciprocal of a pivot overflows below 2⁻¹⁰²⁴, and then
-/// meets zeros. 1 where no pivot is so small, or another entry would overflow.
+/// Factor for A before it is inverted: a reciprocal of a pivot overflows below 2⁻¹⁰²⁴, and then meets zeros.
+/// 1 where no pivot is so small, or another entry would overflow.
 template <class T>
 [[nodiscard]] Base<T> scale_of_inversion(const LuDecomposition<T>& lu) {
   using Number = Base<T>;
@@ -175,8 +175,8 @@ requires detail::holds_variables<A>
   return detail::record_matrix<Eigen::Dynamic>(value, pullback, input);
 }
 
-/// log |det A|, by LU decomposition with partial pivoting, as one record; 0 of an empty matrix. It overflows
-/// where the determinant does not fit in a number, and only there would log(det A).
+/// log |det A|, by LU decomposition with partial pivoting, as one record; 0 for an empty matrix. Unlike
+/// log(det A) it does not overflow where the determinant does.
 ///
 ///   Ā = A⁻ᵀ · adjoint
 ///

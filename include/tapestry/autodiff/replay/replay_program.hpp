@@ -12,7 +12,7 @@
 
 namespace tapestry::detail {
 
-/// Makes a window of statements into runs of one operation, sorted where that changes no result.
+/// Turns a window of statements into runs of one operation, sorted where that changes no result.
 template <class T>
 struct ReplayRuns {
   GrowingArray<ReplayRun<T>> runs{};  ///< from place 1 on
@@ -20,7 +20,7 @@ struct ReplayRuns {
   GrowingArray<std::uint32_t> operands{};
   GrowingArray<T> constants{};
 
-  /// \param next_slot     of the window, whose slots from here on are written into their places
+  /// \param next_slot     of the window; its slots from here on are written into their places
   /// \param next_partial  likewise
   void make(ReplayRecording<T>& recording, std::uint32_t& next_slot, std::uint32_t& next_partial) {
     const auto order = order_.of({recording.statements.data(), recording.statements.size()});
@@ -67,7 +67,7 @@ struct ReplayRuns {
     if (chain_ == shortest_chain) split_chain();
   }
 
-  /// Makes the last statements of the last run a chain of their own.
+  /// Splits the last statements of the last run off as a chain of their own.
   void split_chain() {
     ReplayRun<T> chain = *last_;
     advance(chain, chain.count - shortest_chain);
@@ -91,9 +91,9 @@ struct ReplayRuns {
   std::uint32_t chain_ = 0;  ///< statements up to the last that continue one
 };
 
-/// A recording made ready, a window at a time while it is made: statements of one operation side by side, so
-/// that few calls run them all. Slots are numbered anew: inputs from 1 on, then of each window what no
-/// statement computes, then results. Copies share what does not change.
+/// A recording prepared for replay, a window at a time while it is made: statements of one operation stand
+/// side by side, so that few calls run them all. Slots are numbered anew: inputs from 1 on, then for each
+/// window the slots that no statement computes, then results. Copies share all constant parts.
 template <class T>
 class ReplayProgram {
  public:
@@ -112,7 +112,7 @@ class ReplayProgram {
     run_count_ += runs.run_count;
   }
 
-  /// To be called behind the last window.
+  /// Ends the program; to be called after the last window.
   /// \param root  a slot of the recording
   void finish(const ReplayRecording<T>& recording, std::uint32_t root) {
     values_.resize(slot_count_);
@@ -128,7 +128,7 @@ class ReplayProgram {
   [[nodiscard]] std::size_t statement_count() const { return statement_count_; }
   [[nodiscard]] std::size_t run_count() const { return run_count_; }
 
-  /// Computes all values from those of the inputs, and what a sweep needs.
+  /// Computes all values from those of the inputs, and those that a sweep needs.
   void forward() {
     for (const Window& window : windows_) {
       const ReplayArrays<T> arrays = this->arrays(window);

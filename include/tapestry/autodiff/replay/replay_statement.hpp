@@ -42,14 +42,14 @@ struct ReplayOperands {
   }
 };
 
-/// Whether E has the form x ∘ y of a variable and something else, as in x = x ∘ y.
+/// Whether E has the form x ∘ y with a variable first, as in x = x ∘ y.
 template <class E>
 inline constexpr bool is_update = false;
 template <class Operation, std::floating_point T, std::size_t Lanes, class Y>
 inline constexpr bool is_update<Binary<Operation, Replayable<T, Lanes>, Y>> = true;
 
-/// Statements of expression type E. Those with costly functions keep their partial derivatives from the way
-/// forwards; others compute them again, which needs no memory.
+/// Statements of expression type E. Those with costly functions keep their partial derivatives from the
+/// forward pass; others compute them again, which needs no memory.
 template <class E>
 struct ReplayStatement {
   using T = typename E::ExpressionScalar;
@@ -181,7 +181,7 @@ struct ComparedAs {
   }
 };
 
-/// A comparison of two formulas, behind whose constants stands how it came out.
+/// A comparison of two formulas; its recorded outcome stands behind their constants.
 template <class X, class Y>
 struct ReplayGuard {
   using T = typename X::ExpressionScalar;

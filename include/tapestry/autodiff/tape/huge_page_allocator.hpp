@@ -7,7 +7,8 @@
 
 namespace tapestry::detail {
 
-/// Aligned memory of at least `size` bytes, on large pages where it fills them; to be freed by std::free.
+/// Allocates aligned memory of at least `size` bytes, on large pages where it fills them; to be freed by
+/// std::free.
 /// \returns its true size in `size`
 /// \throws std::bad_alloc
 [[nodiscard]] inline std::byte* allocate_pages(std::size_t& size) {

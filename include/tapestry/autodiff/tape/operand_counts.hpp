@@ -41,8 +41,8 @@ template <class Factor, class Partial, class Multiply>
   }
 }
 
-/// Stands for the product where only the type matters. No lambda: clang 14 stops at one in a type that it
-/// reads from a precompiled header.
+/// Stands for the product where only the type matters. It is no lambda, since clang 14 fails on a lambda in a
+/// type that it reads from a precompiled header.
 struct TypeOfFactor {
   auto operator()(const auto& factor, const auto&) const { return factor; }
 };
@@ -91,7 +91,7 @@ template <class E, class Factor>
   }
 }
 
-/// Whether E pushes exactly those, whatever its values are.
+/// Whether E always pushes exactly these operands, whatever its values.
 template <class E>
 [[nodiscard]] constexpr bool pushes_all() {
   if constexpr (CountsOperands<E>) {

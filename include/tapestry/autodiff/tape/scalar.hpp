@@ -41,7 +41,7 @@ struct BaseOf<Dual<T, N, Tag>> {
 template <class T>
 using Base = typename BaseOf<std::remove_cvref_t<T>>::type;
 
-/// Whether all of a scalar is zero: its value, and the derivatives that it carries.
+/// Whether all numbers of a scalar are zero: its value, and the derivatives that it carries.
 template <std::floating_point T>
 [[nodiscard]] constexpr bool is_zero(T x) {
   return x == T(0);
@@ -51,7 +51,7 @@ template <DualNumber T>
   return x.is_zero();
 }
 
-/// factor · partial; nothing passes a zero factor, not even an infinite partial. The product comes first, so
+/// factor · partial; a zero factor passes nothing, not even an infinite partial. The product comes first, so
 /// that loops of this need no branch.
 template <std::floating_point T>
 [[nodiscard]] constexpr T chain(T factor, T partial) {

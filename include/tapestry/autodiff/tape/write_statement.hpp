@@ -11,7 +11,7 @@
 
 namespace tapestry::detail {
 
-/// Writes general operands behind the head of a tape, without a look at where they were recorded.
+/// Writes general operands behind the head of a tape, without checking where they were recorded.
 template <class T>
 class PairSink {
  public:
@@ -42,7 +42,7 @@ struct FormulaLinks {
   }
 };
 
-/// Collects operands where their number is not known.
+/// Collects operands whose number is not known.
 template <class T, std::size_t Bound>
 struct Operands {
   Link links[Bound];
@@ -56,8 +56,8 @@ struct Operands {
   }
 };
 
-/// A formula that the fast way cannot record: with passive or older variables, where there is no more room,
-/// or where no tape is active, or one that watches values. Throws nothing, see deferred_throw.hpp.
+/// Records a formula that the fast way cannot record: with passive or older variables, without room, without
+/// an active tape, or on a tape that watches values. Throws nothing, see deferred_throw.hpp.
 /// \returns a passive link if it failed; throw_deferred() is to follow
 template <class T>
 [[nodiscard, gnu::noinline]] Link record_carefully(const T& value, const Link* links, const T* partials,
@@ -82,8 +82,8 @@ template <class T, class... Partials>
   return record_carefully<T>(value, links, all, sizeof...(partials));
 }
 
-/// Operands of a formula whose number the compiler knows. Computed before it is known whether the fast way
-/// can record them, so that their code stands once; at places that are constants, so that all stay in
+/// Operands of a formula whose number the compiler knows. They are computed before it is decided whether the
+/// fast way can record them, so that their code stands once; and at constant places, so that all stay in
 /// registers.
 template <class T, OperandCounts counts>
 class CountedOperands {
@@ -106,7 +106,7 @@ class CountedOperands {
     write(words, std::make_index_sequence<counts.general>(),
           std::make_index_sequence<counts.plus + counts.minus>());
   }
-  /// The careful way, for variables with these links.
+  /// Records in the careful way, for variables with these links.
   [[gnu::always_inline]] Link record_carefully(const Link* links, const T& value) const {
     return record_carefully(links, value, std::make_index_sequence<counts.sum()>());
   }

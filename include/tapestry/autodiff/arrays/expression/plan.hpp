@@ -56,7 +56,7 @@ struct RowPlan {
     }
   }
 
-  /// Calls visit(index of the row's first element, position of it).
+  /// Calls visit(index of the row's first element, its position) for each row.
   template <class Visit>
   void for_each_row(Visit visit) const {
     if (size == 0) return;
